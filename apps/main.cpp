@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/commands/commands.h"

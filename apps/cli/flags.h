@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands, and the flags that are no option of training. Those of options that have one are in the tables of the
-// options themselves (gs::TrainFields).
+// The flags of all commands, and a command line with its arguments, flags and options.
 #pragma once
 
 #include <array>
@@ -13,6 +12,9 @@
 #include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
+
+// The commands, and the flags that are no option of training. Those of options that have one are in the tables of the
+// options themselves (gs::TrainFields).
 
 // A command line that cannot be understood. what() is one line that says what to do.
 class UsageError : public std::runtime_error {
@@ -118,5 +120,23 @@ struct FlagTable {
   std::vector<FlagRow> before_options, after_options;
 };
 const FlagTable& ProgramFlags();
+
+// A command with its arguments, flags and options, as it was given.
+
+// An option of training that was given, by its own flag or by --set.
+struct GivenOption {
+  const schema::Field<gs::TrainOptions>* field;
+  std::string value;  // one of the field's
+};
+
+struct CommandLine {
+  const CommandInfo* command = nullptr;  // null: help
+  std::vector<std::string> arguments;    // of the command; of help its topic, if any, and --all
+  Flags flags = {};
+  std::vector<GivenOption> options = {};  // in the order given: the last of one field counts
+};
+
+// Whether the command takes the option: config and train take all, refine those that a given model leaves open.
+bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option);
 
 }  // namespace vesta::app

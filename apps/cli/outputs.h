@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {

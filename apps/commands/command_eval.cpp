@@ -11,8 +11,8 @@
 #include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
 #include "splatting/cameras/alignment/aligned_evaluation.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/evaluate/quality.h"
-#include "splatting/evaluate/renderer.h"
 
 namespace vesta::app {
 namespace {

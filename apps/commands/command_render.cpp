@@ -11,7 +11,6 @@
 #include "apps/commands/commands.h"
 #include "apps/inputs/posed_model.h"
 #include "apps/render/camera_path.h"
-#include "apps/render/file_names.h"
 #include "apps/render/film.h"
 #include "apps/render/shown_views.h"
 #include "kernels/core/check.h"

@@ -3,7 +3,7 @@
 // returns the exit status. Throws Error for input that cannot be used.
 #pragma once
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 
 namespace vesta::app {
 

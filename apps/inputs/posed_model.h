@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "splatting/io/splats/splat_file.h"

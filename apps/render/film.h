@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Films, by the program ffmpeg.
+// Names for the images of views, and films, by the program ffmpeg.
 #pragma once
 
 #include <sys/types.h>
 
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "kernels/core/files.h"
 #include "problems/gaussian_splatting/scene/image.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
+
+// Films, by the program ffmpeg.
 
 // Throws Error, one line naming the flag --film, unless the file ends in .mp4 and can be written, and there is ffmpeg.
 void CheckFilm(const std::string& file);
@@ -41,5 +46,13 @@ class Film {
   int frames_ = -1;                                             // descriptor of the socket that it reads from
   pid_t process_ = -1;
 };
+
+// Names for the images of views.
+
+// One .png for each view, such that no two files are the same: with extensions where they would be without, and
+// numbered where with them too ("a/b.jpg" beside "a_b.jpg"). files_of(name): the files of an image of that name, itself
+// the first.
+std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
+                                   const std::function<std::vector<std::string>(const std::string&)>& files_of);
 
 }  // namespace vesta::app

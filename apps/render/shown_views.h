@@ -7,7 +7,7 @@
 
 #include "apps/cli/flags.h"
 #include "apps/inputs/posed_model.h"
-#include "splatting/evaluate/renderer.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/render/surface.h"
 
 namespace vesta::app {

@@ -10,7 +10,7 @@
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/image.h"
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/evaluate/renderer.h"
+#include "splatting/evaluate/evaluation.h"
 
 namespace vesta::app {
 

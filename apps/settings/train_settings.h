@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "splatting/train/settings/train_options.h"
 

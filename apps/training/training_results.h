@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What train and refine write: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, which always belong to one
-// training; cameras that an earlier one has found go with its splat (camera_files.h).
+// The output files of train and refine: DIR/point_cloud.ply, DIR/metrics.json, DIR/report.html and DIR/cameras.
 #pragma once
 
 #include <memory>
@@ -9,8 +8,24 @@
 #include "apps/cli/outputs.h"
 #include "kernels/core/files.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "splatting/train/session/train_result.h"
 
 namespace vesta::app {
+
+// The cameras that a training has found, beside its splat.
+
+// Of the output's folder.
+inline constexpr const char* kCameraFolder = "cameras";
+
+// Those of an earlier training.
+void RemoveCameras(const OutputFolder& out);
+
+// What was found of the cameras, as a COLMAP model with the scene's points. Returns a line that says so; none where
+// nothing moved: then nothing is written.
+std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out);
+
+// What train and refine write: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, which always belong to one
+// training; cameras that an earlier one has found go with its splat (camera_files.h).
 
 // Room on the disk is taken before the work and kept until the results fill it. A program that is killed at any time
 // leaves the results of before, or new ones, or a new model alone.

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 #include "apps/cli/version.h"
 #include "apps/usage/completion.h"
 #include "apps/usage/flag_list.h"

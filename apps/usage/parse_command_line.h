@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 
 namespace vesta::app {
 

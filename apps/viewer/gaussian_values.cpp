@@ -7,7 +7,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/cameras/unknowns/moved_view.h"
-#include "splatting/parsimony/worth.h"
+#include "splatting/parsimony/judging_views.h"
 
 namespace vesta::app {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
-#include "kernels/core/isa_table.h"
+#include "kernels/core/cpu_dispatch.h"
 
 namespace vesta::bench {
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 #include "apps/settings/train_settings.h"
 #include "apps/usage/parse_command_line.h"
 #include "bench/training_race/curve.h"

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of the loss, and the parts of its curvature, row by row. Included by image_kernels.simd.cpp.
+// Gradient of the loss and products with its curvature, row by row. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/image/window_loops.h"
 
 namespace vesta {
+
+// The gradient of the loss, and the parts of its curvature, row by row. Included by image_kernels.simd.cpp.
+
 inline namespace VESTA_ISA {
 
 template <class S>
@@ -86,6 +89,38 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
     dissimilarity.Take(count, SumsOf(loss, rows, row) + 2);
   };
   BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
+}
+
+}  // namespace VESTA_ISA
+
+// Products with the curvature of the loss, row by row. Included by image_kernels.simd.cpp.
+
+inline namespace VESTA_ISA {
+
+template <class S>
+void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
+  const S scale = args.scale;
+  ScratchRows<S> scratch(rows);
+  WindowBlur<1, 1, S> inner(rows, scratch), outer(rows, scratch);
+  const int begin = outer.InputBegin(rows.begin), end = outer.InputEnd(rows.end);
+  const auto load = [&](Index i, const auto& access) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
+    return Fields<1, T>{{access.Load(args.v + i)}};
+  };
+  const auto weigh = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
+    const T c = access.Load(args.c + PositionOf(rows, row, column));
+    outer.StoreRows(row, 0, column, access, c * blurred.f[0]);
+  };
+  const auto add = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
+    const Index i = PositionOf(rows, row, column);
+    access.Store(args.out + i, Fma(T(scale), blurred.f[0], access.Load(args.d + i) * access.Load(args.v + i)));
+  };
+  ImageRows images(rows, inner, inner.InputBegin(begin), load);
+  BlurredRows first(rows, images, inner, begin, end, kAsTheyAre, weigh, kNothing);
+  BlurredRows second(rows, first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
+  second.MakeUpTo(rows.end);
 }
 
 }  // namespace VESTA_ISA

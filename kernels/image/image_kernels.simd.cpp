@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/image_kernels.h"
 
-#include "kernels/image/curvature_loops.h"
 #include "kernels/image/gradient_loops.h"
 
 namespace vesta {

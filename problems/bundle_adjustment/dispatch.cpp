@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Picks the kernels of an instruction set.
-#include "kernels/core/isa_table.h"
+#include "kernels/core/cpu_dispatch.h"
 #include "problems/bundle_adjustment/kernels.h"
 
 namespace vesta::bundle {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problems/pose_graph/g2o_file.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +11,6 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
-#include "problems/pose_graph/information.h"
 
 namespace vesta::pose_graph {
 namespace {
@@ -214,6 +214,58 @@ void WriteG2o(const PoseGraph& graph, const std::string& path) {
     text += '\n';
   }
   WriteFileAtomically(path, text);
+}
+
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 6, 6>;
+
+Matrix Full(const double* upper, int size) {
+  Matrix full(size, size);
+  for (int row = 0; row < size; ++row) {
+    for (int col = row; col < size; ++col) full(row, col) = full(col, row) = *upper++;
+  }
+  return full;
+}
+
+// false where it is not positive definite; L then holds no meaning.
+bool Cholesky(const double* upper, int size, double* lower) {
+  for (int row = 0; row < size; ++row) {
+    for (int col = 0; col < size; ++col) lower[row * size + col] = 0;
+  }
+  // Row by row of the upper triangle is column by column of L.
+  for (int col = 0; col < size; ++col) {
+    for (int row = col; row < size; ++row, ++upper) {
+      double value = *upper;
+      for (int k = 0; k < col; ++k) value -= lower[row * size + k] * lower[col * size + k];
+      if (row == col) {
+        if (!(value > 0) || !std::isfinite(value)) return false;
+        lower[col * size + col] = std::sqrt(value);
+      } else {
+        lower[row * size + col] = value / lower[col * size + col];
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Spectrum SpectrumOf(const double* upper, int size) {
+  const Matrix full = Full(upper, size);
+  if (!full.allFinite()) return {};
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(full, Eigen::EigenvaluesOnly);
+  const double least = solver.eigenvalues()[0], largest = solver.eigenvalues()[size - 1];
+  return {largest >= 0 && least >= -1e-12 * largest, least, largest};
+}
+
+bool FactorInformation(const double* upper, int size, double* root) {
+  if (Cholesky(upper, size, root)) return true;
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(Full(upper, size));
+  const auto& vectors = solver.eigenvectors();
+  Eigen::Map<Matrix>(root, size, size) =
+      vectors * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * vectors.transpose();
+  return false;
 }
 
 }  // namespace vesta::pose_graph

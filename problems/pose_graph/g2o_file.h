@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose graphs in the text format of g2o (Kuemmerle et al., g2o: a general framework for graph optimization, 2011).
+// Pose graphs in g2o files, and the square roots of their information matrices.
 #pragma once
 
 #include <string>
@@ -7,6 +7,8 @@
 #include "problems/pose_graph/pose_graph.h"
 
 namespace vesta::pose_graph {
+
+// Pose graphs in the text format of g2o (Kuemmerle et al., g2o: a general framework for graph optimization, 2011).
 
 struct G2oOptions {
   // Indefinite information matrices, which belong to no covariance, are replaced by the nearest semidefinite ones:
@@ -25,5 +27,20 @@ PoseGraph ReadG2o(const std::string& path, const G2oOptions& options = {});
 
 // Writes what ReadG2o reads back with the same bits (quaternions to within rounding).
 void WriteG2o(const PoseGraph& graph, const std::string& path);
+
+// Information matrices and their square roots.
+
+// Of a symmetric matrix, which is given by its upper triangle, row by row; size <= 6.
+struct Spectrum {
+  bool semidefinite = false;  // no eigenvalue below 0 but by rounding: 1e-12 of the largest
+  double least = 0, largest = 0;
+};
+// NaN and infinity are not semidefinite.
+Spectrum SpectrumOf(const double* upper, int size);
+
+// Square root L of such a matrix, L L^T, row-major size x size. Where the matrix is positive definite this is its lower
+// Cholesky factor, with zeros above the diagonal, and the result is true. Else it is the symmetric square root of the
+// nearest semidefinite matrix: of this one, but for rounding, where it is semidefinite itself.
+bool FactorInformation(const double* upper, int size, double* root);
 
 }  // namespace vesta::pose_graph

@@ -8,7 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "problems/pose_graph/information.h"
+#include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/pose_graph_linearization.h"
 #include "problems/pose_graph/se2.h"
 #include "problems/pose_graph/se3.h"

@@ -11,8 +11,8 @@
 #include "kernels/core/parallel.h"
 #include "solver/bounds.h"
 #include "solver/internal/block_linearization.h"
-#include "solver/internal/blocks/block_distance.h"
-#include "solver/internal/sparse_cholesky/block_normal_matrix.h"
+#include "solver/internal/blocks/block_structure.h"
+#include "solver/internal/sparse_cholesky/block_matrix.h"
 #include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
 #include "solver/internal/unwritten.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/adam/adam_kernel.h"
 
-#include "kernels/core/isa_table.h"
+#include "kernels/core/cpu_dispatch.h"
 
 namespace vesta::gs {
 

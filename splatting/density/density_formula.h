@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What adaptive density control decides of one Gaussian and makes of it: host and device call the same functions.
-//
-// x: parameters of `count` Gaussians, attribute a of Gaussian i at a * count + i.
+// Adaptive density control of one Gaussian: its score, and what becomes of it. Host and device call the same functions.
 #pragma once
 
 #include <algorithm>
@@ -13,10 +11,31 @@
 #include "kernels/core/random.h"
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/math/quaternion.h"
 #include "splatting/density/density_options.h"
 
 namespace vesta::gs {
+
+// How strongly an image pulls at the place of a splat: the norm of the view-space positional gradient, the score of
+// adaptive density control (Kerbl et al. 2023, section 5.2). In normalised device coordinates; called its pull.
+
+inline namespace VESTA_ISA {
+
+// |d loss / d (u, v)| with u in units of half_width and v of half_height pixels. w: the splat's cotangent.
+VESTA_HD inline float ScreenPull(const splat::Splat<float>& splat, const float* w, float half_width,
+                                 float half_height) {
+  using std::hypot;
+  float by_u, by_v;
+  splat::ScreenMeanAdjoint(splat.r, splat.s, splat.beta, w, by_u, by_v);
+  return hypot(by_u * half_width, by_v * half_height);
+}
+
+}  // namespace VESTA_ISA
+
+// What adaptive density control decides of one Gaussian and makes of it: host and device call the same functions.
+//
+// x: parameters of `count` Gaussians, attribute a of Gaussian i at a * count + i.
 
 enum class Fate : std::uint8_t { kKeep, kPrune, kClone, kSplit };
 

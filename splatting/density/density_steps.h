@@ -7,7 +7,6 @@
 #include "kernels/core/for_each.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "splatting/density/density_formula.h"
-#include "splatting/density/screen_pull.h"
 
 namespace vesta::gs::density {
 

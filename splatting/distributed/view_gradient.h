@@ -13,7 +13,7 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/core/sort.h"
-#include "splatting/distributed/term_bytes.h"
+#include "splatting/distributed/term_exchange.h"
 #include "splatting/distributed/view_gradient_steps.h"
 
 namespace vesta::gs {

@@ -13,8 +13,8 @@ namespace vesta::gs::term {
 
 // Gaussians that lie together in memory are seen together or not at all, mostly: a term has whole blocks of them.
 inline constexpr Index kLanes = 16;
-// Of each block: for each Gaussian the sum of its pulls in the views that see it (density/screen_pull.h), the number of
-// these views, and the gradient by its attributes. A row is kLanes numbers.
+// Of each block: for each Gaussian the sum of its pulls in the views that see it (density/density_formula.h), the
+// number of these views, and the gradient by its attributes. A row is kLanes numbers.
 inline constexpr int kPulls = 0, kViews = 1, kFirstAttribute = 2;
 
 // What all terms of an iteration are laid out by.

@@ -14,4 +14,18 @@ JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& ba
   return judges;
 }
 
+Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges) {
+  Worth worth;
+  worth.rise.resize(static_cast<std::size_t>(model.count));
+  RenderedViews rendered(model, judges);
+  JudgedLoss judged;
+  rendered.ForEachAnswer<double>(
+      [&](const View& view, double* rises) {
+        rendered.view().AddRemovals(judged.Linearize(rendered.image(), view), rises, rendered.workspace());
+      },
+      [&](const View&) { return [&](Index i, double rise) { worth.rise[static_cast<std::size_t>(i)] += rise; }; });
+  worth.cost = judged.Cost(judges), worth.values = judged.Values(judges);
+  return worth;
+}
+
 }  // namespace vesta::gs

@@ -10,10 +10,10 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
-#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/parsimony/judging_views.h"
 #include "splatting/parsimony/support.h"
-#include "splatting/parsimony/worth.h"
 
 namespace vesta::gs {
 namespace {

@@ -4,7 +4,7 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "splatting/train/adam_stage/run_adam_stage.h"
+#include "splatting/train/adam_stage/adam_stage.h"
 #include "splatting/train/lm_stage/lm_stage.h"
 
 namespace vesta::gs {

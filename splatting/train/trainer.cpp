@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "problems/gaussian_splatting/model/initialize.h"
-#include "problems/gaussian_splatting/model/spatial_order.h"
 #include "splatting/memory/stage_bytes.h"
-#include "splatting/train/adam_stage/run_adam_stage.h"
+#include "splatting/train/adam_stage/adam_stage.h"
 #include "splatting/train/check_training.h"
 #include "splatting/train/lm_stage/lm_stage.h"
 #include "splatting/train/memory_limits.h"

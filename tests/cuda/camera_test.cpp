@@ -9,7 +9,7 @@
 #include "splatting/cameras/derivatives/seen_view.h"
 #include "splatting/cameras/derivatives/view_columns.inl"
 #include "splatting/cameras/derivatives/view_curvature.inl"
-#include "splatting/train/adam_stage/view_passes.h"
+#include "splatting/train/adam_stage/stage_views.h"
 #include "tests/cuda/device_view.h"
 #include "tests/cuda/on_device.h"
 #include "tests/support/splat_scenes.h"

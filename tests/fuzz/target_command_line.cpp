@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/cli/command_line.h"
+#include "apps/cli/flags.h"
 #include "apps/cli/print.h"
 #include "apps/training/checkpointing.h"
 #include "apps/usage/parse_command_line.h"

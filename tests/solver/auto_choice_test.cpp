@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "solver/block_problem.h"
-#include "solver/internal/blocks/block_distance.h"
+#include "solver/internal/blocks/block_structure.h"
 #include "solver/internal/normal_equations/step_cost.h"
 #include "solver/levenberg_marquardt.h"
 

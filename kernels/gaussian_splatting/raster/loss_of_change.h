@@ -15,7 +15,7 @@ namespace vesta::splat {
 
 // The loss of one view as the passes of loss_of_change.h are given it.
 
-// The loss of one view where it is linearised: images of 3 planes, as kernels/image/photometric_linearization.h has
+// The loss of one view where it is linearised: images of 3 planes, as kernels/image/photometric_loss.h has
 // them for the quadratic of SSIM.
 template <class S>
 struct LinearizedLoss {

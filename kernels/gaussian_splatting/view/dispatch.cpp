@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Picks the kernels of an instruction set, and instantiates the double-precision reference from the same source.
-#include "kernels/core/isa_table.h"
+#include "kernels/core/cpu_dispatch.h"
 #include "kernels/gaussian_splatting/cache/cache_passes.h"
 #include "kernels/gaussian_splatting/projection/camera_block.h"
 #include "kernels/gaussian_splatting/projection/project_block.h"

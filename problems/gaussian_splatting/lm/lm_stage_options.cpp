@@ -2,7 +2,7 @@
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
 
 #include "kernels/core/check.h"
-#include "solver/internal/normal_equations/damping_metric.h"
+#include "solver/internal/normal_equations/damped_normal_equations.h"
 
 namespace vesta::gs {
 namespace {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first model of a training: one Gaussian at each point, as large as its neighbours are near.
+// The model that a training starts from, and the order of Gaussians along a curve through space.
 #pragma once
 
 #include <array>
 #include <vector>
 
+#include "kernels/core/span.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+// The first model of a training: one Gaussian at each point, as large as its neighbours are near.
 
 // Distances to nearest neighbours, the initial sizes of Gaussians.
 
@@ -28,5 +31,16 @@ SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_
 // coefficients a channel, and with 17 and 21 views those of degree 2 gave the better test views
 // (docs/results/2026-11-23-sh-degree.md).
 int DefaultShDegree(Index training_views);
+
+// Gaussians in an order in which neighbours in memory are neighbours in space.
+
+// The Gaussians of the model, those of each degree along a Z-order curve through their means (Morton 1966), 21 bits an
+// axis: old indices in their new order. A view then sees and misses whole vectors of Gaussians, and the passes over all
+// of them skip what it misses. Means that are not finite come last of their degree.
+std::vector<Index> SpatialOrder(const SplatModel& model);
+
+// Gaussian k of the result is Gaussian order[k] of the model. Throws Error where one has a higher degree than the one
+// before it.
+SplatModel InOrder(SplatModel model, const std::vector<Index>& order);
 
 }  // namespace vesta::gs

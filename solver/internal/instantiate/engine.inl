@@ -11,7 +11,6 @@
 #include "solver/internal/levenberg_marquardt.inl"
 #include "solver/internal/linear/pcg.inl"
 #include "solver/internal/normal_equations/damped_normal_equations.inl"
-#include "solver/internal/normal_equations/damping_metric.inl"
 #include "solver/internal/normal_equations/dense_jacobian.inl"
 #include "solver/internal/normal_equations/normal_system.inl"
 #include "solver/internal/normal_equations/preconditioner.inl"

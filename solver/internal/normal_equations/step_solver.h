@@ -9,7 +9,7 @@
 
 #include "solver/internal/linear/lsmr.h"
 #include "solver/internal/linear/pcg.h"
-#include "solver/internal/normal_equations/damping_metric.h"
+#include "solver/internal/normal_equations/damped_normal_equations.h"
 #include "solver/internal/normal_equations/preconditioner.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Symmetric sparse matrices of small dense blocks. Each row of blocks has a size of its own, that of its column too.
+// Sparse symmetric matrices of small blocks, and H = J^T J summed up as one.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,12 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
+#include "solver/internal/blocks/block_jacobian.h"
+#include "solver/internal/sparse_cholesky/kept.h"
 
 namespace vesta {
+
+// Symmetric sparse matrices of small dense blocks. Each row of blocks has a size of its own, that of its column too.
 
 // The sizes of the rows of blocks, and which blocks off the diagonal are there. Those on it always are.
 class BlockPattern {
@@ -82,6 +86,34 @@ class BlockMatrix {
 
   std::shared_ptr<const BlockPattern> pattern_;
   HostBuffer<double> diagonal_, blocks_;
+};
+
+// H = J^T J of a block-sparse Jacobian, summed up as a sparse matrix.
+
+// Which blocks H has, a row for each free block, and the terms of their sums: found once for a structure.
+class BlockNormalMatrix {
+ public:
+  explicit BlockNormalMatrix(const BlockStructure& structure);
+
+  const BlockPattern& pattern() const { return *pattern_; }
+  // For Jacobians of that structure. Sums go over the residual blocks in their order, whatever the number of threads.
+  // The memory of the matrix last given out is used again once nobody holds it.
+  std::shared_ptr<const BlockMatrix> Sum(const BlockJacobian& jacobian);
+  // Multiplications of one Sum, and the memory of this object: known without making one.
+  static double Multiplications(const BlockStructure& structure);
+  static double Bytes(const BlockStructure& structure);
+
+ private:
+  // A residual block that two free blocks share: their first columns in its dense Jacobian.
+  struct Term {
+    Index row;
+    int larger, smaller;
+  };
+
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::vector<std::size_t> first_term_;  // of each block under the diagonal, and the end
+  std::vector<Term> terms_;
+  Kept<BlockMatrix> matrix_;
 };
 
 }  // namespace vesta

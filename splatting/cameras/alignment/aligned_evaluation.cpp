@@ -8,10 +8,10 @@
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
-#include "splatting/cameras/alignment/fit_exposure.h"
+#include "splatting/cameras/alignment/align_view.h"
 #include "splatting/cameras/unknowns/moved_view.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/evaluate/quality.h"
-#include "splatting/evaluate/renderer.h"
 
 namespace vesta::gs {
 namespace {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
 #include "splatting/cameras/derivatives/view_columns.h"
 #include "splatting/cameras/joint/joint_problem.h"
 

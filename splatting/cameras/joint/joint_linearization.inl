@@ -11,9 +11,9 @@
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "splatting/cameras/derivatives/image_products.h"
 #include "splatting/cameras/derivatives/view_columns.inl"
+#include "splatting/cameras/joint/joint_layout.h"
 #include "splatting/cameras/joint/joint_linearization.h"
 #include "splatting/cameras/joint/joint_reduced.h"
-#include "splatting/cameras/joint/joint_rest.h"
 #include "splatting/cameras/unknowns/exposed_colors.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 

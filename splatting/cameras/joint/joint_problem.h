@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
 #include "splatting/cameras/joint/joint_layout.h"
-#include "splatting/cameras/joint/joint_scratch.h"
-#include "splatting/cameras/unknowns/view_prior.h"
+#include "splatting/cameras/unknowns/gauge.h"
 
 namespace vesta::gs {
 
@@ -29,6 +29,30 @@ struct JointProblemOptions {
 };
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout);
+
+// The workspace of a joint problem and its linearizations, for one call at a time.
+template <class B>
+class JointScratch {
+ public:
+  using Vector = typename B::Vector;
+  using VectorView = typename B::VectorView;
+
+  explicit JointScratch(const PhotometricWeights& weights) : loss(weights) {}
+
+  typename SplatBackend<B>::Loss loss;
+  typename SplatBackend<B>::Workspace workspace;
+  // Images of so many values, each until it is asked for again.
+  VectorView Image(Index values) { return Of(values, image_); }
+  VectorView Weighted(Index values) { return Of(values, weighted_); }
+
+ private:
+  static VectorView Of(Index values, Vector& images) {
+    if (images.size() < values) images.ResizeForOverwrite(values);
+    return images.view().subspan(0, values);
+  }
+
+  Vector image_, weighted_;
+};
 
 // For any memory space. x: JointLayout; units are views. The motion of a view is from its target.camera, which is in
 // double, so that what x has to hold is small. Costs are infinite where a gain is not above 0. The same bits for any

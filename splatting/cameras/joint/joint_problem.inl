@@ -10,9 +10,9 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
+#include "splatting/cameras/joint/joint_layout.h"
 #include "splatting/cameras/joint/joint_linearization.h"
 #include "splatting/cameras/joint/joint_problem.h"
-#include "splatting/cameras/joint/joint_rest.h"
 #include "splatting/cameras/unknowns/exposed_colors.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "splatting/cameras/joint/joint_layout.h"
 #include "splatting/cameras/joint/joint_reduced.h"
-#include "splatting/cameras/joint/joint_rest.h"
 
 namespace vesta::gs {
 

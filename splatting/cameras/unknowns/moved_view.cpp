@@ -12,7 +12,6 @@
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
-#include "splatting/cameras/unknowns/shared_lenses.h"
 
 namespace vesta::gs {
 
@@ -100,6 +99,18 @@ double MedianShift(const SplatModel& model, const View& from, const View& to, do
     if (std::isfinite(shift)) shifts.push_back(shift);
   }
   return shifts.empty() ? 0 : Median(std::move(shifts));
+}
+
+SharedLenses LensesSharedBy(const std::vector<const View*>& views) {
+  SharedLenses lenses;
+  std::vector<const View*> firsts;
+  for (const View* view : views) {
+    const auto same = std::ranges::find_if(firsts, [&](const View* first) { return ShareALens(*first, *view); });
+    lenses.of.push_back(static_cast<std::size_t>(same - firsts.begin()));
+    if (same == firsts.end()) firsts.push_back(view), lenses.views.push_back(0);
+    ++lenses.views[lenses.of.back()];
+  }
+  return lenses;
 }
 
 }  // namespace vesta::gs

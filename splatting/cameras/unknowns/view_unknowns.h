@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The unknowns of a view beside the Gaussians: the motion of its camera, its lens, its exposure.
+// The unknowns of a view: its pose, lens and exposure, and how far they lie from those given.
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/lenses/lens.h"
 #include "kernels/gaussian_splatting/projection/camera_motion.h"
 #include "kernels/gaussian_splatting/projection/lens_motion.h"
 #include "kernels/image/image_shape.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+// The unknowns of a view beside the Gaussians: the motion of its camera, its lens, its exposure.
 
 // An exposure: value of channel c -> gain[c] value + offset[c]. Colours as stored in the file, 0 to 1. None by default.
 struct AffineColor {
@@ -80,5 +85,19 @@ struct FreeUnknowns {
 
 // x (+) delta: the retractions of motion and lens (Compose), a sum for the colours. What is not free stays.
 ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSpan<const double> delta);
+
+// How far what was found of cameras and exposures lies from what was given.
+
+// Over the views: medians of turns and of shifts (MedianShift), the largest of these, of the gains beside 1, and of
+// focal lengths as parts of themselves.
+struct CameraChanges {
+  double degrees = 0, pixels = 0, most_pixels = 0, most_gain = 0, most_focal = 0;
+
+  bool is_none() const { return degrees == 0 && most_pixels == 0 && most_gain == 0; }
+};
+
+// given, found: as many. near: distance of the near plane, world units.
+CameraChanges ChangesOf(const SplatModel& model, const std::vector<const View*>& given,
+                        const std::vector<ViewUnknowns>& found, double near);
 
 }  // namespace vesta::gs

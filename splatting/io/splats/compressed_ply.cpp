@@ -13,7 +13,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 #include "splatting/io/splats/chunk_order.h"
 #include "splatting/io/splats/packed_values.h"
 #include "splatting/io/splats/ply_file.h"

@@ -11,7 +11,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 #include "splatting/io/splats/compressed_ply.h"
 #include "splatting/io/splats/ply.h"
 #include "splatting/io/splats/spz.h"

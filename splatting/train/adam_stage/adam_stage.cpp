@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Adam stage on the host.
+#include "splatting/train/adam_stage/adam_stage.h"
+
 #include "kernels/gaussian_splatting/view/camera_jacobian.h"
-#include "splatting/train/adam_stage/run_adam_stage.h"
 
 namespace vesta::gs {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage one: Adam on one view an iteration, or a few, with adaptive density. For every memory space: parameters,
-// gradient and moments stay in it throughout.
+// The Adam stage: its iterations, and what happens where the memory of a device does not suffice.
 #pragma once
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -27,6 +27,9 @@
 #include "splatting/train/session/session.h"
 
 namespace vesta::gs {
+
+// Stage one: Adam on one view an iteration, or a few, with adaptive density. For every memory space: parameters,
+// gradient and moments stay in it throughout.
 
 template <class B>
 class AdamStage {
@@ -261,5 +264,34 @@ class AdamStage {
   int recorded_ = 0;
   bool finished_ = false;
 };
+
+// The Adam stage from its start to its end, and what becomes of it where the memory of a device does not suffice.
+
+// The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not
+// suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note.
+template <class B>
+void RunAdamStage(TrainingSession& session, SplatModel& model) {
+  for (auto stage = std::make_unique<AdamStage<B>>(session, model);;) {
+    try {
+      return stage->Run();
+    } catch (const OutOfDeviceMemory& error) {
+      const int failed = stage->iteration();
+      if (stage->GoBackBeforeGrowth()) {
+        session.Note(fmt::format("Adam goes on from iteration {} with {} Gaussians and no more: {}", stage->iteration(),
+                                 stage->gaussians(), error.what()));
+      } else if (failed > 0) {
+        session.Note(fmt::format("Adam ends after {} iterations: {}", failed, error.what()));
+        return stage->Finish();
+      } else {
+        session.Note(fmt::format("Adam runs on the CPU: {}", error.what()));
+        stage->GiveBackSavedStage();
+        stage.reset();
+        return RunAdamStage<CpuBackend<float>>(session, model);
+      }
+    }
+  }
+}
+
+extern template void RunAdamStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model);
 
 }  // namespace vesta::gs

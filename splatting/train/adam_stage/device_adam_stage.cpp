@@ -6,7 +6,7 @@
 #include "splatting/adam/device_adam_steps.h"
 #include "splatting/cameras/derivatives/view_columns.inl"
 #include "splatting/cameras/derivatives/view_curvature.inl"
-#include "splatting/train/adam_stage/run_adam_stage.h"
+#include "splatting/train/adam_stage/adam_stage.h"
 
 namespace vesta::gs {
 

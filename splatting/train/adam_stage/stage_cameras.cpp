@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "splatting/cameras/training/camera_steps.h"
 #include "splatting/cameras/training/evidence.h"
-#include "splatting/cameras/training/schedule.h"
 #include "splatting/cameras/unknowns/gauge.h"
 #include "splatting/train/settings/coarse_views.h"
 

@@ -16,8 +16,7 @@
 #include "splatting/cameras/derivatives/view_curvature.h"
 #include "splatting/cameras/training/camera_steps.h"
 #include "splatting/cameras/training/lens_steps.h"
-#include "splatting/cameras/training/schedule.h"
-#include "splatting/cameras/unknowns/shared_lenses.h"
+#include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/train/adam_stage/stage_targets.h"
 #include "splatting/train/session/session.h"
 

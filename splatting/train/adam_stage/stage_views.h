@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The training views of the Adam stage: their photographs at the size that iterations see, the passes over them, and
-// their cameras, which may move. What an iteration learns of the model is summed here.
+// The views of the Adam stage: their order, and the passes from a model to the gradient of a view's cost.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +12,45 @@
 #include <vector>
 
 #include "kernels/core/profile.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
+#include "splatting/distributed/sum_of_views.h"
 #include "splatting/distributed/term_exchange.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/stage_cameras.h"
 #include "splatting/train/adam_stage/stage_targets.h"
-#include "splatting/train/adam_stage/view_passes.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/settings/coarse_views.h"
 #include "splatting/train/settings/training_schedule.h"
 
 namespace vesta::gs {
+
+// The passes over one view: from a model to the gradient of the view's cost.
+
+// What the passes work in, and leave there.
+template <class B>
+struct ViewPasses {
+  // |e| itself, as in 3DGS: Adam needs no floor.
+  typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
+  typename SplatBackend<B>::SplatView view;
+  typename SplatBackend<B>::Workspace workspace;
+  typename B::Vector image, image_gradient;
+  SumOfViews<typename B::Space> views;  // of an iteration
+
+  // Adds the gradient of the cost, which loss.Value() has.
+  void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* background,
+                   float* gradient) {
+    const ImageShape shape = target.shape();
+    image.ResizeForOverwrite(shape.NumValues());
+    image_gradient.ResizeForOverwrite(shape.NumValues());
+    view.Build(x, target.camera, background, workspace);
+    view.Render(image.data());
+    LossGradient(loss, target, image.view(), image_gradient.view());
+    view.AddJT(x, image.data(), image_gradient.data(), gradient, workspace);
+  }
+};
+
+// The training views of the Adam stage: their photographs at the size that iterations see, the passes over them, and
+// their cameras, which may move. What an iteration learns of the model is summed here.
 
 template <class B>
 class StageViews {

@@ -10,8 +10,8 @@
 
 #include "problems/gaussian_splatting/model/targets.h"
 #include "solver/lm_options.h"
+#include "splatting/cameras/joint/joint_layout.h"
 #include "splatting/cameras/joint/joint_problem.h"
-#include "splatting/cameras/joint/joint_rest.h"
 #include "splatting/train/lm_stage/lm_solve.h"
 
 namespace vesta::gs {

@@ -10,7 +10,6 @@
 
 #include "splatting/evaluate/evaluation.h"
 #include "splatting/evaluate/quality.h"
-#include "splatting/evaluate/renderer.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"

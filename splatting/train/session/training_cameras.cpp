@@ -8,7 +8,6 @@
 
 #include "kernels/core/buffer.h"
 #include "splatting/cameras/unknowns/moved_view.h"
-#include "splatting/cameras/unknowns/shared_lenses.h"
 
 namespace vesta::gs {
 

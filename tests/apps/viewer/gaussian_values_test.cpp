@@ -10,7 +10,7 @@
 
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/cameras/unknowns/moved_view.h"
-#include "splatting/parsimony/worth.h"
+#include "splatting/parsimony/judging_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/core/isa_table.h"
+#include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
 #include "tests/kernels/math/lane_functions.h"
 #include "tests/support/cpu_isas.h"

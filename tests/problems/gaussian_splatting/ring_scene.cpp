@@ -6,7 +6,7 @@
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/spherical_harmonics.h"
-#include "splatting/evaluate/renderer.h"
+#include "splatting/evaluate/evaluation.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs::test {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/adam/adam.h"
 #include "splatting/density/density.h"

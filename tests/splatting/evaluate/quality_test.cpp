@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "splatting/evaluate/renderer.h"
+#include "splatting/evaluate/evaluation.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

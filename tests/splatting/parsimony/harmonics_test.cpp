@@ -9,7 +9,7 @@
 
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/parsimony/worth.h"
+#include "splatting/parsimony/judging_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

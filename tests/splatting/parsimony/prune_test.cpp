@@ -9,8 +9,8 @@
 #include <set>
 
 #include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/parsimony/judging_views.h"
 #include "splatting/parsimony/parsimony_options.h"
-#include "splatting/parsimony/worth.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"
 

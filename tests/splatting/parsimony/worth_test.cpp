@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/worth.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,7 +6,8 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/evaluate/renderer.h"
+#include "splatting/evaluate/evaluation.h"
+#include "splatting/parsimony/judging_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

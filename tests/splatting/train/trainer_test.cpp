@@ -10,8 +10,8 @@
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/initialize.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/evaluate/quality.h"
-#include "splatting/evaluate/renderer.h"
 #include "tests/splatting/train/training_scene.h"
 
 namespace vesta::gs {

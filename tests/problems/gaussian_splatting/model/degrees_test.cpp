@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"
 

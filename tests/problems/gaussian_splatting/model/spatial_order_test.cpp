@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "problems/gaussian_splatting/model/spatial_order.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <numeric>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {

@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/evaluate/quality.h"
-#include "splatting/evaluate/renderer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
 
 namespace vesta::gs {

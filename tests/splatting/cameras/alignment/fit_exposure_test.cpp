@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/cameras/alignment/fit_exposure.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <vector>
 
 #include "kernels/core/error.h"
+#include "splatting/cameras/alignment/align_view.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {

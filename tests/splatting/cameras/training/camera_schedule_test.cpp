@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "splatting/cameras/training/schedule.h"
+#include "splatting/cameras/training/camera_steps.h"
 
 namespace vesta::gs {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <numeric>
 
-#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 #include "tests/splatting/io/random_splat.h"
 
 namespace vesta::gs {

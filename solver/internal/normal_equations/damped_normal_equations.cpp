@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/internal/normal_equations/damping_metric.h"
+#include "solver/internal/normal_equations/damped_normal_equations.h"
 
 #include "kernels/core/check.h"
 

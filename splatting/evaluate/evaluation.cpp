@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/evaluate/renderer.h"
-
 #include "splatting/evaluate/evaluation.h"
 
 namespace vesta::gs {
