@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/memory_limits.h"
 
-#include <fmt/format.h>
-
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/memory/memory_plan.h"
 #include "splatting/memory/stage_bytes.h"
@@ -20,7 +18,7 @@ void LimitGaussians(TrainingSession& session, const StageRunners& stages, const 
   }
   const bool grows = options.density.enabled && options.adam.runs();
   if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
-    session.Note(fmt::format("at most {} Gaussians: the GPU has no room for more", fit));
+    session.Note(notes::kFewerGaussiansFit, fit);
   }
   session.Decide().max_gaussians = fit;
 }

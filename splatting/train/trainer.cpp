@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/trainer.h"
 
-#include <fmt/format.h>
-
 #include <string>
 #include <utility>
 
@@ -26,10 +24,7 @@ double UnfilledMib(const Scene& scene) {
 }
 
 void NoteMissedTarget(TrainingSession& session) {
-  session.Note(
-      fmt::format("{:.2f} dB on the views held out, not the {:.2f} of --target_psnr; give it longer, as by "
-                  "--preset=best, or a lower target",
-                  session.history().held_out_psnr(), session.options().target_psnr));
+  session.Note(notes::kMissesTarget, session.history().held_out_psnr(), session.options().target_psnr);
 }
 
 // All that the session has to tell.
@@ -63,8 +58,7 @@ void GoOnFromLm(TrainingSession& session, SplatModel* model) {
 void NoteSampledEvaluations(TrainingSession& session) {
   const Index trained = NumTrainingViews(session.scene()), evaluated = session.options().evaluated_views;
   if (trained <= evaluated) return;
-  session.Note(
-      fmt::format("evaluations look at {} of {} training views; at more by train.evaluated_views", evaluated, trained));
+  session.Note(notes::kEvaluatesSomeViews, evaluated, trained);
 }
 
 // The Adam stage, where there is one to run, and its result for the caller, where LM is to come. Returns why there is
@@ -92,7 +86,7 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
   const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
   TrainingSession session(scene, asked, start.before.seconds, callbacks);
   session.Decide().held_mib = start.before.mib + session.cameras().CopiedMib() + unfilled_mib;
-  if (!stages.note.empty()) session.Note(stages.note);
+  if (!stages.note.empty()) session.Note("{}", stages.note);
   const double begin = session.Seconds();
   SplatModel model = std::move(start.model);
   GoOnFromLm(session, &model);

@@ -2,8 +2,6 @@
 // The Adam stage: its iterations, and what happens where the memory of a device does not suffice.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -177,7 +175,7 @@ class AdamStage {
       state_->model.Average();
     } catch (const OutOfDeviceMemory& error) {
       state_->averages = false;
-      session_.Note(fmt::format("Adam leaves its last parameters, not their mean: {}", error.what()));
+      session_.Note(notes::kAdamWithoutMean, error.what());
     }
   }
 
@@ -277,13 +275,12 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     } catch (const OutOfDeviceMemory& error) {
       const int failed = stage->iteration();
       if (stage->GoBackBeforeGrowth()) {
-        session.Note(fmt::format("Adam goes on from iteration {} with {} Gaussians and no more: {}", stage->iteration(),
-                                 stage->gaussians(), error.what()));
+        session.Note(notes::kAdamGoesBack, stage->iteration(), stage->gaussians(), error.what());
       } else if (failed > 0) {
-        session.Note(fmt::format("Adam ends after {} iterations: {}", failed, error.what()));
+        session.Note(notes::kAdamEnds, failed, error.what());
         return stage->Finish();
       } else {
-        session.Note(fmt::format("Adam runs on the CPU: {}", error.what()));
+        session.Note(notes::kAdamOnCpu, error.what());
         stage->GiveBackSavedStage();
         stage.reset();
         return RunAdamStage<CpuBackend<float>>(session, model);

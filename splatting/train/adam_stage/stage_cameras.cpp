@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/adam_stage/stage_cameras.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -86,8 +84,7 @@ void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) con
   }
   const CameraEvidence evidence = EvidenceOf(model, views, session_.options().background, NearPlane(session_.scene()));
   state->chosen = evidence.Choice();
-  session_.Note(fmt::format("cameras.refine=auto chooses {}: {}", schema::NameOf(*state->chosen, kCameraChoices),
-                            evidence.Words()));
+  session_.Note(notes::kCamerasChosen, schema::NameOf(*state->chosen, kCameraChoices), evidence.Words());
 }
 
 bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const {
@@ -96,7 +93,7 @@ bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& 
 
 void StageCameras::NoteLackOfRoom(const std::string& why) {
   if (std::exchange(lacked_room_, true)) return;
-  session_.Note(fmt::format("cameras are stepped by older curvatures, or stay where there is none: {}", why));
+  session_.Note(notes::kCamerasByOlderCurvatures, why);
 }
 
 void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Lens& lens,

@@ -3,8 +3,6 @@
 // by the training views at full size whatever the iterations see.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <type_traits>
 #include <vector>
@@ -49,14 +47,11 @@ class StageParsimony {
   // Where the stage is over with so many Gaussians, and more than were to be left; or judging was left out.
   void NoteWhoStayed(const AdamStageState<B>& state, Index gaussians) const {
     if (state.judging_left_out > 0) {
-      session_.Note(fmt::format(
-          "{} rounds of judging Gaussians or harmonics were left out: --time_limit={:g} has no time for them",
-          state.judging_left_out, session_.options().time_limit));
+      session_.Note(notes::kJudgingLeftOut, state.judging_left_out, session_.options().time_limit);
     }
     const Index wanted = CountAfter(options_, {1, 1}, state.before_pruning > 0 ? state.before_pruning : gaussians);
     if (!options_.prunes_to_count() || gaussians <= wanted) return;
-    session_.Note(fmt::format("{} Gaussians are left, not the {} of parsimony.keep={}: the stage ended before",
-                              gaussians, wanted, options_.keep));
+    session_.Note(notes::kKeepsMoreThanAsked, gaussians, wanted, options_.keep);
   }
 
  private:

@@ -136,10 +136,8 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
   }
   const LmSummary& summary = stepper.summary();
   if (summary.status == LmStatus::kFunctionTolerance && session.plan().lm.min_gain > 0) {
-    session.Note(fmt::format(
-        "LM ended after {} of {} iterations: the last one lowered the cost by less than "
-        "lm.min_gain={:g} of it",
-        first + summary.iterations.back().iteration, session.plan().lm.iterations, session.plan().lm.min_gain));
+    session.Note(notes::kLmGainsLittle, first + summary.iterations.back().iteration, session.plan().lm.iterations,
+                 session.plan().lm.min_gain);
   }
   return summary.FullReport();
 }
@@ -224,10 +222,10 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
       resumes = false;  // the model is what the saved solve had come to
       if (!problem.TakeLessMemory()) {
         if (done == 0 && !session.options().adam.runs()) throw;
-        session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
+        session.Note(notes::kLmEnds, done, error.what());
         return "";
       }
-      session.Note(fmt::format("LM goes on with one view at a time: {}", error.what()));
+      session.Note(notes::kLmByOneView, error.what());
     }
   }
 }

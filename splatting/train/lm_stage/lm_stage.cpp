@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/lm_stage/lm_stage.h"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 #include "problems/gaussian_splatting/lm/view_batches.h"
@@ -23,15 +21,14 @@ void NormalizeLmOptions(TrainingSession& session) {
   const bool is_plain = lm.batches == 1 && lm.batch_size == 0 && !lm.line_search && !IsCached(lm.jacobian);
   if (FindsCamerasByLm(session.options()) && !is_plain) {
     lm.batches = 1, lm.batch_size = 0, lm.line_search = false, lm.jacobian = JacobianKind::kRecompute;
-    session.Note("LM that finds cameras takes all views as one batch, caches no Jacobian and searches no line");
+    session.Note(notes::kLmWithCamerasIsPlain);
   }
   const Index batches = NumBatches(session);
   if (batches < lm.batches) {
-    session.Note(fmt::format("LM in {} of the lm.batches={} asked for: there are {} training views", batches,
-                             lm.batches, session.training_views().size()));
+    session.Note(notes::kLmInFewerBatches, batches, lm.batches, session.training_views().size());
   }
   if (lm.l1_weight == 0 && lm.ssim_weight == 0) {
-    session.Note("LM has nothing to lower: lm.l1_weight and lm.ssim_weight are both 0");
+    session.Note(notes::kLmLowersNothing);
   }
 }
 
@@ -63,7 +60,7 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
   }
   if (finds_cameras) {
     if (!plan.lm_memory.eliminate_views) {
-      session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
+      session.Note(notes::kLmEliminatesNothing);
     }
     return "";
   }
@@ -71,8 +68,8 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
   // A device always holds views where they fit, so that choice needs no note.
   const bool as_ever = stages.device_memory && asked == JacobianKind::kRebuild && planned == JacobianKind::kRecompute;
   if (planned != asked && !as_ever) {
-    session.Note(fmt::format("LM with lm.jacobian={} in place of {}", schema::NameOf(planned, kJacobianKinds),
-                             schema::NameOf(asked, kJacobianKinds)));
+    session.Note(notes::kLmWithOtherJacobian, schema::NameOf(planned, kJacobianKinds),
+                 schema::NameOf(asked, kJacobianKinds));
   }
   return "";
 }

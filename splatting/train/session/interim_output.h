@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "splatting/train/session/early_end.h"
+#include "splatting/train/session/notes.h"
 #include "splatting/train/session/recorded_history.h"
 #include "splatting/train/session/saved_stage.h"
 #include "splatting/train/session/train_callbacks.h"

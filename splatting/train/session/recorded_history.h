@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of a training's history, the evaluations that they come from, and notes for the user.
+// The rows of a training's history, and the evaluations that they come from.
 #pragma once
 
-#include <algorithm>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "splatting/evaluate/evaluation.h"
@@ -16,25 +14,6 @@
 #include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
-
-// What a training has to say to its user.
-
-// Lines on what is done otherwise than asked for; each once, though a training that goes on says it again.
-class TrainingNotes {
- public:
-  void Add(std::string line) {
-    if (std::ranges::find(lines_, line) == lines_.end()) lines_.push_back(std::move(line));
-  }
-  const std::vector<std::string>& lines() const { return lines_; }
-  // Those of before a break.
-  void Restore(std::vector<std::string> lines) { lines_ = std::move(lines); }
-  std::vector<std::string> Take() { return std::move(lines_); }
-
- private:
-  std::vector<std::string> lines_;
-};
-
-// The rows of a training's history, and the evaluations that they come from.
 
 // Gives the model in the memory of the host.
 using ModelOnHost = std::function<splat::Model<float>()>;

@@ -3,6 +3,8 @@
 // processes, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "splatting/distributed/process_group.h"
 #include "splatting/train/session/early_end.h"
 #include "splatting/train/session/interim_output.h"
+#include "splatting/train/session/notes.h"
 #include "splatting/train/session/recorded_history.h"
 #include "splatting/train/session/saved_stage.h"
 #include "splatting/train/session/train_callbacks.h"
@@ -71,8 +74,11 @@ class TrainingSession {
   void Predict(const Prediction& prediction) const {
     if (callbacks_.predicted) callbacks_.predicted(prediction);
   }
-  // A line for the user on what is done otherwise than asked for.
-  void Note(std::string line) { notes_.Add(std::move(line)); }
+  // A line for the user, by a format of notes.h.
+  template <class... Args>
+  void Note(fmt::format_string<Args...> format, Args&&... args) {
+    notes_.Add(fmt::format(format, std::forward<Args>(args)...));
+  }
   std::vector<std::string> TakeNotes() { return notes_.Take(); }
 
  private:

@@ -9,6 +9,7 @@
 #include "splatting/memory/memory_plan.h"
 #include "splatting/train/device_stages.h"
 #include "tests/splatting/memory/memory_run.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/support/emulated_device.h"
 #include "tests/support/throws_error.h"
 
@@ -88,8 +89,7 @@ TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   stages.device_memory = {};  // as if all had been thought to fit
   options.lm.jacobian = JacobianKind::kRecompute;
   const TrainResult found_out = Refine(scene, model, options, {}, {}, stages);
-  EXPECT_THAT(found_out.notes,
-              testing::ElementsAre(testing::StartsWith("LM goes on with one view at a time: the GPU has no room")));
+  EXPECT_THAT(found_out.notes, testing::ElementsAre(test::IsNote(notes::kLmByOneView)));
   EXPECT_EQ(found_out.model.data, whole.model.data);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras that are found along on a GPU, as on the host, and where its memory runs out on the way. On a device that is
 // emulated.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,6 +14,7 @@
 #include "splatting/train/device_stages.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/emulated_device.h"
@@ -23,9 +23,7 @@ namespace vesta::gs {
 namespace {
 
 using testing::Contains;
-using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::StartsWith;
 using vesta::test::LimitedDeviceMemory;
 
 // Views whose cameras, exposures and lens are off.
@@ -121,7 +119,7 @@ TEST_F(JointLmOnDevice, SolvesForCamerasAlongWhereThereIsNoRoomToEliminateThem) 
   EXPECT_THAT(whole.notes, IsEmpty());
   options_.memory.budget_gib = (whole.memory.device_predicted_mib - 0.2) / 1024;
   const TrainResult along = Run({});
-  EXPECT_THAT(along.notes, Contains(HasSubstr("no room to eliminate")));
+  EXPECT_THAT(along.notes, Contains(test::IsNote(notes::kLmEliminatesNothing)));
   EXPECT_LT(along.memory.device_peak_mib, whole.memory.device_peak_mib);
   EXPECT_NEAR(along.memory.device_predicted_mib / along.memory.device_peak_mib, 1.04, 0.1);
   EXPECT_GT(along.history.back().train.psnr, along.history.front().train.psnr + 1);
@@ -151,7 +149,7 @@ TEST_F(JointLmOnDevice, EndsWithWhatItHas) {
     const HistoryRow& last = result.history.back();
     ends.push_back(last.iteration);
     if (last.iteration < 2) {
-      EXPECT_THAT(result.notes, Contains(StartsWith(fmt::format("LM ends after {} iterations: ", last.iteration))));
+      EXPECT_THAT(result.notes, Contains(test::IsNote(notes::kLmEnds, std::to_string(last.iteration))));
     }
     Scene moved = scene_;
     moved.views = MovedViews(scene_, result.cameras);
@@ -175,7 +173,7 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
   };
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   const TrainResult result = Refine(scene, model, options, {}, callbacks, DeviceStages());
-  EXPECT_THAT(result.notes, Contains(StartsWith("cameras are stepped by older curvatures, or stay where there is")));
+  EXPECT_THAT(result.notes, Contains(test::IsNote(notes::kCamerasByOlderCurvatures)));
   EXPECT_EQ(result.history.back().iteration, 40);
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
 }
@@ -196,7 +194,7 @@ TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
     return Refine(scene, model, options, {}, callbacks, DeviceStages());
   };
   const TrainResult whole = train(false), limited = train(true);
-  EXPECT_THAT(limited.notes, Contains(StartsWith("cameras are stepped by older curvatures")));
+  EXPECT_THAT(limited.notes, Contains(test::IsNote(notes::kCamerasByOlderCurvatures)));
   double off = 0, moved = 0;
   for (std::size_t v = 0; v < whole.cameras.size(); ++v) {
     const splat::CameraMotion &found = limited.cameras[v].motion, &expected = whole.cameras[v].motion;

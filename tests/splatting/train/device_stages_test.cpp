@@ -3,7 +3,6 @@
 // emulated.
 #include "splatting/train/device_stages.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,6 +15,7 @@
 #include "splatting/train/checkpoint_model.h"
 #include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/session/evaluate_or_download.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/emulated_device.h"
@@ -23,12 +23,10 @@
 namespace vesta::gs {
 namespace {
 
-using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::StartsWith;
 using vesta::test::LimitedDeviceMemory;
 
 constexpr int kIterations = 60;
@@ -65,10 +63,7 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
     return p.iteration == 15;
   });
   ASSERT_GT(ample.model.count, before) << "so that memory has an effect";
-  EXPECT_THAT(
-      full.notes,
-      ElementsAre(AllOf(StartsWith("Adam goes on from iteration "), HasSubstr("and no more: the GPU has no room")),
-                  StartsWith("Adam leaves its last parameters, not their mean: the GPU has no room")));
+  EXPECT_THAT(full.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack), test::IsNote(notes::kAdamWithoutMean)));
   EXPECT_EQ(last, kIterations);
   EXPECT_EQ(full.history.back().iteration, kIterations);
   EXPECT_LE(full.model.count, before);
@@ -93,12 +88,12 @@ TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
     return Train(scene, limited, {}, callbacks, DeviceStages());
   };
   const TrainResult roomy = train_until(0);
-  EXPECT_THAT(roomy.notes, ElementsAre(StartsWith("Adam goes on from iteration 20 with ")));
+  EXPECT_THAT(roomy.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack, "20")));
   constexpr double kMibPerGib = 1024;
   // The copy, of three vectors and the bases, is more than what is left of this.
   const double budget = 1.01 * roomy.memory.device_peak_mib / kMibPerGib * 0.85;
   const TrainResult tight = train_until(budget);
-  EXPECT_THAT(tight.notes, ElementsAre(StartsWith("Adam goes on from iteration 20 with ")));
+  EXPECT_THAT(tight.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack, "20")));
   EXPECT_LT(tight.memory.device_peak_mib, roomy.memory.device_peak_mib);
   EXPECT_LE(tight.memory.device_peak_mib, budget * kMibPerGib);
   EXPECT_EQ(tight.model.data, roomy.model.data);
@@ -152,8 +147,7 @@ TEST(DeviceStages, AdamEndsWithItsModelWhereMemoryRunsOut) {
   options.seed = 2;
   const TrainResult result = TrainUntilFull(scene, options, [&](const TrainProgress& p) { return p.iteration == 1; });
   ASSERT_EQ(result.notes.size(), 1u);
-  EXPECT_THAT(result.notes.front(), StartsWith("Adam ends after "));
-  EXPECT_THAT(result.notes.front(), HasSubstr("the GPU has no room"));
+  EXPECT_THAT(result.notes.front(), test::IsNote(notes::kAdamEnds));
   const HistoryRow& last = result.history.back();
   EXPECT_EQ(last.stage, Stage::kAdam);
   EXPECT_GT(last.iteration, 0);
@@ -181,7 +175,7 @@ TEST(DeviceStages, ALaunchWithoutMemoryIsTriedAgainOrEndsAdam) {
   EXPECT_EQ(once.model.data, ample.model.data);
   vesta::test::FailLaunches(kInTheMidst, 2);
   const TrainResult twice = Train(scene, options, {}, {}, DeviceStages());
-  EXPECT_THAT(twice.notes, ElementsAre(AllOf(StartsWith("Adam ends after "), HasSubstr("the threads of a kernel"))));
+  EXPECT_THAT(twice.notes, ElementsAre(test::IsNote(notes::kAdamEnds)));
   EXPECT_GT(twice.history.back().iteration, 10);
 }
 
@@ -192,7 +186,7 @@ TEST(DeviceStages, AdamRunsOnTheCpuWhereNothingFits) {
   stages.device_memory = {};  // as if all had been thought to fit
   const LimitedDeviceMemory limited(device::BytesInUse() + 1000);
   const TrainResult result = Train(scene, options, {}, {}, stages);
-  EXPECT_THAT(result.notes, ElementsAre(StartsWith("Adam runs on the CPU: the GPU has no room")));
+  EXPECT_THAT(result.notes, ElementsAre(test::IsNote(notes::kAdamOnCpu)));
   EXPECT_EQ(result.model.data, Train(scene, options, {}, {}).model.data);
 }
 
@@ -250,8 +244,8 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   stages.device_memory = {};
   const TrainResult found = Train(scene, options, {}, {}, stages);
   ASSERT_FALSE(found.notes.empty());
-  EXPECT_THAT(found.notes.front(), StartsWith("LM goes on with one view at a time: "));
-  EXPECT_THAT(found.notes.back(), StartsWith("LM ends after 0 iterations: "));
+  EXPECT_THAT(found.notes.front(), test::IsNote(notes::kLmByOneView));
+  EXPECT_THAT(found.notes.back(), test::IsNote(notes::kLmEnds, "0"));
   EXPECT_EQ(found.model.data, planned.model.data);
 }
 
@@ -274,7 +268,7 @@ TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
     return lm(session, model);
   };
   const TrainResult result = test::GoneOn(saved, train);
-  EXPECT_THAT(result.notes, Contains(StartsWith("LM ends after 2 iterations: ")));
+  EXPECT_THAT(result.notes, Contains(test::IsNote(notes::kLmEnds, "2")));
   EXPECT_EQ(result.model.data, ModelOfCheckpoint(saved, options).data);
 }
 

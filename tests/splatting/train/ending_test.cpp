@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "splatting/train/trainer.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/training_scene.h"
 
 namespace vesta::gs {
@@ -56,7 +57,7 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   options.target_psnr = 99;
   const TrainResult all = Train(scene, options, {}, {});
   EXPECT_EQ(all.history.back().stage, Stage::kLm);
-  EXPECT_THAT(all.notes, testing::Contains(testing::HasSubstr("not the 99.00 of --target_psnr")));
+  EXPECT_THAT(all.notes, testing::Contains(test::IsNote(notes::kMissesTarget, "99.00")));
   // What is held out takes no part.
   for (View& view : scene.views) {
     if (view.role != ViewRole::kHeldOut) continue;

@@ -12,6 +12,7 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "splatting/evaluate/evaluation.h"
 #include "splatting/evaluate/quality.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/training_scene.h"
 
 namespace vesta::gs {
@@ -297,10 +298,10 @@ TEST(Trainer, OptionsOfLmThatCannotBeFollowedAreNoted) {
   EXPECT_THAT(Train(scene, options, {}, {}).notes, testing::IsEmpty());
   options.lm.batches = 1000;
   EXPECT_THAT(Train(scene, options, {}, {}).notes,
-              testing::ElementsAre("LM in 10 of the lm.batches=1000 asked for: there are 10 training views"));
+              testing::ElementsAre(test::IsNote(notes::kLmInFewerBatches, "10", "1000")));
   options.lm.batches = 1;
   options.lm.l1_weight = options.lm.ssim_weight = 0;
-  EXPECT_THAT(Train(scene, options, {}, {}).notes, testing::Contains(testing::HasSubstr("are both 0")));
+  EXPECT_THAT(Train(scene, options, {}, {}).notes, testing::Contains(test::IsNote(notes::kLmLowersNothing)));
 }
 
 // Of 27 and 28 views, four are for testing.

@@ -10,6 +10,7 @@
 
 #include "splatting/train/trainer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/throws_error.h"
@@ -17,7 +18,6 @@
 namespace vesta::gs {
 namespace {
 
-using testing::HasSubstr;
 
 // A splat and photographs of it, whose cameras are off.
 class JointLmStage : public testing::Test {
@@ -148,7 +148,7 @@ TEST_F(JointLmStage, SolvesForCamerasAlongWhereThereIsNoRoomToEliminateThem) {
   const double foreseen = Refine(given_, model_, options, {}, {}).memory.predicted_mib;
   options.memory.budget_gib = (foreseen - 0.5) / 1024;
   const TrainResult result = Refine(given_, model_, options, {}, {});
-  EXPECT_THAT(result.notes, testing::Contains(HasSubstr("no room to eliminate")));
+  EXPECT_THAT(result.notes, testing::Contains(test::IsNote(notes::kLmEliminatesNothing)));
   EXPECT_LT(result.memory.predicted_mib, foreseen - 0.5);
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
 }
@@ -157,7 +157,7 @@ TEST_F(JointLmStage, TakesAllViewsAsOneBatch) {
   TrainOptions options = Options(CameraChoice::kPose, 2);
   options.lm.batches = 3;
   const TrainResult result = Refine(given_, model_, options, {}, {});
-  EXPECT_THAT(result.notes, testing::Contains(HasSubstr("all views as one batch")));
+  EXPECT_THAT(result.notes, testing::Contains(test::IsNote(notes::kLmWithCamerasIsPlain)));
   options.lm.batches = 1;
   EXPECT_EQ(result.model.data, Refine(given_, model_, options, {}, {}).model.data);
 }

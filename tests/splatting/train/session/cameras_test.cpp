@@ -11,6 +11,7 @@
 #include "splatting/train/session/checkpoint.h"
 #include "splatting/train/session/training_cameras.h"
 #include "tests/splatting/cameras/perturbed_view.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/throws_error.h"
@@ -19,7 +20,6 @@ namespace vesta::gs {
 namespace {
 
 using testing::Contains;
-using testing::HasSubstr;
 
 // A splat and photographs of it, whose cameras are off by up to half a degree and half a per cent of the distance.
 class CamerasFoundAlong : public testing::Test {
@@ -193,10 +193,10 @@ TEST_F(CamerasFoundAlong, RefusesLensesThatDistort) {
 
 TEST_F(CamerasFoundAlong, AutomaticallyWhereTheyAreOff) {
   const TrainResult off = Refine(given_, model_, Options(CameraChoice::kAuto, 100), {}, {});
-  EXPECT_THAT(off.notes, Contains(HasSubstr("auto chooses pose:")));
+  EXPECT_THAT(off.notes, Contains(test::IsNote(notes::kCamerasChosen, "pose")));
   EXPECT_GT(off.history.back().train.psnr, off.history.front().train.psnr + 3);
   const TrainResult right = Refine(truth_, model_, Options(CameraChoice::kAuto, 100), {}, {});
-  EXPECT_THAT(right.notes, Contains(HasSubstr("auto chooses none:")));
+  EXPECT_THAT(right.notes, Contains(test::IsNote(notes::kCamerasChosen, "none")));
   for (const ViewUnknowns& view : right.cameras) EXPECT_EQ(view.motion.Angle(), 0);
 }
 

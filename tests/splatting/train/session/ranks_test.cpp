@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "splatting/train/session/checkpoint.h"
+#include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/training_on_ranks.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/throws_error.h"
@@ -71,7 +72,7 @@ TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
   for (const TrainResult* result : {&alone, &together}) {
     EXPECT_EQ(result->history.back().train.views, 3);
     EXPECT_EQ(result->history.back().test.views, 2);
-    EXPECT_THAT(result->notes, testing::Contains(testing::HasSubstr("3 of 10 training views")));
+    EXPECT_THAT(result->notes, testing::Contains(test::IsNote(notes::kEvaluatesSomeViews, "3", "10")));
   }
   EXPECT_EQ(together.history.back().train.psnr, alone.history.back().train.psnr);
   EXPECT_EQ(together.history.back().cost, alone.history.back().cost);
