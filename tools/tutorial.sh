@@ -19,8 +19,8 @@ frames=48 width=320 height=240 lens=-0.12,0.02,0.001,-0.001
 train_flags= find_cameras=yes
 for flag in "$@"; do
   case $flag in
-    --quick) train_flags=--iterations=1000 ;;
-    --given_cameras) find_cameras= frames=24 width=160 height=120 ;;
+    --quick) train_flags=--iterations=600 ;;
+    --given_cameras) find_cameras= frames=20 width=160 height=120 ;;
     *) echo "tutorial.sh: unknown flag $flag" >&2; usage ;;
   esac
 done

@@ -181,7 +181,7 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
 // The last that there was room for are of images of half the size.
 TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
   const SplatModel model = test::RandomModel(60, 1, 7);
-  const Scene scene = CamerasOff(test::RingWithImages(model, 8, 144, 128));
+  const Scene scene = CamerasOff(test::RingWithImages(model, 8, 112, 96));
   TrainOptions options = FindingCameras();
   options.cameras.refine = CameraChoice::kPose;
   options.adam.iterations = 24;
