@@ -18,7 +18,6 @@
 namespace vesta::gs {
 namespace {
 
-
 // A splat and photographs of it, whose cameras are off.
 class JointLmStage : public testing::Test {
  protected:
