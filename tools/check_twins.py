@@ -26,7 +26,6 @@ SAME_MEMBERS = {
     "kernels/gaussian_splatting/device/device_splat_view.h",
     "kernels/image/device_metrics.h",
     "kernels/image/device_photometric_loss.h",
-    "problems/gaussian_splatting/density/device_density.h",
     "problems/gaussian_splatting/model/device_splat_backend.h",
 }
 

@@ -61,11 +61,12 @@ bool IsFisheye(const FrameValues& values) {
   if (flag != nullptr && !flag->is_boolean())
     Fail(kBadFile, "{}: is_fisheye is neither true nor false", values.where());
   const std::string model = values.Text("camera_model", "PINHOLE");
-  const std::set<std::string> pinholes = {"SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
-                                          "SIMPLE_RADIAL",  "RADIAL",      "FULL_OPENCV"},
+  if (splat::PlaceOf(splat::LensModels(), model) > 0) return false;  // views with this lens are not undistorted
+  const std::set<std::string> pinholes = {"PINHOLE",       "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
+                                          "SIMPLE_RADIAL", "RADIAL",         "FULL_OPENCV"},
                               fisheyes = {"OPENCV_FISHEYE", "FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
   if (fisheyes.contains(model)) return true;
-  if (!pinholes.contains(model) && splat::PlaceOf(splat::LensModels(), model) < 0) {
+  if (!pinholes.contains(model)) {
     Fail(kUnsupported,
          "{}: the camera model {} is not read; undistort the images first, for instance by colmap image_undistorter",
          values.where(), Printable(model));

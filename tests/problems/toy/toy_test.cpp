@@ -7,6 +7,7 @@
 #include "problems/toy/exponential_fit.h"
 #include "problems/toy/powell.h"
 #include "problems/toy/rosenbrock.h"
+#include "solver/check_problem.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta {
@@ -21,6 +22,15 @@ TEST(Toy, ExponentialFit) {
     EXPECT_NEAR(both.x[k], both.x_ceres[k], 1e-9);
     EXPECT_NEAR(both.x[k], kExponentialFitTruth[k], 0.02);
   }
+}
+
+TEST(Toy, CheckProblemFindsNoFault) {
+  const std::unique_ptr<Problem<SmallProblem::B>> problem = MakeSmallProblem(ExponentialSamples(100)).make(nullptr);
+  SmallProblem::B backend;
+  SmallProblem::B::Vector x(2);
+  x[0] = 0.3, x[1] = 0.1;
+  const ProblemCheck check = CheckProblem<SmallProblem::B>(backend, *problem, x);
+  EXPECT_TRUE(check.ok()) << check.Report();
 }
 
 TEST(Toy, ExponentialFitWithOutliersNeedsARobustLoss) {

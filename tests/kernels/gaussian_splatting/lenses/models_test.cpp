@@ -12,7 +12,7 @@
 #include "tests/support/splat_scenes.h"
 
 namespace vesta::splat {
-namespace {
+inline namespace VESTA_ISA {
 
 // Without perspective, and with distortion: the length r of (x, y) becomes r + k r^3. Depth has no part in it.
 template <class S>
@@ -21,12 +21,12 @@ struct Telecentric : DualLens<Telecentric<S>, S> {
   using DualLens<Telecentric<S>, S>::DualLens;
 
   template <class T>
-  static void Plane(const T t[3], T& x, T& y) {
+  VESTA_HD static void Plane(const T t[3], T& x, T& y) {
     const T factor = T(1) + T(0.05) * (t[0] * t[0] + t[1] * t[1]);
     x = factor * t[0], y = factor * t[1];
   }
   template <class T>
-  static void PointAt(const T& x, const T& y, const T& z, T t[3]) {
+  VESTA_HD static void PointAt(const T& x, const T& y, const T& z, T t[3]) {
     T factor(1);  // of (x, y), by Newton's method
     const T r2 = x * x + y * y;
     for (int i = 0; i < 50; ++i) {
@@ -36,6 +36,9 @@ struct Telecentric : DualLens<Telecentric<S>, S> {
     t[0] = factor * x, t[1] = factor * y, t[2] = z;
   }
 };
+
+}  // namespace VESTA_ISA
+namespace {
 
 template <template <class> class M>
 struct Model {
