@@ -217,6 +217,7 @@ TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
   EXPECT_THAT(refusal(2, {"doctor", scene}), HasTokens("doctor", "mpirun"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--memory_budget=0.001"}), HasTokens("--memory_budget=0.001", "mpirun"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--view=8123"}), HasTokens("--view"));
+  EXPECT_THAT(refusal(9, {"train", scene, out, "--iterations=2", "--lm_iterations=1"}), HasTokens("9", "8"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=2", "--lm_iterations=1", "--set", "lm.batches=2"}),
               HasTokens("lm.batches=1"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/point_cloud.ply"));
