@@ -7,10 +7,9 @@
 
 namespace vesta {
 
-// 1 - SSIM as a reweighted quadratic (photometric_formula.h).
-
 namespace {
 
+// 1 - SSIM as a reweighted quadratic (photometric_formula.h).
 template <class S>
 class QuadraticSsim final : public SsimStrategy<S> {
  public:
@@ -36,19 +35,7 @@ class QuadraticSsim final : public SsimStrategy<S> {
   }
 };
 
-}  // namespace
-
-template <class S>
-std::unique_ptr<SsimStrategy<S>> MakeQuadraticSsim() {
-  return std::make_unique<QuadraticSsim<S>>();
-}
-template std::unique_ptr<SsimStrategy<float>> MakeQuadraticSsim();
-template std::unique_ptr<SsimStrategy<double>> MakeQuadraticSsim();
-
 // Gauss-Newton on the root of 1 - SSIM, each score differentiated by its own pixel alone (3DGS-LM).
-
-namespace {
-
 template <class S>
 class RootCenterSsim final : public SsimStrategy<S> {
  public:
@@ -72,24 +59,13 @@ class RootCenterSsim final : public SsimStrategy<S> {
   static constexpr Index kGrain = Index{1} << 16;
 };
 
-}  // namespace
-
-template <class S>
-std::unique_ptr<SsimStrategy<S>> MakeRootCenterSsim() {
-  return std::make_unique<RootCenterSsim<S>>();
-}
-template std::unique_ptr<SsimStrategy<float>> MakeRootCenterSsim();
-template std::unique_ptr<SsimStrategy<double>> MakeRootCenterSsim();
-
-namespace {
-
 template <class S>
 std::unique_ptr<SsimStrategy<S>> MakeSsimStrategy(SsimLinearization kind) {
   switch (kind) {
     case SsimLinearization::kRootCenter:
-      return MakeRootCenterSsim<S>();
+      return std::make_unique<RootCenterSsim<S>>();
     default:
-      return MakeQuadraticSsim<S>();
+      return std::make_unique<QuadraticSsim<S>>();
   }
 }
 

@@ -12,10 +12,9 @@
 
 namespace vesta {
 
-// The curvature operator W of the photometric loss at one rendered image, and the interface that makes and applies it.
-
-// Owned by the caller, one for each view that is linearised at the same time. Images of 3 * height * width values: the
-// diagonal, and by the choice of SsimLinearization
+// The curvature operator W of the photometric loss at one rendered image. Owned by the caller, one for each view that
+// is linearised at the same time. Images of 3 * height * width values: the diagonal, and by the choice of
+// SsimLinearization
 //   kQuadratic   one more: W v = diagonal o v + ssim * G (curvature o (G v));
 //   kRootCenter  none: W v = diagonal o v.
 template <class S>
@@ -40,11 +39,6 @@ class SsimStrategy {
   virtual void ApplyW(RowBands<S>& bands, const LossTerms<S>& loss, const Linearization& linearization, const S* v,
                       S* out) = 0;
 };
-
-template <class S>
-std::unique_ptr<SsimStrategy<S>> MakeQuadraticSsim();
-template <class S>
-std::unique_ptr<SsimStrategy<S>> MakeRootCenterSsim();
 
 // The photometric loss of one view: absolute differences and structural similarity of a rendered image and the truth.
 //
