@@ -12,7 +12,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
-#include "problems/deconvolution/photon_image.h"
+#include "bench/deconvolution/photon_image.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::bench {

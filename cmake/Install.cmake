@@ -4,7 +4,7 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
 
-install(TARGETS vesta_core vesta_ranks vesta_solver vesta_distributed vesta_toy vesta_bundle_adjustment vesta_deconvolution vesta_pose_graph
+install(TARGETS vesta_core vesta_ranks vesta_solver vesta_distributed vesta_toy vesta_bundle_adjustment vesta_pose_graph
   EXPORT vesta)
 install(EXPORT vesta NAMESPACE vesta:: FILE vestaTargets.cmake DESTINATION ${package_dir})
 # A set of its own: who does not ask for the bridge needs no Ceres.
@@ -27,7 +27,7 @@ endif()
 set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/*.h solver/distributed/*.h
   problems/toy/*.h problems/bundle_adjustment/bal_file.h
   problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h
-  problems/deconvolution/photon_image.h problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h)
+  problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h)
 if(TARGET vesta_mpi)
   list(APPEND headers kernels/mpi/*.h)
 endif()

@@ -42,7 +42,7 @@ cmake_minimum_required(VERSION 3.25)
 project(headers LANGUAGES CXX)
 find_package(vesta 0.1.0 CONFIG REQUIRED)
 add_library(headers OBJECT all.cpp)
-target_link_libraries(headers vesta::core vesta::solver vesta::toy vesta::bundle_adjustment vesta::deconvolution
+target_link_libraries(headers vesta::core vesta::solver vesta::toy vesta::bundle_adjustment
   vesta::pose_graph vesta::ceres_bridge vesta::ceres_functors)
 TEXT
 configure "$work/headers" "$work/headers/build" || { cat "$work/headers/build/configure.log"; fail "not configured"; }

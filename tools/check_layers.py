@@ -106,7 +106,6 @@ ALLOWED = {
     "solver/ceres": ["solver", *KERNELS],
     "problems/toy": ["solver", *KERNELS],
     "problems/bundle_adjustment": ["solver", *KERNELS],
-    "problems/deconvolution": ["solver", *KERNELS],
     "problems/pose_graph": ["solver", *KERNELS],
     PROBLEM + "scene": ["kernels/gaussian_splatting", "kernels/ranks", *KERNELS],
     PROBLEM + "model": [PROBLEM + "scene", "kernels/gaussian_splatting", "kernels/image", "kernels/ranks", *KERNELS],

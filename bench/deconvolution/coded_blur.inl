@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of the templates of problems/deconvolution/coded_blur.h.
+// Bodies of the templates of bench/deconvolution/coded_blur.h.
 #pragma once
 
 #include "kernels/core/parallel.h"
-#include "problems/deconvolution/coded_blur.h"
+#include "bench/deconvolution/coded_blur.h"
 
 namespace vesta::deconvolution {
 

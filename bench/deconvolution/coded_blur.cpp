@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "problems/deconvolution/coded_blur.h"
+#include "bench/deconvolution/coded_blur.h"
 
 #include <algorithm>
 

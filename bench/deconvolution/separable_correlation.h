@@ -5,7 +5,7 @@
 
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
-#include "problems/deconvolution/coded_apertures.h"
+#include "bench/deconvolution/coded_apertures.h"
 
 namespace vesta::deconvolution {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "problems/deconvolution/coded_apertures.h"
+#include "bench/deconvolution/coded_apertures.h"
 
 #include <cmath>
 #include <complex>

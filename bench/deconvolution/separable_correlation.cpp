@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "problems/deconvolution/separable_correlation.h"
+#include "bench/deconvolution/separable_correlation.h"
 
 #include "kernels/core/cpu_dispatch.h"
 

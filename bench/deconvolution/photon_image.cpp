@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "problems/deconvolution/photon_image.h"
+#include "bench/deconvolution/photon_image.h"
 
 #include <cmath>
 #include <numeric>

@@ -11,7 +11,7 @@
 
 #include <memory>
 
-#include "problems/deconvolution/coded_blur.h"
+#include "bench/deconvolution/coded_blur.h"
 #include "solver/lm_options.h"
 #include "solver/problem.h"
 

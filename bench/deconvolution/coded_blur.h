@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
-#include "problems/deconvolution/coded_apertures.h"
-#include "problems/deconvolution/separable_correlation.h"
+#include "bench/deconvolution/coded_apertures.h"
+#include "bench/deconvolution/separable_correlation.h"
 
 namespace vesta::deconvolution {
 
@@ -55,4 +55,4 @@ class CodedBlur {
 
 }  // namespace vesta::deconvolution
 
-#include "problems/deconvolution/coded_blur.inl"
+#include "bench/deconvolution/coded_blur.inl"
