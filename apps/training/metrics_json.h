@@ -28,7 +28,7 @@ struct RunFacts {
   std::vector<PhaseRow> profile = {};  // of --profile
 };
 
-// Fields as docs/guide/training_a_scene.md has them ("metrics.json"). test, train and held_out
+// Fields as docs/guide/metrics.md lists them. test, train and held_out
 // are those of the last row of the history; adam_end and lm_end the seconds of the last rows of their stages. A figure
 // that is not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);

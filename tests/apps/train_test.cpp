@@ -43,7 +43,7 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_THAT(Keys(metrics), UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds",
                                                   "peak_memory_mib", "memory", "version", "command", "scene", "device",
                                                   "threads", "seed", "preset", "options", "history"));
-  const std::string guide = ReadFile(VESTA_GUIDE "/training_a_scene.md");
+  const std::string guide = ReadFile(VESTA_GUIDE "/metrics.md");
   for (const std::string& key : Keys(metrics)) EXPECT_THAT(guide, HasSubstr(fmt::format("`{}`", key)));
   EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam_end", "lm_end", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
