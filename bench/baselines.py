@@ -9,9 +9,11 @@ Writes OUT_DIR/NAME.json for each: what the benchmark's --json writes, and the c
   bench/compare.py bench/baselines OUT_DIR
 
 Each takes under three minutes on two cores. Leave the machine alone meanwhile. To renew the baselines, for a release or
-after a change that is meant to move a figure, run it from a clean checkout with OUT_DIR bench/baselines.
+after a change that is meant to move a figure, run it from a clean checkout with OUT_DIR bench/baselines, then
+bench/tables.py bench/baselines --write.
 """
 import argparse
+import datetime
 import json
 import subprocess
 import sys
@@ -34,8 +36,11 @@ def run(build, name, out):
     subprocess.run([build / "bench" / program, *flags, "--json", path], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
     report = json.loads(path.read_text())
-    # The command stands before the rows, where a reader sees it.
-    report = {"bench": report.pop("bench"), "command": " ".join([f"bench/{program}", *flags]), **report}
+    # The command and the date come before the rows, where a reader sees them.
+    head = {"bench": report.pop("bench"), "command": " ".join([f"bench/{program}", *flags]),
+            "machine": report.pop("machine"), "commit": report.pop("commit"),
+            "date": datetime.date.today().isoformat()}
+    report = {**head, **report}
     path.write_text(json.dumps(report, indent=1) + "\n")
 
 
