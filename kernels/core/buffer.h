@@ -50,8 +50,6 @@ class Buffer<T, Host> {
     }
     size_ = size;
   }
-  // Keeps the first `size` elements.
-  void Shrink(Index size) { size_ = std::min(size_, size); }
   void CopyFrom(Span<const T, Host> other) {
     ResizeForOverwrite(other.size());
     std::copy_n(other.data(), size_, data_.get());
