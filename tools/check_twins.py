@@ -24,7 +24,7 @@ LIMIT = 0.30
 SAME_MEMBERS = {
     "kernels/core/device_buffer.h",
     "kernels/gaussian_splatting/device/device_splat_view.h",
-    "kernels/image/device_metrics.h",
+    "kernels/image/device_photometric_loss.h",
     "kernels/image/device_photometric_loss.h",
     "problems/gaussian_splatting/model/device_splat_backend.h",
 }

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "apps/viewer/shown_model.h"
-#include "kernels/core/background.h"
+#include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/parsimony/support.h"
 

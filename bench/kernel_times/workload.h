@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/image/image_shape.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/io/splats/ply.h"

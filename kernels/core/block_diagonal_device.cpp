@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Block-diagonal matrices in the memory of a GPU: the loop over the groups. block_kernels.cu has the work on their
 // blocks.
+#include "kernels/core/block_diagonal.h"
 #include "kernels/core/block_diagonal.inl"
-#include "kernels/core/block_kernels.h"
 #include "kernels/core/cuda_backend.h"
 
 namespace vesta {

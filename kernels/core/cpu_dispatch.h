@@ -4,8 +4,6 @@
 
 namespace vesta {
 
-// Which of the compiled instruction sets this process uses.
-
 enum class Isa { kBaseline, kAvx2, kAvx512 };
 
 // The best instruction set of this CPU that was compiled in, or the one that the environment variable
@@ -25,7 +23,6 @@ const char* IsaName(Isa isa);
 //
 // Both stand in the namespace of the *.simd.cpp's own `inline namespace VESTA_ISA`. Not in a header that the
 // *.simd.cpp includes: there another of these namespaces is the inline one.
-
 #if defined(__x86_64__)
 #define VESTA_DECLARE_PER_ISA(...) \
   inline namespace baseline {      \

@@ -10,7 +10,6 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/cuda_runtime.cuh"
-#include "kernels/core/device_code.h"
 #include "kernels/core/device_kernels.h"
 #include "kernels/core/device_memory.h"
 

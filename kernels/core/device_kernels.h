@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the compiler made of each kernel that has been launched, and how often the host launched and waited.
+// Kernels of the GPU, as the host sees them: whether they can run, how they are launched, and what the compiler made of
+// each.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "kernels/core/device_memory.h"
+
 namespace vesta::device {
 
+// What the compiler made of a kernel.
 struct KernelFacts {
   std::string name;  // as errors name it
   int registers = 0;
@@ -29,5 +33,27 @@ inline HostWork& CountedHostWork() {
 
 // Adds a kernel. launch.cuh calls it once for each.
 void NoteKernel(const char* name, const void* kernel);
+
+// Empty where the GPU in use can run this program's kernels, else CUDA's reason: no machine code for it, or PTX that is
+// too new for the driver.
+std::string WhyNoCodeRuns();
+
+// What a user is told then, and can do. capability: 10 major + minor.
+inline std::string NoCodeWords(const std::string& gpu, int capability, const std::string& reason) {
+  return gpu + " has compute capability " + std::to_string(capability / 10) + "." + std::to_string(capability % 10) +
+         ", for which this program has no code; build it with CMAKE_CUDA_ARCHITECTURES=" + std::to_string(capability) +
+         " (CUDA: " + reason + ")";
+}
+
+// launch() launches a kernel and says whether there was memory for it. Where there was none, the pool's unused memory
+// goes back to the driver and it is called once more. Throws OutOfDeviceMemory, naming the kernel, where that does not
+// help either.
+template <class Launch>
+void LaunchOrThrow(const Launch& launch, const char* name) {
+  ++CountedHostWork().launches;
+  if (launch()) return;
+  TrimPool();
+  if (!launch()) throw OutOfDeviceMemory(std::string("the GPU has no room for the threads of a kernel: ") + name);
+}
 
 }  // namespace vesta::device

@@ -11,8 +11,6 @@
 
 namespace vesta {
 
-// Reading of text files whose contents are not trusted.
-
 // False, too, where the path cannot be looked up (no permission, a name too long for the system).
 bool FileExists(const std::string& path);
 bool FolderExists(const std::string& path);
@@ -34,8 +32,6 @@ std::string_view NextWord(std::string_view* text);
 
 // A piece of a file for a message: at most 60 characters, and '?' in place of all that is not printable ASCII.
 std::string Printable(std::string_view text);
-
-// Output files that are either complete or absent.
 
 // Bytes go to a temporary file beside `path`, named path.PROCESS.tmp; Commit renames it to `path`. Destroyed without
 // Commit, the temporary is removed and an older file of that name is untouched. Every member throws Error, one line

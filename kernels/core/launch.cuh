@@ -7,7 +7,6 @@
 #include "kernels/core/block_kernel.h"
 #include "kernels/core/cuda_runtime.cuh"
 #include "kernels/core/device_kernels.h"
-#include "kernels/core/device_launch.h"
 
 namespace vesta::device {
 

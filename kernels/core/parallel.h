@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -48,5 +49,24 @@ T ParallelSum(Index count, Index grain, const Body& body) {
   for (const T& value : partial) sum += value;
   return sum;
 }
+
+// Work beside the program.
+//
+// A thread that runs one task after the other, in the order they came. It starts with the first.
+class Background {
+ public:
+  Background();
+  // Waits for the task that runs; those that wait for their turn are dropped.
+  ~Background();
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+
+  // task must not throw.
+  void Run(std::function<void()> task);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace vesta

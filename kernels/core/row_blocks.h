@@ -3,6 +3,9 @@
 // for problems whose Jacobian is stored. Each step is a function of an index; the indices may run in any order.
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/divisor.h"
 #include "kernels/core/span.h"
@@ -108,4 +111,50 @@ struct GramOfRows {
   }
 };
 
+// RowBlocksTranspose, made on the host.
+struct HostRowTranspose {
+  std::vector<Index> entries, first_entry, segments, segment_end, first_segment;
+
+  // index: [parameters_per_block * blocks], as in RowBlocks.
+  HostRowTranspose(Index num_parameters, const std::vector<Index>& index, Index blocks)
+      : entries(index.size()), first_entry(static_cast<std::size_t>(num_parameters) + 1, 0) {
+    for (const Index p : index) ++first_entry[static_cast<std::size_t>(p) + 1];
+    for (std::size_t p = 1; p < first_entry.size(); ++p) first_entry[p] += first_entry[p - 1];
+    std::vector<Index> next(first_entry.begin(), first_entry.end() - 1);
+    const Index columns = blocks > 0 ? static_cast<Index>(index.size()) / blocks : 0;
+    for (Index b = 0; b < blocks; ++b) {
+      for (Index c = 0; c < columns; ++c) {
+        const Index entry = c * blocks + b;
+        const auto p = static_cast<std::size_t>(index[static_cast<std::size_t>(entry)]);
+        entries[static_cast<std::size_t>(next[p]++)] = entry;
+      }
+    }
+    first_segment.push_back(0);
+    for (std::size_t p = 0; p + 1 < first_entry.size(); ++p) {
+      for (Index e = first_entry[p]; e < first_entry[p + 1]; e += kSegmentEntries) {
+        segments.push_back(e);
+        segment_end.push_back(std::min(e + kSegmentEntries, first_entry[p + 1]));
+      }
+      first_segment.push_back(static_cast<Index>(segments.size()));
+    }
+  }
+  RowBlocksTranspose view() const {
+    return {entries.data(), first_entry.data(), segments.data(), segment_end.data(), first_segment.data()};
+  }
+};
+
 }  // namespace vesta
+
+namespace vesta::device {
+
+// The launches of the steps above on a GPU. All pointers are to its memory. No function waits.
+template <class S>
+void ApplyRows(const RowBlocks<S>& rows, const S* v, S* u);
+// u null: diag(J^T J). partial: one for each segment.
+template <class S>
+void ApplyRowsTransposed(const RowBlocks<S>& rows, const RowBlocksTranspose& transpose, Index segments,
+                         Index parameters, const S* u, S* partial, S* g);
+template <class S>
+void GramBlocks(const RowBlocks<S>& rows, const RowBlocksTranspose& transpose, const BlockGroup& group, S* values);
+
+}  // namespace vesta::device

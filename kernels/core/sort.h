@@ -10,8 +10,6 @@
 
 namespace vesta {
 
-// Stable sort of 32-bit keys.
-
 struct KeyValue {
   std::uint32_t key;
   std::uint32_t value;
@@ -42,7 +40,6 @@ inline void RadixSort(HostBuffer<KeyValue>& items, HostBuffer<KeyValue>& scratch
 
 // Sorting and running sums, one call for all memory spaces: the host's here, a GPU's in device_sort.h. Results depend
 // on the input alone.
-
 template <class Space>
 struct Sorting;
 

@@ -11,6 +11,7 @@
 #include "kernels/image/pixel_penalty.h"
 
 namespace vesta {
+
 inline namespace VESTA_ISA {
 
 template <class S>
@@ -229,3 +230,22 @@ struct BlurAddOperator {
 
 }  // namespace VESTA_ISA
 }  // namespace vesta
+
+namespace vesta::device_image {
+
+// The launches behind DevicePhotometricLoss, compiled by nvcc. All pointers are to memory of the GPU. No function
+// waits.
+//
+// Room for the partial sums of Windows.
+Index NumPartialSums(const ImageShape& shape);
+// sums: three.
+void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums);
+void Gradient(const ImageShape& shape, const GradientOperator<float>& op);
+// partial_sums, sums: as for Windows.
+void Center(const ImageShape& shape, const CenterOperator<float>& op, double* partial_sums, double* sums);
+void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op);
+void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op);
+// QuantizeTo8Bit on each value.
+void Quantize(Index count, float* values);
+
+}  // namespace vesta::device_image

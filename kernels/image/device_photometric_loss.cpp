@@ -4,7 +4,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/cuda_backend.h"
 #include "kernels/core/profile.h"
-#include "kernels/image/device_image_passes.h"
+#include "kernels/image/blur_blocks.h"
 
 namespace vesta {
 namespace {
@@ -102,6 +102,14 @@ void DevicePhotometricLoss::ApplyW(const Linearization& linearization, ConstVect
   device_image::WeightedBlur(shape, {v.data(), linearization.curvature.data(), blurred_.data()});
   device_image::BlurAdd(
       shape, {blurred_.data(), static_cast<float>(weights_.ssim), linearization.diagonal.data(), v.data(), out.data()});
+}
+
+ImageQuality DeviceImageQualityMeter::Measure(Span<float, Device> rendered, Span<float, Device> truth,
+                                              const ImageShape& shape) {
+  device_image::Quantize(rendered.size(), rendered.data());
+  device_image::Quantize(truth.size(), truth.data());
+  const PhotometricValue value = loss_.Evaluate(rendered, truth, shape);
+  return ImageQualityOf(2 * value.pixelwise, value.dissimilarity, shape);
 }
 
 }  // namespace vesta

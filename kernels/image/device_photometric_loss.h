@@ -4,6 +4,7 @@
 
 #include "kernels/core/device_buffer.h"
 #include "kernels/image/image_shape.h"
+#include "kernels/image/metrics.h"
 #include "kernels/image/photometric_loss.h"
 #include "kernels/image/pixel_penalty.h"
 
@@ -58,6 +59,19 @@ class DevicePhotometricLoss {
   DeviceBuffer<float> p_, q_, s_;  // slopes of 1 - SSIM
   DeviceBuffer<float> blurred_;    // between the halves of W
   DeviceBuffer<double> partial_sums_, sums_;
+};
+
+// Image quality as reported.
+//
+// Like ImageQualityMeter, but quantises both images in place. Waits for the device.
+class DeviceImageQualityMeter {
+ public:
+  static double Bytes(double /*pixels*/) { return 0; }
+  ImageQuality Measure(Span<float, Device> rendered, Span<float, Device> truth, const ImageShape& shape);
+
+ private:
+  // The penalty of a pixel is half the squared error.
+  DevicePhotometricLoss loss_{{.pixel = PixelLinearization::kL2}};
 };
 
 }  // namespace vesta

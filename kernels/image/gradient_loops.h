@@ -6,8 +6,6 @@
 
 namespace vesta {
 
-// The gradient of the loss, and the parts of its curvature, row by row. Included by image_kernels.simd.cpp.
-
 inline namespace VESTA_ISA {
 
 template <class S>
@@ -91,12 +89,7 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
   BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
 }
 
-}  // namespace VESTA_ISA
-
-// Products with the curvature of the loss, row by row. Included by image_kernels.simd.cpp.
-
-inline namespace VESTA_ISA {
-
+// Products with the curvature of the loss.
 template <class S>
 void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
   const S scale = args.scale;

@@ -12,7 +12,6 @@
 namespace vesta {
 
 // Colours as an image file of 8 bits holds them.
-
 inline namespace VESTA_ISA {
 
 // x as an 8-bit value shows it: round(255 clamp(x, 0, 1)) / 255. Not a number stays not a number.
@@ -24,7 +23,6 @@ VESTA_HD inline float QuantizeTo8Bit(float x) {
 }  // namespace VESTA_ISA
 
 // Image quality as reported: PSNR and SSIM of 8-bit images.
-
 struct ImageQuality {
   double psnr = 0.0;  // 10 log10(1 / mean squared error) in dB, over all pixels and channels; infinite for equal images
   double ssim = 0.0;  // mean over pixels and channels, with the window of the loss (zero padded)

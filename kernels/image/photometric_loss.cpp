@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/photometric_loss.h"
 
+#include "kernels/core/buffer.h"
 #include "kernels/core/check.h"
+#include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/profile.h"
+#include "kernels/image/image_kernels.h"
 
 namespace vesta {
 
@@ -166,5 +169,41 @@ void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstVectorV
 
 template class PhotometricLoss<float>;
 template class PhotometricLoss<double>;
+
+template <class S>
+RowBands<S>::RowBands(Isa isa) : kernels_(ImageKernelsFor<S>(isa)) {
+  const auto taps = GaussianTaps();
+  for (std::size_t k = 0; k < taps.size(); ++k) taps_[k] = static_cast<S>(taps[k]);
+}
+
+template <class S>
+void RowBands<S>::Resize(const ImageShape& shape) {
+  VESTA_CHECK(shape.width >= 1 && shape.height >= 1, "an image of {} x {} pixels", shape.width, shape.height);
+  shape_ = shape;
+  bands_ = (shape.height + kBandRows - 1) / kBandRows;
+  const int rows = (shape.height + bands_ - 1) / bands_;
+  band_rows_ = (rows + kBandUnit - 1) / kBandUnit * kBandUnit;
+}
+
+template <class S>
+S* RowBands<S>::Scratch() const {
+  thread_local HostBuffer<S> scratch;
+  const Index size = RowRange<S>::kScratchRows * ScratchStride(shape_.width);
+  if (scratch.size() < size) scratch.ResizeForOverwrite(size);
+  return scratch.data();
+}
+
+template class RowBands<float>;
+template class RowBands<double>;
+
+VESTA_DECLARE_PER_ISA(template <class S> const ImageKernels<S>& CompiledImageKernels();)
+
+template <class S>
+const ImageKernels<S>& ImageKernelsFor(Isa isa) {
+  return VESTA_OF_ISA(isa, CompiledImageKernels<S>)();
+}
+
+template const ImageKernels<float>& ImageKernelsFor<float>(Isa);
+template const ImageKernels<double>& ImageKernelsFor<double>(Isa);
 
 }  // namespace vesta

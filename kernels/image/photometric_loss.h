@@ -1,16 +1,72 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photometric loss, its gradient, and the curvature operator W at one rendered image.
+// The photometric loss of one view: absolute differences and structural similarity of a rendered image and the truth.
+//
+//   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth
+// as in Kerbl et al. 2023 (3D Gaussian Splatting), but a sum, not a mean. What least squares needs from it:
+//   * the exact gradient by the rendered image;
+//   * a curvature operator W, symmetric positive semidefinite, that makes the loss a quadratic. By default it is a
+//     reweighted one: |e| by the weight 1 / max(|e|, l1_floor), SSIM by 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1,
+//     D2 and l frozen (photometric_formula.h). At the point of linearisation e^T W e / 2 is then exactly the cost, less
+//     half of the L1 term (with l1_floor = 0).
+// Other costs in place of |e| and other curvatures: loss_options.h.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include "kernels/core/buffer.h"
 #include "kernels/core/parallel.h"
+#include "kernels/image/gaussian_window.h"
+#include "kernels/image/image_kernels.h"
+#include "kernels/image/image_shape.h"
 #include "kernels/image/loss_options.h"
-#include "kernels/image/row_bands.h"
 
 namespace vesta {
+
+// Runs an image kernel over all rows of all planes, in parallel.
+// S is float or double. One user at a time.
+template <class S>
+class RowBands {
+ public:
+  explicit RowBands(Isa isa);
+
+  const ImageShape& shape() const { return shape_; }
+  // Throws Error unless width and height are at least 1.
+  void Resize(const ImageShape& shape);
+
+  // Runs `kernel`, one of the members of ImageKernels, on images of the current shape.
+  template <class Args>
+  void Run(void (*ImageKernels<S>::*kernel)(const RowRange<S>&, const Args&), const Args& args) {
+    const auto band = [&](Index task, Index) {
+      const int plane = static_cast<int>(task) / bands_, first = static_cast<int>(task) % bands_ * band_rows_;
+      const RowRange<S> rows{.width = shape_.width,
+                             .height = shape_.height,
+                             .plane = plane,
+                             .begin = first,
+                             .end = std::min(first + band_rows_, shape_.height),
+                             .taps = taps_.data(),
+                             .scratch = Scratch()};
+      (kernels_.*kernel)(rows, args);
+    };
+    ParallelForChunks(Index{ImageShape::kChannels} * bands_, 1, std::cref(band));  // by reference: nothing is allocated
+  }
+
+ private:
+  // About the number of rows in one task. Two tasks both compute the ten rows around their border, so a task has many
+  // more rows than that, in a multiple of the rows that kernels compute at once.
+  static constexpr int kBandRows = 96, kBandUnit = 4;
+
+  // Scratch memory of the calling thread, for images of the current width.
+  S* Scratch() const;
+
+  const ImageKernels<S>& kernels_;
+  std::array<S, kWindowTaps> taps_{};
+  ImageShape shape_;
+  int bands_ = 0, band_rows_ = 0;  // of one plane
+};
 
 // The curvature operator W of the photometric loss at one rendered image. Owned by the caller, one for each view that
 // is linearised at the same time. Images of 3 * height * width values: the diagonal, and by the choice of
@@ -39,17 +95,6 @@ class SsimStrategy {
   virtual void ApplyW(RowBands<S>& bands, const LossTerms<S>& loss, const Linearization& linearization, const S* v,
                       S* out) = 0;
 };
-
-// The photometric loss of one view: absolute differences and structural similarity of a rendered image and the truth.
-//
-//   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth
-// as in Kerbl et al. 2023 (3D Gaussian Splatting), but a sum, not a mean. What least squares needs from it:
-//   * the exact gradient by the rendered image;
-//   * a curvature operator W, symmetric positive semidefinite, that makes the loss a quadratic. By default it is a
-//     reweighted one: |e| by the weight 1 / max(|e|, l1_floor), SSIM by 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1,
-//     D2 and l frozen (photometric_formula.h). At the point of linearisation e^T W e / 2 is then exactly the cost, less
-//     half of the L1 term (with l1_floor = 0).
-// Other costs in place of |e| and other curvatures: loss_options.h.
 
 // Sums over all pixels and channels of one view.
 struct PhotometricValue {

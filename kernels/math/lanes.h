@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <xsimd/xsimd.hpp>
 
-#include "kernels/math/lane_traits.h"
+#include "kernels/math/scalar.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions that mean the same on a scalar, a dual number, a ceres::Jet and a SIMD batch.
+// Elementary functions that mean the same on a scalar, a dual number, a ceres::Jet and a SIMD batch, and how such types
+// are loaded, stored and summed.
 //
 // Templates below kernels/math and kernels/gaussian_splatting never branch on values: they Select. Other scalar types
-// provide overloads (dual.h, lanes.h); anything with operator?: and comparison to bool, such as ceres::Jet, uses these.
+// // provide overloads (dual.h, lanes.h); anything with operator?: and comparison to bool, such as ceres::Jet, uses
+// these.
 #pragma once
 
 #include <bit>
@@ -14,6 +16,7 @@
 #include "kernels/math/isa.h"
 
 namespace vesta {
+
 inline namespace VESTA_ISA {
 
 // How the functions below act on one scalar type. Specialised for duals (dual.h) and SIMD batches (lanes.h); as a class
@@ -87,6 +90,28 @@ template <class T>
 VESTA_HD inline T Reciprocal(const T& x) {
   return Elementary<T>::Reciprocal(x);
 }
+
+// How a lane type is loaded, stored and summed. A plain scalar counts as a vector of one lane; lanes.h has SIMD
+// batches.
+template <class V>
+struct Lanes {
+  using Scalar = V;
+  using Mask = bool;
+  static constexpr int kWidth = 1;
+  VESTA_HD static V Load(const V* p) { return *p; }
+  VESTA_HD static void Store(V* p, const V& x) { *p = x; }
+  VESTA_HD static V Iota() { return V(0); }
+  // out[i] = the sum of the lanes of v[i].
+  template <int kCount>
+  VESTA_HD static void SumEach(const V* v, V* out) {
+    for (int i = 0; i < kCount; ++i) out[i] = v[i];
+  }
+  VESTA_HD static bool Any(bool m) { return m; }
+  // Lane i in bit i.
+  VESTA_HD static std::uint32_t Bits(bool m) { return m ? 1 : 0; }
+  VESTA_HD static void StoreMask(bool* p, bool m) { *p = m; }
+  VESTA_HD static bool LoadMask(const bool* p) { return *p; }
+};
 
 }  // namespace VESTA_ISA
 }  // namespace vesta

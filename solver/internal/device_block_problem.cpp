@@ -2,8 +2,7 @@
 #include "solver/device_block_problem.h"
 
 #include "kernels/core/check.h"
-#include "kernels/core/device_rows.h"
-#include "solver/internal/blocks/row_transpose.h"
+#include "kernels/core/row_blocks.h"
 
 namespace vesta {
 namespace {

@@ -15,7 +15,7 @@
 #include "kernels/core/packed.h"
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "kernels/math/lane_traits.h"
+#include "kernels/math/scalar.h"
 #include "splatting/adam/adam_formula.h"
 
 namespace vesta::gs {

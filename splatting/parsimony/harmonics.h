@@ -5,9 +5,9 @@
 // Seen from few sides, the bands are nearly the same function, and most of what a band does the lower ones can do. So
 // the coefficients of the lower degree are those whose colours, in the views that show the Gaussian, are nearest to its
 // own, differences weighed by the curvature of the cost (least squares: one small system for each Gaussian and degree).
-// What then becomes of the cost is asked of the cost itself, exactly (kernels/gaussian_splatting/raster/recolor.h), all
-// other Gaussians being as they are. Coefficients do not follow the slope of the cost: neighbours would all correct the
-// same errors (docs/results/2026-11-25-degrees.md).
+// What then becomes of the cost is asked of the cost itself, exactly
+// (kernels/gaussian_splatting/raster/loss_of_change.h), all other Gaussians being as they are. Coefficients do not
+// follow the slope of the cost: neighbours would all correct the same errors (docs/results/2026-11-25-degrees.md).
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 #include "kernels/core/packed.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
-#include "kernels/gaussian_splatting/raster/recolor.h"
+#include "kernels/gaussian_splatting/raster/loss_of_change.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "splatting/parsimony/judging_views.h"
 

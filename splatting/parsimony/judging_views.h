@@ -179,7 +179,7 @@ class JudgedLoss {
 };
 
 // What each Gaussian of a model is worth: by how much the photometric cost of the training views rises without it
-// (kernels/gaussian_splatting/raster/removal_pass.h).
+// (kernels/gaussian_splatting/raster/loss_passes.h).
 
 // Costs are sums over views, pixels and channels of the loss that trainings lower: 0.8 |e| + 0.2 (1 - SSIM).
 struct Worth {

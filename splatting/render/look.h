@@ -8,7 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "kernels/gaussian_splatting/raster/median_kernels.h"
+#include "kernels/gaussian_splatting/raster/raster_kernels.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 

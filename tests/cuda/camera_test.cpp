@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "kernels/core/device_kernels.h"
-#include "kernels/gaussian_splatting/device/device_camera.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "splatting/cameras/derivatives/seen_view.h"

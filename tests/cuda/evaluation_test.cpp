@@ -2,7 +2,7 @@
 // Evaluation on the GPU against that of the host.
 #include "splatting/evaluate/evaluation.h"
 
-#include "kernels/image/device_metrics.h"
+#include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/train/session/session.h"

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "kernels/core/check.h"
-#include "kernels/core/device_code.h"
 #include "kernels/core/device_kernels.h"
 #include "kernels/core/device_memory.h"
 #include "kernels/core/device_sort.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "tests/support/random.h"
 

@@ -9,7 +9,7 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/cache/cache_entry.h"
-#include "kernels/gaussian_splatting/raster/cotangent_sums.h"
+#include "kernels/gaussian_splatting/raster/splat_sums.h"
 #include "kernels/gaussian_splatting/tiles/tile_block.h"
 
 namespace vesta::splat {

@@ -11,9 +11,9 @@
 #include <type_traits>
 
 #include "kernels/gaussian_splatting/cache/cache_kernels.h"
-#include "kernels/gaussian_splatting/formulas/blend.h"
+#include "kernels/gaussian_splatting/formulas/pixel_steps.h"
 #include "kernels/math/half.h"
-#include "kernels/math/lane_traits.h"
+#include "kernels/math/scalar.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -72,7 +72,7 @@ template <class V>
 VESTA_HD inline V AddEntry(const V& weight, const V& contrast, const V& psi, const V& dc, const V& d_color) {
   return Fma(weight, Fma(contrast, psi, dc), d_color);
 }
-// Adds the entry to the sums of its splat's colour (cotangent_sums.h), u_of(c) being u at the pixel; returns the
+// Adds the entry to the sums of its splat's colour (splat_sums.h), u_of(c) being u at the pixel; returns the
 // derivative of u . colour by log alpha, for those of its shape.
 template <class Entry, class UOf, class Sums>
 VESTA_HD inline auto AddColors(const Entry& entry, const UOf& u_of, Sums& sums) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "kernels/gaussian_splatting/cache/cache_entry.h"
-#include "kernels/gaussian_splatting/raster/cotangent_sums.h"
+#include "kernels/gaussian_splatting/raster/splat_sums.h"
 #include "kernels/gaussian_splatting/raster/traverse_splats.h"
 #include "kernels/math/packed_lanes.h"
 

@@ -4,9 +4,8 @@
 #pragma once
 
 #include "kernels/core/device_buffer.h"
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/cache/cache_blocks.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "kernels/gaussian_splatting/projection/camera_kernels.h"
 #include "kernels/gaussian_splatting/projection/lens_motion.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/gaussian_splatting/tiles/tile_pairs.h"
@@ -60,5 +59,21 @@ void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::
                 const SplatTangent<float>* records, SplatTangent<float>* sums);
 void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
                 const SplatGram<float>* records, SplatGram<float>* sums);
+
+// The launches behind DeviceJacobianCache. E is the type of the numbers of an entry: float or Half.
+//
+// pairs[places[k]] of each pair k of the lists, and counts[e] of each place e.
+void FindEntries(const TileLists<float>& lists, const std::uint32_t* places, Index size, CachePair* pairs,
+                 Index* counts);
+template <class E>
+void FillEntries(const TileLists<float>& lists, const std::uint32_t* places, const CachePairs& cache,
+                 const float* image, CacheEntry<E>* entries);
+template <class E>
+void CachedTangent(const TileLists<float>& lists, const std::uint32_t* places, const CachePairs& cache,
+                   const CacheEntry<E>* entries, const SplatTangent<float>* tangents, float* d_image);
+// sums: of each pair, at its place.
+template <class E>
+void CachedAdjoint(const TileLists<float>& lists, const CachePairs& cache, const CacheEntry<E>* entries, Index size,
+                   const float* u, SplatTangent<float>* sums);
 
 }  // namespace vesta::splat::device_passes

@@ -139,4 +139,78 @@ void DeviceSplatView::AddGram(const Model<float>& model, const float* image, con
   device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
 }
 
+void ApplyPoseJ(const DeviceSplatView& view, const Model<float>& model, const PoseTangent& xi, float* d_image,
+                DeviceViewWorkspace& workspace) {
+  device_passes::PoseTangents(model, view.camera(), view.rank_of().data(), xi,
+                              view.SplatTangents(workspace.splat_sums));
+  view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
+}
+
+PoseTangent PoseCotangent(const DeviceSplatView& view, const Model<float>& model,
+                          const SplatTangent<float>* cotangents) {
+  return device_passes::PoseCotangent(model, view.camera(), view.rank_of().data(), cotangents);
+}
+
+void ApplyLensJ(const DeviceSplatView& view, const LensTangent& delta, float* d_image, DeviceViewWorkspace& workspace) {
+  device_passes::LensTangents(view.splats().data(), view.num_splats(), view.camera(), delta,
+                              view.SplatTangents(workspace.splat_sums));
+  view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
+}
+
+void ApplyModelAndPoseJ(const DeviceSplatView& view, const Model<float>& model, const float* dx, const PoseTangent* xi,
+                        float* d_image, DeviceViewWorkspace& workspace) {
+  const PosedCamera& camera = view.camera();
+  SplatTangent<float>* const sum = view.SplatTangents(workspace.splat_sums);
+  device_passes::ProjectTangent(model, camera, view.rank_of().data(), dx, sum);
+  if (xi) {
+    SplatTangent<float>* const moved = view.SplatTangents(workspace.pair_sums);
+    device_passes::PoseTangents(model, camera, view.rank_of().data(), *xi, moved);
+    device_passes::AddTangents(moved, view.num_splats(), sum);
+  }
+  view.ApplyRasterJ(sum, d_image);
+}
+
+LensTangent LensCotangent(const DeviceSplatView& view, const SplatTangent<float>* cotangents) {
+  return device_passes::LensCotangent(view.splats().data(), view.num_splats(), view.camera(), cotangents);
+}
+
+void DeviceJacobianCache::Build(const TileLists<float>& lists, const std::uint32_t* places, Index pairs,
+                                const float* image, CacheFormat format, DeviceBuffer<Index>& counts,
+                                DeviceBuffer<unsigned char>& temporary) {
+  DeviceJacobianCache made;
+  made.format_ = format;
+  made.pairs_.ResizeForOverwrite(pairs);
+  made.first_entry_.ResizeForOverwrite(pairs + 1);
+  // One more than there are pairs: the last running sum is the number of entries.
+  counts.Resize(pairs + 1);
+  device_passes::FindEntries(lists, places, pairs, made.pairs_.data(), counts.data());
+  device::RunningSum(counts.data(), made.first_entry_.data(), pairs + 1, temporary);
+  device::CopyToHost(&made.num_entries_, made.first_entry_.data() + pairs, sizeof(made.num_entries_));
+  if (format == CacheFormat::kFull) {
+    made.full_.ResizeForOverwrite(made.num_entries_);
+    device_passes::FillEntries(lists, places, made.Pairs(), image, made.full_.data());
+  } else {
+    made.half_.ResizeForOverwrite(made.num_entries_);
+    device_passes::FillEntries(lists, places, made.Pairs(), image, made.half_.data());
+  }
+  *this = std::move(made);
+}
+
+void DeviceJacobianCache::Tangent(const TileLists<float>& lists, const std::uint32_t* places,
+                                  const SplatTangent<float>* tangents, float* d_image) const {
+  if (format_ == CacheFormat::kFull) {
+    device_passes::CachedTangent(lists, places, Pairs(), full_.data(), tangents, d_image);
+  } else {
+    device_passes::CachedTangent(lists, places, Pairs(), half_.data(), tangents, d_image);
+  }
+}
+
+void DeviceJacobianCache::Adjoint(const TileLists<float>& lists, const float* u, SplatTangent<float>* sums) const {
+  if (format_ == CacheFormat::kFull) {
+    device_passes::CachedAdjoint(lists, Pairs(), full_.data(), pairs_.size(), u, sums);
+  } else {
+    device_passes::CachedAdjoint(lists, Pairs(), half_.data(), pairs_.size(), u, sums);
+  }
+}
+
 }  // namespace vesta::splat

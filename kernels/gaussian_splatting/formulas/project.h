@@ -5,7 +5,6 @@
 // M = J W R_q S (2 x 3) and h the camera's low-pass filter; J is the lens's derivative (lens.h).
 #pragma once
 
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/gaussian_splatting/lenses/models.h"
 #include "kernels/math/quaternion.h"

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain data of the splatting kernels, shared by all instruction sets.
+// Plain data of the splatting kernels, shared by all instruction sets. Nothing here is a template of the kernels' own
+// scalar types, so it may cross the boundary of an inline instruction-set namespace.
 #pragma once
 
 #include <cstdint>
 
 #include "kernels/core/hd.h"
+#include "kernels/gaussian_splatting/lenses/lens.h"
 
 namespace vesta::splat {
-
-// Plain data shared by the splatting kernels of every instruction set; nothing here is a template of the kernels' own
-// scalar types, so it may cross the boundary of an inline instruction-set namespace.
 
 // Opacity falloff that still counts, alpha cap, and the transmittance at which a pixel is closed. The same in every
 // pass, or J and J^T are no adjoints.
@@ -88,8 +87,8 @@ struct VisitCounts {
   std::int64_t pixels = 0;   // that it is part of
 };
 
-// What of a view of a model decides how much memory its passes take.
-
+// The counts of a view that decide how much memory its passes take: numbers that may be means over views.
+//
 // Numbers that may be means over views.
 struct ViewCounts {
   double pixels = 0, tiles = 0;
@@ -100,5 +99,19 @@ struct ViewCounts {
 
 // What buffers that views share have to spare, so that the next view seldom needs more.
 inline constexpr double kSpareRoom = 1.125;
+
+// A camera in the world, in the form of the kernels.
+//
+// World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Gaussians with z <= near are not seen, nor those
+// whose means lie far outside the image (kGuardBand) or outside and which are deep (kDepthSpread).
+struct PosedCamera {
+  double R[9];  // row-major
+  double T[3];
+  double centre[3];  // of the camera in the world, -R^T T
+  Lens lens;
+  int width, height;  // of the image, pixels
+  double near;
+  double low_pass = kLowPass;  // variance that is added to both screen axes of a Gaussian, pixels squared
+};
 
 }  // namespace vesta::splat

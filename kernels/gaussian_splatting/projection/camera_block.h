@@ -8,8 +8,8 @@
 // of the projection by its parameters (project.h, color.h) along this motion, and so is its adjoint.
 #pragma once
 
-#include "kernels/gaussian_splatting/projection/camera_kernels.h"
 #include "kernels/gaussian_splatting/projection/project_block.h"
+#include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/math/quaternion.h"
 
 namespace vesta::splat {

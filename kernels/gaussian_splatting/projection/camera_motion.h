@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigid motions of a camera: the group SE(3) whose tangents are those of camera_kernels.h.
+// Rigid motions of a camera: the group SE(3) whose tangents are those of project_kernels.h.
 #pragma once
 
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
-#include "kernels/gaussian_splatting/projection/camera_kernels.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
+#include "kernels/gaussian_splatting/projection/project_kernels.h"
 
 namespace vesta::splat {
 

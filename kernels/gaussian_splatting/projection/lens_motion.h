@@ -6,7 +6,6 @@
 // taken at the border of what the lens shows (Shows of lens.h), that place is held fast.
 #pragma once
 
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
 #include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 

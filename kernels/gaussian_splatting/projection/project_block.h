@@ -14,7 +14,7 @@
 #include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/math/dual.h"
-#include "kernels/math/lane_traits.h"
+#include "kernels/math/scalar.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // By how much the loss of a view changes when its pixels do: for passes that predict the effect of removing or
 // recolouring a splat.
+//
+// The loss of a pixel by itself is known exactly. SSIM is that quadratic of kernels/image/photometric_loss.h whose
+// Hessian is diag(G s) + G diag(c) G: its second part couples pixels. Where the change delta of all pixels is that of a
+// splat, G delta is delta times what the window leaves of the splat: of the energy of a Gaussian of covariance C under
+// a window of variance v there remains
+//   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 #pragma once
 
 #include <algorithm>
@@ -12,8 +18,6 @@
 #include "kernels/math/lanes.h"
 
 namespace vesta::splat {
-
-// The loss of one view as the passes of loss_of_change.h are given it.
 
 // The loss of one view where it is linearised: images of 3 planes, as kernels/image/photometric_loss.h has
 // them for the quadratic of SSIM.
@@ -28,15 +32,6 @@ struct LinearizedLoss {
   S window_variance;          // of the window of SSIM, pixels squared
   const S* counts = nullptr;  // one plane: 1, or 0 for a pixel of which no change is any to the loss; null: all 1
 };
-
-// By how much the loss of a view changes when its pixels do: what the passes that ask "what if this splat were not so"
-// share.
-//
-// The loss of a pixel by itself is known exactly. SSIM is that quadratic of kernels/image/photometric_loss.h whose
-// Hessian is diag(G s) + G diag(c) G: its second part couples pixels. Where the change delta of all pixels is that of a
-// splat, G delta is delta times what the window leaves of the splat: of the energy of a Gaussian of covariance C under
-// a window of variance v there remains
-//   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 
 inline namespace VESTA_ISA {
 
@@ -94,4 +89,26 @@ struct LossOfChange {
 };
 
 }  // namespace VESTA_ISA
+
+// Recolouring: the loss of a view were a splat of another colour c', of each splat by itself. Its pixels would change
+// by exactly delta = w (c' - c), w = alpha T.
+inline constexpr int kRecolors = 3;  // that are asked for at a time: of the lower degrees of the harmonics
+
+// Of one splat.
+template <class S>
+struct Recolors {
+  S color[kRecolors][3];  // after the clamp at 0
+};
+// Of one splat, summed over pixels and channels.
+template <class S>
+struct RecolorRises {
+  S rise[kRecolors];  // of the loss when the splat has that colour
+};
+
+// Of one splat, by channel: the second derivative of the loss by its colour.
+template <class S>
+struct ColorCurvature {
+  S channel[3];
+};
+
 }  // namespace vesta::splat

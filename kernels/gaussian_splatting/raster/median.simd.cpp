@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel of median values for one instruction set; compiled once for each.
-#include "kernels/gaussian_splatting/raster/median_kernels.h"
-#include "kernels/gaussian_splatting/raster/median_pass.h"
+#include "kernels/gaussian_splatting/raster/raster_kernels.h"
+#include "kernels/gaussian_splatting/raster/raster_tile.h"
 #include "kernels/math/lanes.h"
 
 namespace vesta::splat {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit. The formulas are those of
-// pixel_steps.h, cotangent_sums.h and gram_sums.h. What lies behind a splat is the final colour minus what has been
+// pixel_steps.h, splat_sums.h. What lies behind a splat is the final colour minus what has been
 // accumulated up to and including it, so adjoint and Gram go front to back too and no per-pixel state is stored between
 // passes.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
-#include "kernels/gaussian_splatting/raster/cotangent_sums.h"
-#include "kernels/gaussian_splatting/raster/gram_sums.h"
+#include "kernels/gaussian_splatting/raster/splat_sums.h"
 #include "kernels/gaussian_splatting/raster/traverse_rows.h"
 #include "kernels/gaussian_splatting/raster/traverse_splats.h"
 

@@ -8,8 +8,7 @@
 // write, as pixels, what each splat means to their pixel into shared memory, and add it up, as splats and rows.
 #pragma once
 
-#include "kernels/gaussian_splatting/raster/cotangent_sums.h"
-#include "kernels/gaussian_splatting/raster/gram_sums.h"
+#include "kernels/gaussian_splatting/raster/splat_sums.h"
 #include "kernels/gaussian_splatting/tiles/tile_block.h"
 
 namespace vesta::splat {

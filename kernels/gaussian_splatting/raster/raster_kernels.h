@@ -2,9 +2,9 @@
 // Raster passes over single tiles, for the instruction set chosen at run time.
 #pragma once
 
+#include "kernels/core/cpu_dispatch.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/gaussian_splatting/raster/loss_of_change.h"
-#include "kernels/gaussian_splatting/raster/recolor.h"
 
 namespace vesta::splat {
 
@@ -37,5 +37,18 @@ struct RasterKernels {
 // S = float: SIMD over pixels. S = double: one pixel at a time, from the same source; the reference of the tests.
 template <class S>
 const RasterKernels<S>& GetRasterKernels();
+// The float kernels of a named instruction set, which the CPU must have: for the dispatch, and for tests that compare
+// one set with another.
+const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
+
+// Three planes of the colours in `values`, by rank: in each pixel those of the splat at which the transmittance falls
+// below one half, 0 where none is. Writes the pixels of its tile only.
+template <class S>
+using MedianKernel = void (*)(const TileLists<S>& lists, int tile, const SplatTangent<S>* values, S* planes);
+
+// S = double is the reference of the tests.
+template <class S>
+MedianKernel<S> GetMedianKernel();
+MedianKernel<float> FloatMedianKernelFor(Isa isa);
 
 }  // namespace vesta::splat

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "kernels/gaussian_splatting/formulas/blend.h"
+#include "kernels/gaussian_splatting/formulas/pixel_steps.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {

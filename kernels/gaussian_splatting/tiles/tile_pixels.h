@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "kernels/gaussian_splatting/formulas/blend.h"
+#include "kernels/gaussian_splatting/formulas/pixel_steps.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {

@@ -4,9 +4,9 @@
 #include "kernels/gaussian_splatting/cache/cache_passes.h"
 #include "kernels/gaussian_splatting/projection/camera_block.h"
 #include "kernels/gaussian_splatting/projection/project_block.h"
-#include "kernels/gaussian_splatting/raster/median_pass.h"
+#include "kernels/gaussian_splatting/projection/project_kernels.h"
+#include "kernels/gaussian_splatting/raster/raster_kernels.h"
 #include "kernels/gaussian_splatting/raster/raster_tile.h"
-#include "kernels/gaussian_splatting/view/isa_kernels.h"
 
 namespace vesta::splat {
 

@@ -4,7 +4,6 @@
 
 #include "kernels/core/cuda_backend.h"
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
-#include "kernels/image/device_metrics.h"
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
 

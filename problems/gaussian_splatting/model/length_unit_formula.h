@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "problems/gaussian_splatting/scene/depth_in_view.h"
 
 namespace vesta::gs {

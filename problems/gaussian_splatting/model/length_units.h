@@ -7,7 +7,7 @@
 #include "kernels/core/buffer.h"
 #include "kernels/core/for_each.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "problems/gaussian_splatting/model/length_unit_formula.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/core/check.h"
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
 #include "problems/gaussian_splatting/model/splat_model.h"

@@ -13,7 +13,7 @@
 #include <mutex>
 #include <vector>
 
-#include "kernels/core/background.h"
+#include "kernels/core/parallel.h"
 #include "kernels/core/span.h"
 #include "problems/gaussian_splatting/scene/image.h"
 

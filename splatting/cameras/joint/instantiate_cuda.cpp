@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Splats and cameras as one problem, in the memory of a GPU.
-#include "kernels/gaussian_splatting/device/device_camera.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "splatting/cameras/joint/joint_linearization.inl"
 #include "splatting/cameras/joint/joint_problem.inl"

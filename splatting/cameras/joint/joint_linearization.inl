@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies of joint_linearization.h. Included where they are instantiated, after what moves a view of that space
-// (kernels/gaussian_splatting/view/camera_jacobian.h and lens_jacobian.h, or device_camera.h).
+// (kernels/gaussian_splatting/view/camera_jacobian.h or device_splat_view.h).
 #pragma once
 
 #include <algorithm>

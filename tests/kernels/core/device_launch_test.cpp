@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Launches for which the GPU has no memory, on a device that is emulated.
-#include "kernels/core/device_launch.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "kernels/core/cuda_backend.h"
-#include "kernels/core/device_code.h"
+#include "kernels/core/device_kernels.h"
 #include "kernels/core/profile.h"
 #include "tests/support/emulated_device.h"
 #include "tests/support/throws_error.h"

@@ -7,8 +7,10 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <future>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/vector_backend.h"
@@ -112,6 +114,33 @@ TEST(ParallelThreads, ANegativeNumberIsRefused) {
   EXPECT_THROW(SetNumThreads(-1), Error);
   EXPECT_EQ(NumThreads(), 2);
   SetNumThreads(0);
+}
+
+TEST(Background, RunsTasksInTheirOrder) {
+  std::vector<int> done;  // guarded by the order alone
+  std::promise<void> last;
+  Background background;
+  for (int i = 0; i < 100; ++i) background.Run([&done, i] { done.push_back(i); });
+  background.Run([&] { last.set_value(); });
+  last.get_future().wait();
+  ASSERT_EQ(done.size(), 100u);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(done[static_cast<std::size_t>(i)], i);
+}
+
+TEST(Background, EndsAfterTheTaskThatRuns) {
+  std::promise<void> begun, may_end;
+  bool is_over = false;
+  {
+    Background background;
+    background.Run([&] {
+      begun.set_value();
+      may_end.get_future().wait();
+      is_over = true;
+    });
+    begun.get_future().wait();
+    may_end.set_value();
+  }
+  EXPECT_TRUE(is_over);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "tests/support/legendre.h"
 
 namespace vesta::splat::reference {

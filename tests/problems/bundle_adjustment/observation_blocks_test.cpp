@@ -2,10 +2,10 @@
 // What a GPU does for a bundle adjustment, run on the host, against the problem of the host.
 #include <gtest/gtest.h>
 
+#include "kernels/core/row_blocks.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "problems/bundle_adjustment/observation.h"
 #include "solver/device_functors.h"
-#include "solver/internal/blocks/row_transpose.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/linearize_at.h"
 #include "tests/support/random.h"

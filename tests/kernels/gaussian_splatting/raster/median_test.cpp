@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "kernels/gaussian_splatting/view/isa_kernels.h"
+#include "kernels/gaussian_splatting/raster/raster_kernels.h"
 #include "tests/support/cpu_isas.h"
 #include "tests/support/splat_scenes.h"
 

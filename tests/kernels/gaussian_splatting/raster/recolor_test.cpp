@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the passes of recolor.h foretell of a splat in another colour, against the loss of an image that has it.
+// What the passes of loss_passes.h foretell of a splat in another colour, against the loss of an image that has it.
 #include <gtest/gtest.h>
 
 #include <algorithm>

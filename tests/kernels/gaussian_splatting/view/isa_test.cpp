@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/gaussian_splatting/projection/project_kernels.h"
+#include "kernels/gaussian_splatting/raster/raster_kernels.h"
 #include "kernels/gaussian_splatting/tiles/tiles.h"
-#include "kernels/gaussian_splatting/view/isa_kernels.h"
 #include "tests/support/cpu_isas.h"
 #include "tests/support/splat_scenes.h"
 

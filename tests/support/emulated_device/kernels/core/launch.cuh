@@ -4,7 +4,7 @@
 #pragma once
 
 #include "kernels/core/block_kernel.h"
-#include "kernels/core/device_launch.h"
+#include "kernels/core/device_kernels.h"
 #include "tests/support/emulated_block.h"
 #include "tests/support/emulated_device.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/core/device_rows.h"
 #include "kernels/core/launch.cuh"
+#include "kernels/core/row_blocks.h"
 
 namespace vesta::device {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/core/block_kernels.h"
+#include "kernels/core/block_diagonal.h"
 #include "kernels/core/block_lanes.h"
 #include "kernels/core/error.h"
 #include "kernels/core/launch.cuh"

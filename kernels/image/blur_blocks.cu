@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/core/launch.cuh"
-#include "kernels/image/device_image_passes.h"
+#include "kernels/image/blur_blocks.h"
 #include "kernels/image/metrics.h"
 
 namespace vesta::device_image {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/core/background.h"
+#include "kernels/core/parallel.h"
 
 #include <condition_variable>
 #include <deque>

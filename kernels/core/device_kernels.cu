@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/core/device_code.h"
+#include "kernels/core/device_kernels.h"
 #include "kernels/core/launch.cuh"
 
 namespace vesta::device {
