@@ -15,7 +15,7 @@
 namespace vesta {
 
 // What a residual block of BlockProblem computes: Ceres's contract, with our own derivatives.
-
+//
 // Residuals of a few parameter blocks. Evaluate must be safe to call from several threads at once.
 class CostFunction {
  public:
@@ -100,7 +100,6 @@ class AutoDiffCost final : public CostFunction {
 };
 
 // Cost functions that know their residuals alone: derivatives are differences.
-
 enum class DifferenceMethod {
   kForward,  // (f(x + h) - f(x)) / h: an evaluation a parameter, about half of the digits
   kCentral,  // (f(x + h) - f(x - h)) / 2h: two, about two thirds
@@ -142,7 +141,6 @@ class NumericDiffCost final : public NumericDifferences {
 };
 
 // What is known of a parameter block beforehand, as residuals.
-
 // Residuals A (x - b) of one block: for a normal prior with mean b and covariance C, A^T A = C^-1. The difference is
 // between x's own numbers, whatever manifold the block has.
 class NormalPrior final : public CostFunction {

@@ -12,8 +12,6 @@
 
 namespace vesta {
 
-// Covariance of an estimate, for problems small enough for a dense Jacobian.
-
 struct CovarianceOptions {
   // Directions whose singular value, columns of J scaled to length 1, is at or below this times the largest have no
   // information; within [0, 1).
@@ -39,8 +37,7 @@ struct Covariance {
 Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstVectorView x,
                               const CovarianceOptions& options = {});
 
-// Covariances of chosen blocks of a problem whose dense Jacobian would be too large (solver/covariance.h).
-
+// Covariances of chosen blocks of a problem whose dense Jacobian would be too large.
 struct BlockCovariance {
   // Of two parameter blocks, in their tangent spaces: rows of the first one's, columns of the second one's, row after
   // row; none for a constant block. Multiply by the variance of the residuals where that is not 1.

@@ -8,7 +8,7 @@
 
 #include "kernels/core/launch.cuh"
 #include "solver/device_block_problem.h"
-#include "solver/device_functors.h"
+#include "solver/internal/functor_call.h"
 
 namespace vesta {
 

@@ -8,7 +8,6 @@ namespace vesta {
 
 // The inner products of vectors of a solve, as an iteration asks for them: where vectors lie in shards on several
 // processes, one sees its own shards but the products are of the whole.
-
 // As it stands: of vectors that are whole.
 template <Backend B>
 class InnerProducts {
@@ -26,7 +25,7 @@ class InnerProducts {
 };
 
 // Operators: how the engine sees matrices that are never formed.
-
+//
 // A square operator y = A x. PCG and preconditioners see nothing else.
 template <Backend B>
 class LinearOperator {

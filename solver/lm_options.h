@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "solver/internal/normal_equations/normal_system.h"
-#include "solver/internal/trust_region/line_search.h"
 #include "solver/internal/trust_region/step_control.h"
 #include "solver/summary.h"
 

@@ -14,7 +14,7 @@
 namespace vesta {
 
 // A damped system with a block-diagonal group of parameters eliminated: the Schur complement, as an operator.
-
+//
 // With the tangent space in two parts, kept (the first size() entries) and eliminated (the rest), and
 //   H + lambda D = [B E; E^T C],  C block diagonal,
 // this is y = S x with S = B - E C^-1 E^T over the kept parameters. A linearization that knows such a group offers
@@ -51,7 +51,7 @@ class ReducedSystem : public LinearOperator<B> {
 
 // The system of a step in shards: each process holds some of the entries of every vector of the iteration, and of the
 // preconditioner.
-
+//
 // A linearization over the entries of this process's shard: num_parameters(), the vectors of ApplyH and the blocks are
 // of these. Offered by WithShardedSystem, which it borrows. All processes call all of it together.
 template <Backend B>

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "problems/bundle_adjustment/structure.h"
-#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 #include "solver/linear_operator.h"
 
 namespace vesta::bundle::internal {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "problems/pose_graph/pose_graph_layout.h"
-#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 #include "solver/problem_interfaces.h"
 
 namespace vesta::pose_graph {

@@ -12,7 +12,7 @@
 #include "problems/pose_graph/pose_graph_linearization.h"
 #include "problems/pose_graph/se2.h"
 #include "problems/pose_graph/se3.h"
-#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 
 namespace vesta::pose_graph {
 namespace {

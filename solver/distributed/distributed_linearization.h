@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// A distributed problem at one x: the linearizations of this process's parts, and their sums over all processes.
+// A distributed problem at one x: the linearizations of this process's parts, their sums over all processes, and its
+// systems, in shards or with a group eliminated.
 #pragma once
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "solver/distributed/distributed_problem.h"
+#include "solver/reduced_system.h"
 
 namespace vesta {
 
@@ -81,6 +84,94 @@ class DistributedLinearization final : public Linearization<B>,
   // In this process's shard, between the diagonal and the blocks, where they come from one pass.
   std::optional<BlockDiagonal<B>> blocks_;
   typename B::Vector local_in_, local_out_;
+};
+
+// A distributed problem with a group eliminated: each process eliminates the parameters of its parts, and only vectors
+// of the kept ones go between processes.
+//
+// With parts p that share the kept parameters alone, H + lambda D = [B E; E^T C], B = sum B_p, and E, C of part p stand
+// in rows and columns of its own. So S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
+template <Backend B>
+class DistributedLinearization;
+
+template <Backend B>
+class DistributedReducedSystem final : public ReducedSystem<B> {
+ public:
+  using Base = ReducedSystem<B>;
+  using typename Base::ConstVectorView;
+  using typename Base::VectorView;
+  using S = typename B::Scalar;
+
+  // Borrows the linearization. Throws Error where the parts do not eliminate as ProblemParts::eliminates says.
+  explicit DistributedReducedSystem(DistributedLinearization<B>& linearization);
+
+  Index size() const override { return kept_; }
+  void SetDamping(double lambda, ConstVectorView metric) override;
+  void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
+  void Apply(ConstVectorView x, VectorView y) override;
+  void BackSubstitute(ConstVectorView rhs, VectorView step) override;
+  std::vector<BlockGroup> kept_groups() const override { return systems_.front()->kept_groups(); }
+  void DiagonalBlocks(BlockDiagonal<B>& blocks) override;
+
+ private:
+  // The part's entries of a vector, those that are kept set to zero.
+  ConstVectorView LocalizeEliminated(ConstVectorView v, const PartMap& map);
+
+  DistributedLinearization<B>& linearization_;
+  DistributedProblem<B>& problem_;
+  std::vector<std::unique_ptr<ReducedSystem<B>>> systems_;  // of this process's parts
+  Index kept_ = 0;
+  double lambda_ = 0;
+  ConstVectorView metric_;
+  std::unique_ptr<SumOverRanks<S>> kept_sum_;
+  typename B::Vector local_, local_step_;
+};
+
+// A distributed problem's system in shards.
+//
+// In a product each process gets p from all, whole, and of H p its shard alone: the bytes of an all-reduce.
+template <Backend B>
+class DistributedShards final : public ShardedSystem<B> {
+ public:
+  using typename ShardedSystem<B>::ConstVectorView;
+  using typename ShardedSystem<B>::VectorView;
+  using S = typename B::Scalar;
+
+  // linearization must outlive this object. Called by all processes.
+  explicit DistributedShards(DistributedLinearization<B>& linearization)
+      : linearization_(linearization), shards_(linearization.problem().shards()), products_(shards_) {}
+
+  Index num_residuals() const override { return linearization_.num_residuals(); }
+  Index num_parameters() const override { return shards_.own().size(); }
+  void ApplyH(ConstVectorView v, VectorView Hv) override {
+    linearization_.ApplyHToShard(shards_.is_whole() ? v : Gathered(v), Hv);
+  }
+  // Where the parts have blocks.
+  std::vector<BlockGroup> block_groups() const override {
+    return linearization_.block_groups().empty() ? std::vector<BlockGroup>() : shards_.groups();
+  }
+  void BlockGram(BlockDiagonal<B>& blocks) override { linearization_.ShardOfBlocks(blocks); }
+
+  ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& room) const override {
+    if (shards_.is_whole()) return whole;
+    room.ResizeForOverwrite(num_parameters());
+    shards_.Take<S>(whole, room.view());
+    return room.view();
+  }
+  void Gather(ConstVectorView shard, VectorView whole) override { shards_.Gather<S>(shard, whole, room_); }
+  const InnerProducts<B>& products() const override { return products_; }
+
+ private:
+  ConstVectorView Gathered(ConstVectorView shard) {
+    whole_.ResizeForOverwrite(linearization_.num_parameters());
+    Gather(shard, whole_.view());
+    return whole_.view();
+  }
+
+  DistributedLinearization<B>& linearization_;
+  const Shards& shards_;
+  ShardProducts<S> products_;
+  typename B::Vector whole_, room_;
 };
 
 }  // namespace vesta

@@ -7,8 +7,8 @@
 
 #include "kernels/core/parallel.h"
 #include "solver/internal/blocks/block_reduced_system.h"
+#include "solver/internal/evaluation_faults.h"
 #include "solver/internal/sparse_cholesky/block_matrix.h"
-#include "solver/internal/unwritten.h"
 
 namespace vesta {
 

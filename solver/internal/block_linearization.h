@@ -6,7 +6,7 @@
 
 #include "solver/block_problem.h"
 #include "solver/internal/blocks/block_jacobian.h"
-#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 
 namespace vesta {
 

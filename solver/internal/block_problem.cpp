@@ -12,9 +12,9 @@
 #include "solver/bounds.h"
 #include "solver/internal/block_linearization.h"
 #include "solver/internal/blocks/block_structure.h"
+#include "solver/internal/evaluation_faults.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 #include "solver/internal/sparse_cholesky/block_matrix.h"
-#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
-#include "solver/internal/unwritten.h"
 
 namespace vesta {
 

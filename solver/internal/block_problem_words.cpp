@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "solver/block_problem.h"
-#include "solver/internal/evaluation_words.h"
+#include "solver/internal/evaluation_faults.h"
 
 namespace vesta {
 

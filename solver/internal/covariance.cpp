@@ -8,9 +8,8 @@
 
 #include "kernels/core/check.h"
 #include "solver/internal/linear/dense_qr.h"
-#include "solver/internal/normal_equations/dense_jacobian.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
-#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 
 namespace vesta {
 

@@ -12,7 +12,7 @@
 #include "kernels/core/profile.h"
 #include "solver/check_problem.h"
 #include "solver/internal/batched_system.inl"
-#include "solver/internal/trust_region/line_search.h"
+#include "solver/internal/trust_region/step_control.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The checks of LmOptions and of the options within, and the names of their choices.
 #include "solver/lm_options.h"
 
 #include <limits>
@@ -6,6 +7,82 @@
 #include "kernels/core/check.h"
 
 namespace vesta {
+
+const char* ToString(LinearSolverKind kind) {
+  switch (kind) {
+    case LinearSolverKind::kAuto:
+      return "automatic";
+    case LinearSolverKind::kPcg:
+      return "PCG";
+    case LinearSolverKind::kReducedPcg:
+      return "PCG on the Schur complement";
+    case LinearSolverKind::kLsmr:
+      return "LSMR";
+    case LinearSolverKind::kDenseQr:
+      return "dense QR";
+  }
+  return "unknown";
+}
+
+const char* ToString(PreconditionerKind kind) {
+  switch (kind) {
+    case PreconditionerKind::kAuto:
+      return "automatic";
+    case PreconditionerKind::kIdentity:
+      return "no preconditioner";
+    case PreconditionerKind::kJacobi:
+      return "Jacobi";
+    case PreconditionerKind::kBlockJacobi:
+      return "block Jacobi";
+    case PreconditionerKind::kProblem:
+      return "the problem's preconditioner";
+    case PreconditionerKind::kSparseCholesky:
+      return "sparse Cholesky";
+  }
+  return "unknown";
+}
+
+void DampingMetricOptions::Validate() const {
+  if (!(min_diagonal > 0 && min_diagonal <= max_diagonal)) {
+    Fail(kBadArgument, "metric: D is clamped to [{}, {}]; need 0 < min_diagonal <= max_diagonal", min_diagonal,
+         max_diagonal);
+  }
+  if (!(group_median_floor >= 0))
+    Fail(kBadArgument, "metric.group_median_floor is {}; choose 0 or more", group_median_floor);
+}
+
+void LsmrOptions::Validate() const {
+  if (max_iterations < 0) Fail(kBadArgument, "lsmr.max_iterations is {}; choose 0 or more", max_iterations);
+  if (!(relative_tolerance > 0 && relative_tolerance < 1)) {
+    Fail(kBadArgument, "lsmr.relative_tolerance is {}; choose a value within (0, 1)", relative_tolerance);
+  }
+}
+
+const char* ToString(PcgStatus status) {
+  switch (status) {
+    case PcgStatus::kConverged:
+      return "converged";
+    case PcgStatus::kModelConverged:
+      return "model converged";
+    case PcgStatus::kMaxIterations:
+      return "iteration limit";
+    case PcgStatus::kIndefinite:
+      return "indefinite";
+    case PcgStatus::kNonFinite:
+      return "not finite";
+  }
+  return "unknown";
+}
+
+void PcgOptions::Validate() const {
+  if (max_iterations < 0) Fail(kBadArgument, "pcg.max_iterations is {}; choose 0 or more", max_iterations);
+  if (min_iterations < 0) Fail(kBadArgument, "pcg.min_iterations is {}; choose 0 or more", min_iterations);
+  if (residual_reset_period < 0)
+    Fail(kBadArgument, "pcg.residual_reset_period is {}; choose 0 or more", residual_reset_period);
+  for (const double tolerance : {relative_tolerance, absolute_tolerance, model_tolerance}) {
+    if (!(tolerance >= 0)) Fail(kBadArgument, "a tolerance of pcg is {}; choose 0 or more", tolerance);
+  }
+}
 
 const char* ToString(BatchMode mode) { return mode == BatchMode::kExact ? "exact sum of batches" : "batch merge"; }
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
-#include "solver/internal/evaluation_words.h"
+#include "solver/internal/evaluation_faults.h"
 
 namespace vesta::residual_blocks_internal {
 namespace {

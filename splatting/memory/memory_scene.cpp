@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "kernels/gaussian_splatting/view/splat_view.h"
-#include "solver/internal/trust_region/line_search.h"
+#include "solver/internal/trust_region/step_control.h"
 #include "splatting/evaluate/quality.h"
 
 namespace vesta::gs {

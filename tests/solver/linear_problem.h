@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "solver/internal/normal_equations/own_descent.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 #include "solver/problem_interfaces.h"
 #include "tests/solver/dense_operator.h"
 

@@ -20,7 +20,7 @@
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
-#include "solver/internal/normal_equations/own_descent.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 #include "solver/problem_interfaces.h"
 
 namespace vesta::gs {

@@ -1,17 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structure of a block-sparse problem, and how far apart its blocks are.
+// The structure of a block-sparse problem: where everything of it lies, worked out once and used by every
+// linearization, and how far apart its blocks are.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/span.h"
-#include "solver/internal/blocks/residual_block_list.h"
 
 namespace vesta {
 
-// Where everything of a block-sparse least-squares problem lies: worked out once, used by every linearization.
+// A residual block: how many residuals, of which parameter blocks.
+struct ResidualBlock {
+  int num_residuals = 0;
+  std::span<const int> parameters;
+};
+
+// Thousands to millions of them, in three arrays.
+class ResidualBlockList {
+ public:
+  std::size_t size() const { return num_residuals_.size(); }
+  // Parameters of all residual blocks together.
+  std::size_t num_arguments() const { return parameters_.size(); }
+  ResidualBlock operator[](std::size_t k) const {
+    return {num_residuals_[k], std::span(parameters_).subspan(first_[k], first_[k + 1] - first_[k])};
+  }
+  void Reserve(std::size_t count) {
+    num_residuals_.reserve(count);
+    first_.reserve(count + 1);
+  }
+  void Add(const ResidualBlock& block) {
+    parameters_.insert(parameters_.end(), block.parameters.begin(), block.parameters.end());
+    first_.push_back(parameters_.size());
+    num_residuals_.push_back(block.num_residuals);
+  }
+
+ private:
+  std::vector<int> num_residuals_;
+  std::vector<std::size_t> first_{0};  // of each block's parameters; the end of the last
+  std::vector<int> parameters_;
+};
 
 // A parameter block as the caller gave it.
 struct ParameterBlock {
@@ -99,8 +129,6 @@ class BlockStructure {
   std::vector<BlockUse> uses_;
   std::vector<BlockGroup> groups_, kept_groups_, eliminated_groups_;
 };
-
-// How far apart the blocks of a problem are.
 
 // The longest way between two kept blocks, in hops: from a block to those that it shares a residual block with, or an
 // eliminated block. An error crosses one hop in an iteration of conjugate gradients on what is kept. Found by two

@@ -11,12 +11,10 @@
 #include "solver/internal/levenberg_marquardt.inl"
 #include "solver/internal/linear/pcg.inl"
 #include "solver/internal/normal_equations/damped_normal_equations.inl"
-#include "solver/internal/normal_equations/dense_jacobian.inl"
 #include "solver/internal/normal_equations/normal_system.inl"
 #include "solver/internal/normal_equations/preconditioner.inl"
 #include "solver/internal/normal_equations/problem_adaptor.inl"
 #include "solver/internal/normal_equations/step_solver.inl"
-#include "solver/internal/normal_equations/system_fault.inl"
 #include "solver/internal/problem.inl"
 
 namespace vesta {

@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operator H + lambda D of the damped normal equations, column scales, and the metric D.
+//
+// Column scales, and the metric D of the damped normal equations (H + lambda D) step = -g.
+//
+// Columns are scaled in effect, not in memory: with S the scales, solving (S H S + lambda D') y = -S g, D' = diag(S H
+// S) clamped, and stepping by S y is the same as solving in the unscaled space with D = diag(H) clamped to the same
+// range times 1/S^2, and measuring residuals by |S r|. So only the vectors S^2 and 1/S^2 are kept.
 #pragma once
 
 #include <vector>
@@ -10,12 +16,6 @@
 #include "solver/linear_operator.h"
 
 namespace vesta {
-
-// Column scales, and the metric D of the damped normal equations (H + lambda D) step = -g.
-//
-// Columns are scaled in effect, not in memory: with S the scales, solving (S H S + lambda D') y = -S g, D' = diag(S H
-// S) clamped, and stepping by S y is the same as solving in the unscaled space with D = diag(H) clamped to the same
-// range times 1/S^2, and measuring residuals by |S r|. So only the vectors S^2 and 1/S^2 are kept.
 
 enum class ColumnScaling {
   kNone,            // S = 1
@@ -56,7 +56,6 @@ void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B:
                     const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::VectorView metric);
 
 // The operator H + lambda D.
-
 // y = sum over the batches of H_b x, plus lambda D x. Rows whose mask is 0 give lambda D x alone. Borrows everything.
 template <Backend B>
 class DampedNormalEquations final : public LinearOperator<B> {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Bodies of solver/internal/normal_equations/damped_normal_equations.h.
+#pragma once
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -7,8 +10,6 @@
 #include "solver/internal/normal_equations/damped_normal_equations.h"
 
 namespace vesta {
-
-// Bodies of solver/internal/normal_equations/damped_normal_equations.h.
 
 template <Backend B>
 ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstVectorView diag_h) {
@@ -79,8 +80,6 @@ void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B:
   backend.FromHost({floor.data(), diag_h.size()}, device_floor);
   backend.Maximum(device_floor, metric);
 }
-
-// Bodies of solver/internal/normal_equations/damped_normal_equations.h.
 
 template <Backend B>
 DampedNormalEquations<B>::DampedNormalEquations(std::vector<LinearizationAdaptor<B>*> batches, double lambda,

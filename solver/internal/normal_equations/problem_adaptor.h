@@ -8,12 +8,35 @@
 #include <string>
 #include <vector>
 
-#include "solver/internal/normal_equations/own_descent.h"
+#include "kernels/core/check.h"
+#include "kernels/core/vector_backend.h"
 #include "solver/internal/normal_equations/step_cost.h"
 #include "solver/problem_interfaces.h"
 #include "solver/reduced_system.h"
 
 namespace vesta {
+
+// A linearization whose direction of descent is not -g (a gradient without its noise). All batches must agree on it,
+// and only solvers that need no more than H are then allowed. Only the splatting problems have one.
+template <Backend B>
+class WithOwnDescent {
+ public:
+  virtual ~WithOwnDescent() = default;
+  // False: this object has none after all.
+  virtual bool has_own_descent() const = 0;
+  // d = the right-hand side of (H + lambda D) step = d. Called after Gradient, where has_own_descent().
+  virtual void Descent(typename B::VectorView d) = 0;
+  // Of parts of a problem, whose descent is not the sum of theirs: the squares of the gradients of the part's units,
+  // summed; and the descent of `units` units from the sums of both over all parts, where `squares` becomes the descent.
+  virtual void SquaredGradients(typename B::VectorView /*squares*/) {
+    Fail(kUnsupported,
+         "a linearization whose descent is its own must define SquaredGradients() to be a part of a problem");
+  }
+  virtual void DescentOf(Index /*units*/, typename B::ConstVectorView /*gradient*/,
+                         typename B::VectorView /*squares*/) const {
+    Fail(kUnsupported, "a linearization whose descent is its own must define DescentOf() to be a part of a problem");
+  }
+};
 
 template <Backend B>
 class LinearizationAdaptor {
@@ -142,5 +165,17 @@ class ProblemAdaptor {
   WithNames* names_ = nullptr;
   Describes<B>* describes_ = nullptr;
 };
+
+// J column by column, for problems small enough to hold it.
+struct DenseJacobian {
+  int rows = 0, cols = 0;
+  std::vector<double> jacobian = {};   // column after column: the batches' J stacked
+  std::vector<double> residuals = {};  // theirs
+};
+
+// By cols products with unit vectors. Columns whose mask is 0 are zero; an empty mask masks none.
+template <Backend B>
+DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
+                                typename B::ConstVectorView mask = {});
 
 }  // namespace vesta

@@ -15,8 +15,8 @@
 #include "kernels/core/profile.h"
 #include "solver/internal/linear/dense_qr.h"
 #include "solver/internal/linear/lsmr.inl"
-#include "solver/internal/normal_equations/dense_jacobian.h"
 #include "solver/internal/normal_equations/pcg_steps.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 #include "solver/internal/normal_equations/step_cost.h"
 #include "solver/internal/normal_equations/step_solver.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse symmetric matrices of small blocks, and H = J^T J summed up as one.
+// Sparse symmetric matrices of small dense blocks, and H = J^T J summed up as one. Each row of blocks has a size of its
+// own, that of its column too.
 #pragma once
 
 #include <memory>
@@ -8,11 +9,23 @@
 
 #include "kernels/core/buffer.h"
 #include "solver/internal/blocks/block_jacobian.h"
-#include "solver/internal/sparse_cholesky/kept.h"
 
 namespace vesta {
 
-// Symmetric sparse matrices of small dense blocks. Each row of blocks has a size of its own, that of its column too.
+// An object whose memory goes from one owner to the next: remembers the last T that it gave out, and gives it out again
+// once nobody else holds it.
+template <class T>
+class Kept {
+ public:
+  template <class Make>
+  std::shared_ptr<T> Get(const Make& make) {
+    if (!last_ || last_.use_count() > 1) last_ = make();
+    return last_;
+  }
+
+ private:
+  std::shared_ptr<T> last_;
+};
 
 // The sizes of the rows of blocks, and which blocks off the diagonal are there. Those on it always are.
 class BlockPattern {
@@ -89,7 +102,7 @@ class BlockMatrix {
 };
 
 // H = J^T J of a block-sparse Jacobian, summed up as a sparse matrix.
-
+//
 // Which blocks H has, a row for each free block, and the terms of their sums: found once for a structure.
 class BlockNormalMatrix {
  public:

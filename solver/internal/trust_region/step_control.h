@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// How lambda follows the gain ratio, and when a gain is within rounding.
+// How the damping lambda follows the gain ratio rho = (decrease of the cost) / (decrease the model predicted), when a
+// gain is within rounding, and the factor along a step.
 #pragma once
 
+#include <cmath>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
+
+#include "kernels/core/span.h"
 
 namespace vesta {
-
-// How the damping lambda follows the gain ratio rho = (decrease of the cost) / (decrease the model predicted).
 
 // All multiply lambda by max(1/3, 1 - (2 rho - 1)^3) where a step is accepted.
 enum class StepRule {
@@ -68,7 +72,6 @@ class StepControl {
 
 // What rejected steps say against convergence: after a step that was to gain much and did not, a shorter one that
 // changes little says nothing of x.
-
 class StepDoubt {
  public:
   // predicted: decrease of the cost by the model. finite: whether the cost of the trial was.
@@ -92,5 +95,31 @@ class StepDoubt {
   double blocked_ = 0;   // of a trial without a finite cost
   double increase_ = 0;  // the largest increase predicted
 };
+
+// Chooses a factor gamma <= 1 along each step by the cost over a subset of the units: from 1 down by `shrink` until the
+// cost rises, then back by one (3DGS-LM's search).
+struct LineSearchOptions {
+  bool enabled = false;
+  // Share of the problem's units in the subset, within (0, 1]; at least one unit.
+  double unit_fraction = 0.3;
+  // Within (0, 1).
+  double shrink = 0.7;
+  int max_evaluations = 12;
+
+  void Validate() const;
+};
+
+// About fraction * num_units units (at least one), evenly spread, ascending; `turn` moves the pattern along, so that
+// successive steps look at different units.
+std::vector<Index> SpreadUnits(Index num_units, double fraction, Index turn);
+
+struct LineSearchResult {
+  double gamma = 1;
+  int evaluations = 0;
+};
+
+// From gamma = 1 down by options.shrink until subset_cost(gamma) first rises, then back by one. A cost that is not
+// finite counts as infinitely high.
+LineSearchResult SearchGamma(const LineSearchOptions& options, const std::function<double(double)>& subset_cost);
 
 }  // namespace vesta

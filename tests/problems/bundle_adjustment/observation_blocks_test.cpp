@@ -5,7 +5,7 @@
 #include "kernels/core/row_blocks.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "problems/bundle_adjustment/observation.h"
-#include "solver/device_functors.h"
+#include "solver/internal/functor_call.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/linearize_at.h"
 #include "tests/support/random.h"

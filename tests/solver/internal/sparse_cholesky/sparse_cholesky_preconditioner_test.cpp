@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 
 #include "kernels/core/check.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta {
 namespace {
@@ -105,6 +108,74 @@ TEST(StepControl, OptionsAreChecked) {
   options = {};
   options.min_relative_decrease = 1;
   EXPECT_THROW(options.Validate(), Error);
+}
+
+TEST(StepDoubt, SpeaksOfWhatRejectedStepsWereToGain) {
+  StepDoubt doubt;
+  EXPECT_EQ(doubt.Words(false, 0), "");
+  doubt.OnReject(3, true);
+  doubt.OnReject(1, true);
+  EXPECT_THAT(doubt.Words(false, 2), HasTokens("3.000e+00"));
+  EXPECT_EQ(doubt.Words(false, 3), "") << "rounding";
+  EXPECT_EQ(doubt.Words(true, 0), "") << "a shorter one was accepted";
+  doubt.OnReject(std::numeric_limits<double>::quiet_NaN(), true);
+  EXPECT_THAT(doubt.Words(false, 2), HasTokens("3.000e+00"));
+  doubt.OnAccept();
+  EXPECT_EQ(doubt.Words(false, 0), "");
+}
+
+TEST(StepDoubt, AnIncreaseSaysMoreThanADecrease) {
+  StepDoubt doubt;
+  doubt.OnReject(5, true);
+  doubt.OnReject(-2, true);
+  EXPECT_THAT(doubt.Words(false, 1), HasTokens("J^T"));
+  EXPECT_EQ(doubt.IncreaseWords(1), doubt.Words(false, 1));
+  EXPECT_EQ(doubt.IncreaseWords(2), "");
+}
+
+TEST(StepDoubt, StepsToWhereThereIsNoCostSpeakAgainstAcceptedOnesToo) {
+  StepDoubt doubt;
+  doubt.OnReject(5, false);
+  for (const bool accepted : {false, true}) EXPECT_THAT(doubt.Words(accepted, 1), HasTokens("5.000e+00"));
+  EXPECT_EQ(doubt.Words(true, 5), "");
+}
+
+TEST(LineSearch, ShrinksUntilTheCostRisesAndStepsBack) {
+  const LineSearchOptions options{.enabled = true, .shrink = 0.5, .max_evaluations = 20};
+  // Lowest at 0.3: 1, 0.5, 0.25 fall, 0.125 rises.
+  auto result = SearchGamma(options, [](double gamma) { return (gamma - 0.3) * (gamma - 0.3); });
+  EXPECT_EQ(result.gamma, 0.25);
+  EXPECT_EQ(result.evaluations, 4);
+  // The full step is best: two evaluations.
+  result = SearchGamma(options, [](double gamma) { return -gamma; });
+  EXPECT_EQ(result.gamma, 1);
+  EXPECT_EQ(result.evaluations, 2);
+}
+
+TEST(LineSearch, InfiniteCostsAreClimbedDownFrom) {
+  const LineSearchOptions options{.enabled = true, .shrink = 0.5, .max_evaluations = 20};
+  const auto result = SearchGamma(options, [](double gamma) {
+    return gamma > 0.2 ? std::numeric_limits<double>::quiet_NaN() : (gamma - 0.1) * (gamma - 0.1);
+  });
+  EXPECT_EQ(result.gamma, 0.125);
+}
+
+TEST(LineSearch, EvaluationsAreLimited) {
+  const LineSearchOptions options{.enabled = true, .shrink = 0.5, .max_evaluations = 5};
+  const auto result = SearchGamma(options, [](double gamma) { return gamma; });
+  EXPECT_EQ(result.evaluations, 5);
+  EXPECT_EQ(result.gamma, 0.0625);
+}
+
+TEST(LineSearch, UnitsAreSpreadAndTurn) {
+  EXPECT_EQ(SpreadUnits(10, 0.3, 0), (std::vector<Index>{0, 3, 6}));
+  EXPECT_EQ(SpreadUnits(10, 0.3, 5), (std::vector<Index>{1, 5, 8}));
+  EXPECT_EQ(SpreadUnits(1, 0.3, 7), (std::vector<Index>{0}));
+  EXPECT_EQ(SpreadUnits(4, 1.0, 3), (std::vector<Index>{0, 1, 2, 3}));
+  for (Index turn = 0; turn < 20; ++turn) {
+    const auto units = SpreadUnits(7, 0.5, turn);
+    EXPECT_EQ(std::set<Index>(units.begin(), units.end()).size(), units.size());
+  }
 }
 
 }  // namespace

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// The value that entries hold before code of the user's is called to write them: a NaN of bits that no arithmetic
-// makes.
+// Numbers of an evaluation that went wrong: how entries that were not written are known, and words for messages.
 #pragma once
 
 #include <bit>
 #include <concepts>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <string>
 #include <type_traits>
 
 #include "kernels/core/hd.h"
+#include "kernels/core/span.h"
 
 namespace vesta {
 
-// NaN, so that an entry nobody wrote spoils what is made of it, as one that was computed wrongly does.
+// The value that entries hold before code of the user's is called to write them: a NaN of bits that no arithmetic
+// makes. It is NaN, so that an entry nobody wrote spoils what is made of it, as one that was computed wrongly does.
 template <std::floating_point S>
 VESTA_HD constexpr S Unwritten() {
   using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
@@ -30,5 +33,17 @@ bool IsUnwritten(S v) {
   constexpr Bits kSign = Bits{1} << (8 * sizeof(Bits) - 1);
   return (std::bit_cast<Bits>(v) & ~kSign) == std::bit_cast<Bits>(Unwritten<S>());
 }
+
+// "is nan", "is inf", "was not written"; what is finite: its value.
+std::string ValueInWords(double value);
+inline std::string ValueInWords(float value) {
+  return ValueInWords(IsUnwritten(value) ? Unwritten<double>() : static_cast<double>(value));
+}
+
+// "the loss of residual block 3 is nan for a square of 2", rho being the loss's value.
+std::string LossInWords(Index block, double square, double rho);
+
+// "[1, 2.5, 3]"; of long ones the first dozen, and how many there are.
+std::string NumbersInWords(std::span<const double> values);
 
 }  // namespace vesta

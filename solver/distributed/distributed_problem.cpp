@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/distributed/distributed_problem.h.
-#pragma once
+#include "solver/distributed/distributed_problem.h"
 
 #include <algorithm>
 #include <bit>
@@ -10,7 +9,6 @@
 
 #include "kernels/core/check.h"
 #include "solver/distributed/distributed_linearization.h"
-#include "solver/distributed/distributed_problem.h"
 
 namespace vesta {
 
@@ -164,5 +162,9 @@ std::string DistributedProblem<B>::DescribeNonFinite(ConstVectorView x, bool jac
   }
   return "";
 }
+
+// In host memory.
+template class DistributedProblem<CpuBackend<double>>;
+template class DistributedProblem<CpuBackend<float>>;
 
 }  // namespace vesta

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/internal/evaluation_words.h"
+#include "solver/internal/evaluation_faults.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
