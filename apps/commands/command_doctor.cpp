@@ -14,7 +14,7 @@
 #include "apps/inputs/scene_flags.h"
 #include "apps/settings/train_settings.h"
 #include "kernels/core/process_memory.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "splatting/train/settings/resolved_plan.h"
 #include "splatting/train/trainer.h"

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "solver/lm_options.h"
 
 namespace vesta::app {

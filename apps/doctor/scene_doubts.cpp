@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "apps/doctor/view_signs.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 namespace {

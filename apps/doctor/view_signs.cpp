@@ -9,7 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/lenses/models.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 namespace {

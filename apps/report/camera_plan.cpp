@@ -10,7 +10,7 @@
 
 #include "apps/cli/print.h"
 #include "apps/report/html.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 namespace {

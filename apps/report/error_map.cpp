@@ -14,7 +14,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/color_scale.h"
+#include "problems/gaussian_splatting/scene/image.h"
 #include "splatting/io/images/image_file.h"
 
 namespace vesta::app {

@@ -12,8 +12,8 @@
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
 #include "kernels/core/profile.h"
-#include "problems/gaussian_splatting/model/degrees.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 namespace {

@@ -7,7 +7,7 @@
 #include "apps/cli/version.h"
 #include "apps/settings/config_json.h"
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::app {
 namespace {

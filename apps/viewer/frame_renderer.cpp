@@ -6,7 +6,7 @@
 #include "apps/report/error_map.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/color_scale.h"
+#include "problems/gaussian_splatting/scene/image.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/render/look.h"
 #include "splatting/render/surface.h"

@@ -5,7 +5,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/parsimony/judging_views.h"
 

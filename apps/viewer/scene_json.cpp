@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernels/math/quaternion.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bal_file.h"
 
 namespace vesta::bundle {
 

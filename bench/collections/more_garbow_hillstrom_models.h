@@ -15,8 +15,7 @@
 #include <numbers>
 
 #include "bench/collections/nist_models.h"
-#include "problems/toy/powell.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 
 namespace vesta::mgh {
 

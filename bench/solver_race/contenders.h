@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/solver_race/race.h"
-#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "solver/lm_options.h"
 

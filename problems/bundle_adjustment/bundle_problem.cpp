@@ -4,8 +4,11 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/parallel.h"
 #include "problems/bundle_adjustment/context.h"
+#include "problems/bundle_adjustment/kernels.h"
+#include "problems/bundle_adjustment/reduced.h"
 
 namespace vesta::bundle {
 namespace internal {
@@ -103,5 +106,19 @@ std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(Cons
   }
   return internal::MakeLinearization<double>(*context_, x);
 }
+
+// The kernels of an instruction set.
+VESTA_DECLARE_PER_ISA(template <class S> const Kernels<S>& CompiledKernels();
+                      SymmetricProduct CompiledSymmetricProduct();)
+
+template <class S>
+const Kernels<S>& KernelsFor(Isa isa) {
+  return VESTA_OF_ISA(isa, CompiledKernels<S>)();
+}
+
+template const Kernels<float>& KernelsFor<float>(Isa);
+template const Kernels<double>& KernelsFor<double>(Isa);
+
+SymmetricProduct SymmetricProductFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledSymmetricProduct)(); }
 
 }  // namespace vesta::bundle

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "kernels/core/cpu_dispatch.h"
-#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "problems/bundle_adjustment/structure.h"
 #include "solver/lm_options.h"
 #include "solver/loss.h"

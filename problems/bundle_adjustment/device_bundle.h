@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "solver/device_block_problem.h"
 #include "solver/lm_options.h"
 

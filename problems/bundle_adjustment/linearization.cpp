@@ -4,7 +4,6 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "problems/bundle_adjustment/camera_vectors.h"
 #include "problems/bundle_adjustment/context.h"
 #include "problems/bundle_adjustment/reduced.h"
 

@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
-#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "problems/bundle_adjustment/projection.h"
 
 namespace vesta::bundle {
 
-// One observation of a bundle adjustment as a functor of its twelve parameters.
-
-// Residual: predicted less observed, pixels. Parameters: the point's three, then the camera's nine.
+// One observation of a bundle adjustment as a functor of its twelve parameters. Residual: predicted less observed,
+// pixels. Parameters: the point's three, then the camera's nine.
 struct BundleObservation {
   static constexpr int kResiduals = 2, kParameters = kRowSize;
   double u, v;
@@ -26,7 +25,6 @@ struct BundleObservation {
 };
 
 // A bundle adjustment as like blocks of rows (kernels/core/row_blocks.h): one for each observation.
-
 struct ObservationBlocks {
   std::vector<BundleObservation> functors;
   std::vector<Index> index;        // [12 * observations], as in RowBlocks: the point's, then the camera's

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
-#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "problems/bundle_adjustment/kernels.h"
 
 namespace vesta::bundle {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pose graphs in g2o files, and the square roots of their information matrices.
+//
+// Pose graphs in the text format of g2o (Kuemmerle et al., g2o: a general framework for graph optimization, 2011).
 #pragma once
 
 #include <string>
@@ -7,8 +9,6 @@
 #include "problems/pose_graph/pose_graph.h"
 
 namespace vesta::pose_graph {
-
-// Pose graphs in the text format of g2o (Kuemmerle et al., g2o: a general framework for graph optimization, 2011).
 
 struct G2oOptions {
   // Indefinite information matrices, which belong to no covariance, are replaced by the nearest semidefinite ones:
@@ -27,8 +27,6 @@ PoseGraph ReadG2o(const std::string& path, const G2oOptions& options = {});
 
 // Writes what ReadG2o reads back with the same bits (quaternions to within rounding).
 void WriteG2o(const PoseGraph& graph, const std::string& path);
-
-// Information matrices and their square roots.
 
 // Of a symmetric matrix, which is given by its upper triangle, row by row; size <= 6.
 struct Spectrum {

@@ -9,7 +9,7 @@
 
 namespace vesta::pose_graph {
 
-// How poses are stored and moved: problems/pose_graph/se2.h and se3.h.
+// How poses are stored and moved: problems/pose_graph/poses.h.
 enum class PoseSpace { kSe2, kSe3 };
 
 // Numbers of a pose: (x, y, yaw), or position (x, y, z) and unit quaternion (w, x, y, z).

@@ -2,10 +2,146 @@
 #include "problems/pose_graph/pose_graph_linearization.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "kernels/core/parallel.h"
+#include "problems/pose_graph/poses.h"
 
 namespace vesta::pose_graph {
+namespace {
+
+// out = W in, for in of D rows and kColumns columns.
+template <int D, int kColumns>
+void Whiten(const double* W, const double* in, double* out) {
+  for (int i = 0; i < D; ++i) {
+    double sum[kColumns] = {};
+    for (int k = 0; k < D; ++k) {
+      for (int c = 0; c < kColumns; ++c) sum[c] += W[D * i + k] * in[kColumns * k + c];
+    }
+    for (int c = 0; c < kColumns; ++c) out[kColumns * i + c] = sum[c];
+  }
+}
+
+// One edge with the types of its poses.
+template <class Space>
+struct Edge {
+  static constexpr int D = Space::kTangent;
+
+  Edge(const EdgeTerms& terms, Index e, const double* x)
+      : from(x + terms.edges[static_cast<std::size_t>(e)].from * Space::kPose),
+        to(x + terms.edges[static_cast<std::size_t>(e)].to * Space::kPose),
+        measurement(terms.measurements.data() + e * Space::kPose),
+        whitening(terms.whitening.data() + e * D * D) {}
+
+  // Returns the squared norm.
+  double Residual(double* whitened) const {
+    double plain[D];
+    Space::Residual(from, to, measurement, plain);
+    Whiten<D, 1>(whitening, plain, whitened);
+    double square = 0;
+    for (int i = 0; i < D; ++i) square += whitened[i] * whitened[i];
+    return square;
+  }
+  void Jacobian(double* whitened) const {
+    double plain[2 * D * D];
+    Space::Jacobian(from, to, measurement, plain);
+    Whiten<D, 2 * D>(whitening, plain, whitened);
+  }
+
+  const double *from, *to, *measurement, *whitening;
+};
+
+template <class Space>
+double CostOf(const EdgeTerms& terms, Index e, const double* x) {
+  double residual[Space::kTangent];
+  const double square = Edge<Space>(terms, e, x).Residual(residual);
+  return 0.5 * (terms.loss ? terms.loss->Evaluate(square).rho : square);
+}
+
+template <class Space>
+void LinearizeAt(const EdgeTerms& terms, Index e, const double* x, double* residual, double* jacobian) {
+  constexpr int D = Space::kTangent;
+  const Edge<Space> edge(terms, e, x);
+  const double square = edge.Residual(residual);
+  edge.Jacobian(jacobian);
+  if (terms.loss) {
+    LossCorrection(terms.loss->Evaluate(square), square).Apply(D, 2 * D, residual, jacobian, 2 * D, 1);
+  }
+}
+
+}  // namespace
+
+double EdgeTerms::Cost(Index edge, const double* x) const {
+  return space == PoseSpace::kSe2 ? CostOf<Se2>(*this, edge, x) : CostOf<Se3>(*this, edge, x);
+}
+
+void EdgeTerms::Linearize(Index edge, const double* x, double* residual, double* jacobian) const {
+  if (space == PoseSpace::kSe2) {
+    LinearizeAt<Se2>(*this, edge, x, residual, jacobian);
+  } else {
+    LinearizeAt<Se3>(*this, edge, x, residual, jacobian);
+  }
+}
+
+namespace {
+
+std::size_t At(Index i) { return static_cast<std::size_t>(i); }
+
+// Turns counts, each one place to the right of its owner, into first positions.
+void AccumulateCounts(std::vector<std::size_t>* counts) {
+  std::partial_sum(counts->begin(), counts->end(), counts->begin());
+}
+
+}  // namespace
+
+PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> held) {
+  PoseGraphLayout layout;
+  layout.terms = std::move(terms);
+  layout.row_of_pose.assign(At(num_poses), 0);
+  for (const Index pose : held) layout.row_of_pose[At(pose)] = -1;
+  for (Index pose = 0; pose < num_poses; ++pose) {
+    if (layout.row_of_pose[At(pose)] < 0) continue;
+    layout.row_of_pose[At(pose)] = static_cast<Index>(layout.pose_of_row.size());
+    layout.pose_of_row.push_back(pose);
+  }
+
+  const Index num_edges = layout.terms.num_edges();
+  std::vector<BlockPattern::Pair> pairs;
+  std::vector<Index> edge_of_pair;
+  layout.first_end.assign(layout.pose_of_row.size() + 1, 0);
+  for (Index e = 0; e < num_edges; ++e) {
+    const Index rows[2] = {layout.Row(e, 0), layout.Row(e, 1)};
+    for (const Index row : rows) {
+      if (row >= 0) ++layout.first_end[At(row) + 1];
+    }
+    if (rows[0] < 0 || rows[1] < 0) continue;
+    pairs.push_back({rows[0], rows[1]});
+    edge_of_pair.push_back(e);
+  }
+  AccumulateCounts(&layout.first_end);
+  layout.ends.resize(layout.first_end.back());
+  std::vector<std::size_t> next(layout.first_end.begin(), layout.first_end.end() - 1);
+  for (Index e = 0; e < num_edges; ++e) {
+    for (const int side : {0, 1}) {
+      if (const Index row = layout.Row(e, side); row >= 0) layout.ends[next[At(row)]++] = {e, side};
+    }
+  }
+
+  const std::vector<int> sizes(layout.pose_of_row.size(), layout.tangent());
+  layout.pattern = std::make_shared<BlockPattern>(sizes, pairs);
+  const std::vector<Index>& block_of_pair = layout.pattern->block_of_pair();
+  layout.first_edge.assign(At(layout.pattern->num_blocks()) + 1, 0);
+  for (const Index block : block_of_pair) ++layout.first_edge[At(block) + 1];
+  AccumulateCounts(&layout.first_edge);
+  layout.edges_of_block.resize(block_of_pair.size());
+  next.assign(layout.first_edge.begin(), layout.first_edge.end() - 1);
+  for (std::size_t k = 0; k < block_of_pair.size(); ++k) {
+    layout.edges_of_block[next[At(block_of_pair[k])]++] = edge_of_pair[k];
+  }
+  return layout;
+}
+
 namespace {
 
 constexpr Index kGrain = 128;

@@ -1,14 +1,74 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pose graph at one x: residuals, Jacobian blocks of the edges, and H = J^T J as a sparse matrix.
+// A pose graph at one x: its edges as the solver evaluates them, where they lie in vectors and matrices, and residuals,
+// Jacobian blocks and H = J^T J as a sparse matrix.
 #pragma once
 
+#include <memory>
+#include <span>
 #include <vector>
 
-#include "problems/pose_graph/pose_graph_layout.h"
+#include "problems/pose_graph/pose_graph.h"
 #include "solver/internal/sparse_cholesky/block_cholesky.h"
+#include "solver/internal/sparse_cholesky/block_matrix.h"
+#include "solver/loss.h"
 #include "solver/problem_interfaces.h"
 
 namespace vesta::pose_graph {
+
+// The edges of a pose graph in the form the solver evaluates: whitened residuals and Jacobian blocks.
+struct EdgeTerms {
+  PoseSpace space = PoseSpace::kSe2;
+  std::vector<PoseGraph::Edge> edges;
+  std::vector<double> measurements;
+  std::vector<double> whitening;  // row-major TangentSize x TangentSize for each edge
+  std::shared_ptr<const Loss> loss;
+
+  Index num_edges() const { return static_cast<Index>(edges.size()); }
+  int tangent() const { return TangentSize(space); }
+
+  // 1/2 rho(|whitened residual|^2) of one edge.
+  double Cost(Index edge, const double* x) const;
+  // The whitened residual, TangentSize values, and its Jacobian by the steps of both poses, row-major
+  // TangentSize x 2 TangentSize, both corrected for the loss.
+  void Linearize(Index edge, const double* x, double* residual, double* jacobian) const;
+};
+
+// One end of an edge: side 0 is `from`, 1 is `to`.
+struct EdgeEnd {
+  Index edge;
+  int side;
+};
+
+// Where the parts of a pose graph lie in vectors and matrices: made once for a problem.
+struct PoseGraphLayout {
+  EdgeTerms terms;
+  std::vector<Index> row_of_pose;  // block row in the tangent space, -1 for held poses
+  std::vector<Index> pose_of_row;
+  std::shared_ptr<const BlockPattern> pattern;  // of H
+  std::vector<std::size_t> first_end;           // into ends, for each row, and the end
+  std::vector<EdgeEnd> ends;                    // the edges at each row, ascending
+  std::vector<std::size_t> first_edge;          // into edges_of_block, for each block of the pattern, and the end
+  std::vector<Index> edges_of_block;            // ascending
+
+  int tangent() const { return terms.tangent(); }
+  Index num_tangent() const { return static_cast<Index>(pose_of_row.size()) * tangent(); }
+  // The row of one end of an edge, or -1.
+  Index Row(Index edge, int side) const {
+    const PoseGraph::Edge& e = terms.edges[static_cast<std::size_t>(edge)];
+    return row_of_pose[static_cast<std::size_t>(side == 0 ? e.from : e.to)];
+  }
+  std::span<const EdgeEnd> EndsAt(Index row) const {
+    const auto r = static_cast<std::size_t>(row);
+    return std::span(ends).subspan(first_end[r], first_end[r + 1] - first_end[r]);
+  }
+  std::span<const Index> EdgesOf(Index block) const {
+    const auto b = static_cast<std::size_t>(block);
+    return std::span(edges_of_block).subspan(first_edge[b], first_edge[b + 1] - first_edge[b]);
+  }
+};
+
+// held: positions of the poses that do not move.
+PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> held);
 
 class PoseGraphLinearization final : public Linearization<CpuBackend<double>>,
                                      public WithProductH<CpuBackend<double>>,

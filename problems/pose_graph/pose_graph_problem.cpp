@@ -10,8 +10,7 @@
 #include "kernels/core/parallel.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/pose_graph_linearization.h"
-#include "problems/pose_graph/se2.h"
-#include "problems/pose_graph/se3.h"
+#include "problems/pose_graph/poses.h"
 #include "solver/internal/sparse_cholesky/block_cholesky.h"
 
 namespace vesta::pose_graph {

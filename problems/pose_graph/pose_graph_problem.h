@@ -30,7 +30,7 @@ struct PoseGraphModel {
 };
 
 // x: PoseSize numbers for each pose, fixed ones included; a step: TangentSize numbers for each pose that moves, in the
-// order of the poses. Residuals: TangentSize for each edge, se2.h and se3.h. A unit is an edge; there is one batch.
+// order of the poses. Residuals: TangentSize for each edge, poses.h. A unit is an edge; there is one batch.
 class PoseGraphProblem final : public Problem<CpuBackend<double>>,
                                public OnManifold<CpuBackend<double>>,
                                public InUnits<CpuBackend<double>>,

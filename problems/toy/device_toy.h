@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "problems/toy/exponential_fit.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/device_block_problem.h"
 
 namespace vesta {

@@ -92,9 +92,6 @@ class DistributedLinearization final : public Linearization<B>,
 // With parts p that share the kept parameters alone, H + lambda D = [B E; E^T C], B = sum B_p, and E, C of part p stand
 // in rows and columns of its own. So S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
 template <Backend B>
-class DistributedLinearization;
-
-template <Backend B>
 class DistributedReducedSystem final : public ReducedSystem<B> {
  public:
   using Base = ReducedSystem<B>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a functor of residuals is called, everywhere.
+// How a functor of residuals is called, everywhere, and the evaluation of one of a set, as a GPU runs it.
 #pragma once
 
 #include <concepts>

@@ -9,7 +9,7 @@
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/parsimony/support.h"
 
 namespace vesta::gs {

@@ -12,7 +12,7 @@
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/projection/camera_motion.h"
 #include "kernels/math/quaternion.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/render/look.h"
 
 namespace vesta::gs {

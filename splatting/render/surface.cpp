@@ -10,7 +10,7 @@
 #include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/color_scale.h"
+#include "problems/gaussian_splatting/scene/image.h"
 #include "splatting/render/look.h"
 
 namespace vesta::gs {

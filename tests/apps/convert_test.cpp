@@ -9,7 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/splats/ply.h"
 #include "splatting/io/splats/splat_file.h"
 #include "tests/apps/refusal.h"

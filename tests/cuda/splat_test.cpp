@@ -2,8 +2,8 @@
 // Views, the loss and the splatting problem of the GPU against those of the host.
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"
-#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/linearize_at.h"

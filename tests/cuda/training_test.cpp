@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training on the GPU against that of the host.
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/train/device_stages.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/train/training_scene.h"

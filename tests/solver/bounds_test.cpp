@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "kernels/core/check.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"
 #include "tests/solver/linear_problem.h"

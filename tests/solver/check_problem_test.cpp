@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "kernels/core/check.h"
-#include "problems/toy/exponential_fit.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/block_problem.h"
 #include "solver/bounds.h"
 #include "solver/levenberg_marquardt.h"

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "kernels/core/parallel.h"
-#include "problems/toy/exponential_fit.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"
 #include "tests/solver/dense_operator.h"

@@ -12,8 +12,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "problems/toy/exponential_fit.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/residual_blocks.h"
 #include "tests/solver/dense_operator.h"
 #include "tests/solver/linear_problem.h"

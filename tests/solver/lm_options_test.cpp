@@ -9,7 +9,7 @@
 #include <string>
 
 #include "kernels/core/check.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"
 #include "tests/solver/dense_operator.h"

@@ -6,8 +6,7 @@
 
 #include <cmath>
 
-#include "problems/toy/exponential_fit.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
 #include "tests/solver/dense_operator.h"

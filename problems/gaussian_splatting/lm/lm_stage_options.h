@@ -3,12 +3,19 @@
 #pragma once
 
 #include "kernels/core/schema.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "solver/internal/linear/pcg.h"
 #include "solver/internal/trust_region/step_control.h"
 
+namespace vesta {
+struct LmOptions;
+}
+
 namespace vesta::gs {
+
+struct SplatProblemOptions;
 
 // What products with J take their raster part from.
 enum class JacobianKind {
@@ -88,5 +95,13 @@ struct LmStageOptions : SplatMetricOptions {
 const schema::Table<LmStageOptions>& LmStageFields();
 // Throws Error, one line, for options that are each in range and do not go together.
 void CheckTogether(const LmStageOptions& lm);
+
+// The options in the terms of the loss, of the problem (splat_problem.h) and of the engine.
+//
+// Of the cost.
+PhotometricWeights LossOf(const LmStageOptions& lm);
+// Of a model so laid out; batches, background, rates and units are the caller's to set.
+SplatProblemOptions SplatProblemOptionsOf(const LmStageOptions& lm, const splat::ModelLayout& layout);
+vesta::LmOptions LmEngineOptions(const LmStageOptions& lm);
 
 }  // namespace vesta::gs

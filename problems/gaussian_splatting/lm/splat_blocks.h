@@ -11,8 +11,6 @@
 
 namespace vesta::gs {
 
-// The diagonal blocks of the splatting problem, and its damping metric by attributes.
-
 // One block of the geometric attributes for each Gaussian; of the spherical harmonics the diagonal.
 inline std::vector<BlockGroup> SplatBlockGroups(const splat::ModelLayout& layout) {
   const Index count = layout.count, offset = layout.Offset(splat::kSh);
@@ -48,7 +46,6 @@ inline std::vector<double> RatesMetric(const SplatProblemOptions& options, doubl
 }
 
 // Gram matrices of the Gaussians, kept between the diagonal and the blocks, which come from the same pass.
-
 template <Backend B>
 class SplatGrams {
  public:

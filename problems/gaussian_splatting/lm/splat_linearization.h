@@ -8,7 +8,6 @@
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/lm/splat_scratch.h"
 
 namespace vesta::gs {
 

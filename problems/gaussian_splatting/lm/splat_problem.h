@@ -16,7 +16,6 @@
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
-#include "problems/gaussian_splatting/lm/splat_scratch.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -24,6 +23,30 @@
 #include "solver/problem_interfaces.h"
 
 namespace vesta::gs {
+
+// The views of the splatting problem as its linearizations go through them, and memory to work in.
+template <class B>
+struct SplatScratch {
+  using Vector = typename B::Vector;
+  // A view at x.
+  struct Unit {
+    const TargetView<B>* target;
+    ImageShape shape;
+    typename SplatBackend<B>::SplatView view;
+    Vector image;
+    typename SplatBackend<B>::Loss::Linearization loss;
+  };
+  std::vector<Unit> units;  // all views; of JacobianKind::kRebuild one, for each in turn
+  Vector image_work, weighted_work;
+
+  // Room for so many views, whose images have so many values at most.
+  void Fit(std::size_t views, Index values) {
+    if (units.size() < views) units.resize(views);
+    for (Vector* work : {&image_work, &weighted_work}) {
+      if (work->size() < values) work->ResizeForOverwrite(values);
+    }
+  }
+};
 
 // Of a model so laid out.
 struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {

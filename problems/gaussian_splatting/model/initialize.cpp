@@ -13,7 +13,7 @@
 #include "kernels/core/profile.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/spherical_harmonics.h"
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::gs {
 namespace {

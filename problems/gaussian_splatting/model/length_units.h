@@ -6,13 +6,29 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/core/for_each.h"
+#include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "problems/gaussian_splatting/model/length_unit_formula.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/depth_in_view.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+inline namespace VESTA_ISA {
+
+// The unit for one Gaussian, by a function that host and device call: half the depth of the mean in the nearest of
+// `count` views that hold it beyond their near planes, or `otherwise`.
+VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, double otherwise, const float mean[3]) {
+  double nearest = 0;  // none so far
+  for (Index k = 0; k < count; ++k) {
+    const double depth = DepthInView(views[k].R, views[k].T, views[k], mean);
+    if (depth > views[k].near && (nearest == 0 || depth < nearest)) nearest = depth;
+  }
+  return static_cast<float>(nearest > 0 ? 0.5 * nearest : otherwise);
+}
+
+}  // namespace VESTA_ISA
 
 // The views that are looked at for it: of many only 64, evenly spread. near: distance of the near plane.
 std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views, double near);

@@ -15,8 +15,6 @@
 
 namespace vesta::gs {
 
-// Views and models in the form of the kernels.
-
 // Distance of the near plane, world units: 1 % of the scene's extent. One rule for training, refining and evaluating,
 // so that a written model reproduces the figures of its training.
 double NearPlane(const Scene& scene);
@@ -26,8 +24,6 @@ splat::PosedCamera ToPosedCamera(const View& view, double near);
 splat::Model<float> ToKernelModel(const SplatModel& model);
 // A copy of a model in the memory of the host: its Gaussians alone.
 SplatModel CopyOf(const splat::Model<float>& model);
-
-// Photographs as the views to fit, in any memory space.
 
 inline HostSpan<const float> ValuesOf(const Image& image) {
   return {image.rgb.data(), static_cast<Index>(image.rgb.size())};

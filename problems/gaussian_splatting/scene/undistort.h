@@ -11,8 +11,6 @@
 
 namespace vesta::gs {
 
-// Images between their pixels.
-
 // The colour at pixel coordinates (u, v), where pixel (i, j) has its centre at (i + 0.5, j + 0.5): the cubic
 // interpolation of Catmull and Rom, not clamped. It passes through the pixels and is exact where colours change
 // linearly. Beyond the border stands the pixel of the border.

@@ -7,7 +7,7 @@
 
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/alignment/align_view.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/evaluate/evaluation.h"

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/alignment/aligned_evaluation.h"
 
 namespace vesta::gs {

@@ -11,7 +11,7 @@
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
 

@@ -7,7 +7,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/vector_backend.h"
-#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/unknowns/exposed_colors.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 

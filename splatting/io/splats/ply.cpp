@@ -8,7 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/splats/packed_values.h"
 #include "splatting/io/splats/ply_file.h"
 #include "splatting/io/splats/splat_comments.h"

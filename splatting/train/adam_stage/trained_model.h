@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
-#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/gather_rows.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/model/splat_model.h"

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "problems/gaussian_splatting/lm/engine_options.h"
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "solver/lm_options.h"
 
 namespace vesta::gs {
 

@@ -7,8 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "problems/gaussian_splatting/lm/engine_options.h"
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "solver/lm_options.h"
 #include "splatting/distributed/splat_parts.h"
 #include "splatting/train/lm_stage/lm_solve.h"
 

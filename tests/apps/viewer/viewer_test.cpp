@@ -12,7 +12,7 @@
 
 #include "apps/viewer/training_view.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/scene/color_scale.h"
+#include "problems/gaussian_splatting/scene/image.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/evaluate/evaluation.h"
 #include "splatting/io/images/image_codecs.h"

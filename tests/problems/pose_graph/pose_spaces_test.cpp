@@ -2,8 +2,7 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
-#include "problems/pose_graph/se2.h"
-#include "problems/pose_graph/se3.h"
+#include "problems/pose_graph/poses.h"
 #include "tests/problems/pose_graph/ring_graph.h"
 
 namespace vesta::pose_graph {

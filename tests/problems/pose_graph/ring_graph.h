@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "problems/pose_graph/pose_graph.h"
-#include "problems/pose_graph/se2.h"
-#include "problems/pose_graph/se3.h"
+#include "problems/pose_graph/poses.h"
 #include "tests/support/random.h"
 
 namespace vesta::test {

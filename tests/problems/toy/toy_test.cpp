@@ -4,9 +4,7 @@
 #include <cmath>
 
 #include "bench/collections/solve_both.h"
-#include "problems/toy/exponential_fit.h"
-#include "problems/toy/powell.h"
-#include "problems/toy/rosenbrock.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/check_problem.h"
 #include "solver/levenberg_marquardt.h"
 

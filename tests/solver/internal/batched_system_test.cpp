@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "problems/toy/exponential_fit.h"
+#include "problems/toy/toy_problems.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"
 #include "tests/solver/linear_problem.h"

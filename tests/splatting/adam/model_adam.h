@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/adam/adam.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/distributed/sum_of_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"

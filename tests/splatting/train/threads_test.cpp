@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "solver/internal/derivative_check.inl"
 #include "tests/splatting/density/density_scene.h"
 #include "tests/splatting/train/terms_of_views.h"

@@ -12,10 +12,11 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "problems/gaussian_splatting/lm/engine_options.h"
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "solver/internal/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
+#include "solver/lm_options.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/linearize_at.h"

@@ -4,7 +4,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/linearize_at.h"
 

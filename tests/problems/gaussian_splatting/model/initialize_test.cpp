@@ -3,10 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
 
 #include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
+#include "tests/support/random.h"
 
 namespace vesta::gs {
 namespace {
@@ -94,6 +100,118 @@ TEST(DefaultShDegree, GrowsWithTheTrainingViews) {
 }
 
 TEST(Initialize, RefusesNoPoints) { EXPECT_THROW(InitializeFromPoints({}, 5, 1, 10), Error); }
+
+using Points = std::vector<std::array<float, 3>>;
+
+Points RandomPositions(int count) {
+  std::mt19937 random(3);
+  Points points(static_cast<std::size_t>(count));
+  for (auto& p : points) {
+    for (float& v : p) v = static_cast<float>(random() % 4096) / 64;
+  }
+  return points;
+}
+
+std::vector<float> BruteForce(const Points& points) {
+  std::vector<float> means;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::vector<double> distances;
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      double sum = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        sum += (double{points[i][k]} - points[j][k]) * (double{points[i][k]} - points[j][k]);
+      if (i != j) distances.push_back(sum);
+    }
+    std::sort(distances.begin(), distances.end());
+    means.push_back(static_cast<float>((distances[0] + distances[1] + distances[2]) / 3));
+  }
+  return means;
+}
+
+TEST(Knn, AgreesWithBruteForce) {
+  const Points points = RandomPositions(700);
+  EXPECT_EQ(MeanSquaredNeighborDistance(points), BruteForce(points));
+}
+
+TEST(Knn, SameBitsForAnyNumberOfThreads) {
+  const Points points = RandomPositions(5000);
+  SetNumThreads(1);
+  const std::vector<float> one = MeanSquaredNeighborDistance(points);
+  SetNumThreads(3);
+  EXPECT_EQ(MeanSquaredNeighborDistance(points), one);
+  SetNumThreads(0);
+}
+
+TEST(Knn, FewPoints) {
+  EXPECT_TRUE(MeanSquaredNeighborDistance({}).empty());
+  EXPECT_EQ(MeanSquaredNeighborDistance({{1, 2, 3}}), std::vector<float>{0});
+  EXPECT_EQ(MeanSquaredNeighborDistance({{0, 0, 0}, {0, 3, 4}}), (std::vector<float>{25, 25}));
+  EXPECT_EQ(MeanSquaredNeighborDistance({{0, 0, 0}, {1, 0, 0}, {3, 0, 0}}), (std::vector<float>{5, 2.5, 6.5}));
+}
+
+TEST(Knn, CoincidingPointsAreNeighboursAtZero) {
+  Points points(3000, {1, 2, 3});
+  points.push_back({1, 2, 5});
+  const std::vector<float> means = MeanSquaredNeighborDistance(points);
+  EXPECT_TRUE(std::all_of(means.begin(), means.end() - 1, [](float v) { return v == 0; }));
+  EXPECT_EQ(means.back(), 4);
+}
+
+SplatModel AtMeans(const std::vector<std::array<float, 3>>& means) {
+  SplatModel model;
+  model.Resize(0, static_cast<Index>(means.size()));
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) model.attribute(splat::kMean + static_cast<int>(k))[i] = means[i][k];
+  }
+  return model;
+}
+
+// The eight corners of a cube come in the order of their numbers, x being the lowest bit.
+TEST(SpatialOrder, IsMortons) {
+  std::vector<std::array<float, 3>> corners;
+  for (const int c : {5, 2, 7, 0, 1, 6, 3, 4}) {
+    corners.push_back({static_cast<float>(c & 1), static_cast<float>(c >> 1 & 1), static_cast<float>(c >> 2)});
+  }
+  EXPECT_EQ(SpatialOrder(AtMeans(corners)), (std::vector<Index>{3, 4, 1, 6, 7, 0, 5, 2}));
+}
+
+// In memory's neighbourhoods of 16 there is less space than a random order has there.
+TEST(SpatialOrder, NeighboursInMemoryAreNeighboursInSpace) {
+  constexpr Index kCount = 4096;
+  test::Random random(1);
+  std::vector<std::array<float, 3>> means(kCount);
+  for (auto& mean : means)
+    mean = {static_cast<float>(random.Normal()), static_cast<float>(random.Normal()),
+            static_cast<float>(random.Normal())};
+  const SplatModel model = AtMeans(means);
+  const std::vector<Index> order = SpatialOrder(model);
+  std::vector<Index> sorted = order;
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<Index> all(kCount);
+  std::iota(all.begin(), all.end(), Index{0});
+  EXPECT_EQ(sorted, all);
+  const auto distance = [&](const SplatModel& m) {
+    double sum = 0;
+    for (Index i = 0; i + 1 < kCount; ++i) {
+      double squares = 0;
+      for (int k = 0; k < 3; ++k) squares += std::pow(m.attribute(k)[i + 1] - m.attribute(k)[i], 2);
+      sum += std::sqrt(squares);
+    }
+    return sum;
+  };
+  EXPECT_LT(distance(InOrder(model, order)), distance(model) / 5);
+}
+
+TEST(SpatialOrder, WhateverTheMeansAreEachComesOnce) {
+  const float infinity = std::numeric_limits<float>::infinity();
+  const SplatModel model =
+      AtMeans({{0, std::nanf(""), 0}, {1e30f, 0, 0}, {-1e30f, 0, 0}, {-infinity, 0, 0}, {0, 0, 0}});
+  std::vector<Index> order = SpatialOrder(model);
+  std::sort(order.begin(), order.end());
+  EXPECT_EQ(order, (std::vector<Index>{0, 1, 2, 3, 4}));
+  EXPECT_TRUE(SpatialOrder(AtMeans({})).empty());
+  EXPECT_EQ(SpatialOrder(AtMeans({{2, 2, 2}, {2, 2, 2}})), (std::vector<Index>{0, 1}));
+}
 
 }  // namespace
 }  // namespace vesta::gs

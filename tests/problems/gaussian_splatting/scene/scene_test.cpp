@@ -85,5 +85,11 @@ TEST(Scene, ResizedCameraSeesTheSame) {
   EXPECT_DOUBLE_EQ(camera.lens.cy, 26 * 25.0 / 51);
 }
 
+TEST(Median, IsTheMiddleOneOrTheUpperOfTwo) {
+  EXPECT_EQ(Median<double>({7}), 7);
+  EXPECT_EQ(Median<double>({3, -1, 2}), 2);
+  EXPECT_EQ(Median<float>({4, 1, 3, 2}), 3);
+}
+
 }  // namespace
 }  // namespace vesta::gs

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/io/splats/splat_file.h"
 
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/bytes/gzip.h"
 #include "tests/splatting/io/random_splat.h"
 #include "tests/support/test_files.h"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"

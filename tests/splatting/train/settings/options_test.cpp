@@ -8,7 +8,9 @@
 #include <set>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/lm/engine_options.h"
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "solver/lm_options.h"
 #include "splatting/train/settings/train_options.h"
 #include "tests/support/throws_error.h"
 
