@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block-diagonal matrices in the memory of a GPU: the loop over the groups. block_kernels.cu has the work on their
+// Block-diagonal matrices in the memory of a GPU: the loop over the groups. block_diagonal.cu has the work on their
 // blocks.
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/block_diagonal.inl"

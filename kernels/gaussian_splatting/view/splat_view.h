@@ -96,7 +96,7 @@ class SplatView {
   // blocks and sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >= 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace) const;
-  // rises[i] += that of the loss without Gaussian i, for each that is seen (removal_pass.h). loss.rendered: from
+  // rises[i] += that of the loss without Gaussian i, for each that is seen (loss_passes.h). loss.rendered: from
   // Render.
   void AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
   // Of the splats, by rank; in the workspace, until the next call.

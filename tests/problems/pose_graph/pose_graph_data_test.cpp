@@ -59,7 +59,6 @@ TEST(PoseGraphDataMinimum, TorusEndsInTheLowerOne) {
 }
 
 // Graphs of the field through the bridge, as cost functions that vesta knows nothing of, beside Ceres itself.
-
 class BridgeData : public testing::TestWithParam<const char*> {};
 
 TEST_P(BridgeData, ReachesTheCostOfCeresSparseCholesky) {
