@@ -15,14 +15,14 @@ constexpr int kLanes = 16;
 constexpr Index kGrain = 64 * kLanes;
 
 template <class S>
-using Lanes = BlockLanes<S, kLanes>;
+using Lanes16 = BlockLanes<S, kLanes>;
 
 // Calls body(first_block, lanes_in_use, scratch) for every sixteen blocks of a group, on all threads; scratch has
 // `scratch_size` elements.
 template <class S, class Body>
 void ForEachLanes(Index count, int scratch_size, const Body& body) {
   ParallelForChunks(count, kGrain, [&](Index begin, Index end) {
-    std::vector<Lanes<S>> scratch(static_cast<std::size_t>(scratch_size));
+    std::vector<Lanes16<S>> scratch(static_cast<std::size_t>(scratch_size));
     for (Index i = begin; i < end; i += kLanes) {
       body(i, static_cast<int>(std::min<Index>(kLanes, end - i)), scratch.data());
     }
@@ -31,18 +31,18 @@ void ForEachLanes(Index count, int scratch_size, const Body& body) {
 
 // Component `component` of blocks first..first + used - 1; unused lanes are 0.
 template <class S>
-void Gather(const BlockGroup& group, Index first, int used, int component, const S* x, Lanes<S>& out) {
+void Gather(const BlockGroup& group, Index first, int used, int component, const S* x, Lanes16<S>& out) {
   const S* source = x + group.Parameter(first, component);
   if (group.block_stride == 1 && used == kLanes) {
     for (int l = 0; l < kLanes; ++l) out.lane[l] = source[l];
     return;
   }
-  out = Lanes<S>{};
+  out = Lanes16<S>{};
   for (int l = 0; l < used; ++l) out.lane[l] = source[l * group.block_stride];
 }
 
 template <class S>
-void Scatter(const BlockGroup& group, Index first, int used, int component, const Lanes<S>& in, S* y) {
+void Scatter(const BlockGroup& group, Index first, int used, int component, const Lanes16<S>& in, S* y) {
   S* target = y + group.Parameter(first, component);
   if (group.block_stride == 1 && used == kLanes) {
     for (int l = 0; l < kLanes; ++l) target[l] = in.lane[l];
@@ -53,21 +53,21 @@ void Scatter(const BlockGroup& group, Index first, int used, int component, cons
 
 // The packed lower triangles of the blocks; unused lanes are 0.
 template <class S>
-void LoadBlocks(const BlockGroup& group, const S* values, Index first, int used, Lanes<S>* out) {
+void LoadBlocks(const BlockGroup& group, const S* values, Index first, int used, Lanes16<S>* out) {
   const int packed = PackedLower(group.size, 0);
   for (int k = 0; k < packed; ++k) {
     const S* source = values + k * group.count + first;
     if (used == kLanes) {
       for (int l = 0; l < kLanes; ++l) out[k].lane[l] = source[l];
     } else {
-      out[k] = Lanes<S>{};
+      out[k] = Lanes16<S>{};
       for (int l = 0; l < used; ++l) out[k].lane[l] = source[l];
     }
   }
 }
 
 template <class S>
-void StoreBlocks(const BlockGroup& group, const Lanes<S>* in, Index first, int used, S* values) {
+void StoreBlocks(const BlockGroup& group, const Lanes16<S>* in, Index first, int used, S* values) {
   const int packed = PackedLower(group.size, 0);
   for (int k = 0; k < packed; ++k) {
     S* target = values + k * group.count + first;
@@ -111,8 +111,8 @@ void BlockDiagonal<B>::Apply(typename B::ConstVectorView x, typename B::VectorVi
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const BlockGroup& group = groups_[g];
     const int size = group.size, packed = PackedLower(size, 0);
-    ForEachLanes<Scalar>(group.count, packed + 2 * size, [&](Index first, int used, Lanes<Scalar>* scratch) {
-      Lanes<Scalar>*a = scratch, *in = a + packed, *out = in + size;
+    ForEachLanes<Scalar>(group.count, packed + 2 * size, [&](Index first, int used, Lanes16<Scalar>* scratch) {
+      Lanes16<Scalar>*a = scratch, *in = a + packed, *out = in + size;
       LoadBlocks(group, values_.data() + first_value_[g], first, used, a);
       for (int c = 0; c < size; ++c) Gather(group, first, used, c, x.data(), in[c]);
       MultiplyLanes(size, a, in, out);
@@ -129,8 +129,8 @@ Index BlockDiagonal<B>::Factorize() {
     const int size = group.size, packed = PackedLower(size, 0);
     Scalar* values = values_.data() + first_value_[g];
     treated += ParallelSum<Index>(group.count, kGrain, [&](Index begin, Index end) {
-      std::vector<Lanes<Scalar>> scratch(static_cast<std::size_t>(packed + 3 * size));
-      Lanes<Scalar>*a = scratch.data(), *root = a + packed, *scale = root + size, *left = scale + size;
+      std::vector<Lanes16<Scalar>> scratch(static_cast<std::size_t>(packed + 3 * size));
+      Lanes16<Scalar>*a = scratch.data(), *root = a + packed, *scale = root + size, *left = scale + size;
       Index count = 0;
       for (Index first = begin; first < end; first += kLanes) {
         const int used = static_cast<int>(std::min<Index>(kLanes, end - first));
@@ -153,8 +153,8 @@ void BlockDiagonal<B>::Solve(typename B::ConstVectorView x, typename B::VectorVi
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const BlockGroup& group = groups_[g];
     const int size = group.size, packed = PackedLower(size, 0);
-    ForEachLanes<Scalar>(group.count, packed + size, [&](Index first, int used, Lanes<Scalar>* scratch) {
-      Lanes<Scalar>*a = scratch, *v = a + packed;
+    ForEachLanes<Scalar>(group.count, packed + size, [&](Index first, int used, Lanes16<Scalar>* scratch) {
+      Lanes16<Scalar>*a = scratch, *v = a + packed;
       LoadBlocks(group, values_.data() + first_value_[g], first, used, a);
       for (int c = 0; c < size; ++c) Gather(group, first, used, c, x.data(), v[c]);
       SolveLanes(size, a, v);
