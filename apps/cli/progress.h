@@ -10,7 +10,6 @@
 namespace vesta::app {
 
 // How long a stage of training will still take, by how long it has taken so far.
-
 class TimeLeft {
  public:
   // After an iteration. Returns seconds; NaN where nothing has been seen of the stage yet.
@@ -23,8 +22,6 @@ class TimeLeft {
   double start_seconds_ = 0;
   double latest_seconds_ = 0;
 };
-
-// The line that shows how training goes.
 
 // On a terminal one line with a bar, rewritten a few times a second. Elsewhere a line for every 5 % of a stage, and
 // after 10 s without one, so each of a few LM iterations has its own.

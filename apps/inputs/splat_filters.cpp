@@ -11,8 +11,7 @@
 #include <utility>
 
 #include "apps/cli/outputs.h"
-#include "apps/inputs/posed_model.h"
-#include "apps/inputs/scene_flags.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
 #include "kernels/core/schema.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "apps/report/camera_plan.h"
+#include "apps/report/error_map.h"
 #include "apps/report/page.h"
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report of trainings: its contents, and report.html.
+// The report of finished trainings: its contents, and report.html, one page that needs no other file.
 #pragma once
 
 #include <functional>
@@ -11,8 +11,6 @@
 #include "apps/report/run_record.h"
 
 namespace vesta::app {
-
-// report.html: trainings that are over as one page that stands alone, for people. What it shows is gathered here.
 
 // A run to report, and the scene it trained: a text that only runs of the same photographs at the same size share.
 struct RunSource {
@@ -58,8 +56,6 @@ struct Report {
 
 // load is called for each run twice, in order.
 Report GatherReport(std::vector<RunSource> runs, const SplatLoader& load);
-
-// From runs to the file of their report.
 
 // What RunSource::scene is of a scene's folder, whose images are divided in size by the factor.
 std::string SceneToReport(const std::string& folder, int downscale);

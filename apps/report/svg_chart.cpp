@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "apps/report/html.h"
-#include "apps/report/page_assets.h"
+#include "apps/report/page.h"
 
 namespace vesta::app {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves as SVG, in the colours of the page (page_assets.h).
+// Curves as SVG, in the colours of the page (page.h).
 #pragma once
 
 #include <array>

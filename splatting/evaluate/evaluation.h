@@ -20,10 +20,7 @@
 
 namespace vesta::gs {
 
-// Image quality: its measures, and the views that they are taken over.
-
 // Of which views a model is measured, by which process.
-
 struct MeasuredViews {
   // Of the training views as many at most, evenly spread; of the others all.
   int most_trained = std::numeric_limits<int>::max();
@@ -44,8 +41,6 @@ inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::v
   }
   return are_measured;
 }
-
-// Image quality of a model over the views of a scene, in any memory space.
 
 // Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
 // already; those of the other views are shown to B one at a time. Processes that measure together all have the same
@@ -87,8 +82,6 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
   }
   return MeanOf(scene.views, measured.processes.Gather(qualities));
 }
-
-// Views of models on the host, and their quality.
 
 // A rendered image as it is compared with its photograph: pixels that do not count show what that shows.
 Image ToCompare(Image rendered, const Image& photograph);

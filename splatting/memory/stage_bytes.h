@@ -4,14 +4,11 @@
 
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "splatting/adam/adam_options.h"
-#include "splatting/memory/memory_options.h"
 #include "splatting/memory/memory_scene.h"
 
 namespace vesta::gs {
 
 inline constexpr double kMib = 1 << 20;  // bytes
-
-// Terms of the memory that training holds which are the same wherever it computes.
 
 // One vector of parameters.
 double VectorBytes(const MemoryScene& scene);
@@ -41,7 +38,6 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
 
 // Bytes that each stage of training holds at its peak, beside the scene's images and the program: the model, and all
 // that the stage keeps. Sums alone: no GPU is needed for those of one.
-
 // In the memory of the host.
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 // lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all

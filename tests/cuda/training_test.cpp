@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training on the GPU against that of the host.
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "splatting/train/device_stages.h"
+#include "splatting/train/session/stage_runners.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/train/training_scene.h"
 

@@ -24,8 +24,8 @@ struct SeenView {
   typename B::ConstVectorView image, image_gradient;  // as rendered, where it takes part; of the cost by it
 };
 
-// By the view's unknowns, in the order of a step. Its users include what moves a view of B's: pose_jacobian.h and
-// lens_jacobian.h, or device_camera.h.
+// By the view's unknowns, in the order of a step. Its users include what moves a view of B's: camera_jacobian.h
+// or device_camera.h.
 template <class B>
 std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));

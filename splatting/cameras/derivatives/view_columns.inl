@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of view_columns.h for every memory space. Included where they are instantiated, after what moves a view of
-// that space (kernels/gaussian_splatting/view/camera_jacobian.h and lens_jacobian.h, or device_camera.h).
-#pragma once
-
 #include <algorithm>
 
 #include "kernels/core/for_each.h"
@@ -134,6 +130,26 @@ std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<
     }
   }
   return H;
+}
+
+// The body of view_curvature.h. Included where it is instantiated; where columns are not yet, after view_columns.inl.
+template <class B>
+std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
+                                  const splat::Model<float>& model, const TargetView<B>& target) {
+  typename SplatBackend<B>::Workspace workspace;
+  typename SplatBackend<B>::SplatView view;
+  view.Build(model, target.camera, background.data(), workspace);
+  typename B::Vector image, image_gradient;
+  image.ResizeForOverwrite(target.shape().NumValues());
+  view.Render(image.data());
+  const ViewColumns<B> columns =
+      ColumnsOf<B>(free, {}, target, image.view(), MovesOf<B>(free, view, model, workspace).view());
+  // With the mask in J, that of W need not be: J^T W J is the same.
+  typename SplatBackend<B>::Loss loss;
+  typename SplatBackend<B>::Loss::Linearization W;
+  image_gradient.ResizeForOverwrite(image.size());
+  LinearizeLoss(loss, target, image.view(), image_gradient.view(), W);
+  return WeightedGram(columns, loss, W);
 }
 
 }  // namespace vesta::gs

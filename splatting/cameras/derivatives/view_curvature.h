@@ -12,8 +12,6 @@
 
 namespace vesta::gs {
 
-// A sum of columns of a view's Jacobian, for every memory space.
-
 // By pixel of a channel: sum += scale (factors[0] column 0 + ...), added up in double.
 template <class S, class U>
 struct AddColumns {
@@ -34,9 +32,8 @@ struct AddColumns {
 };
 
 // The curvature of a view's cost by its own unknowns, in the memory of B.
-
 // H = J^T W J of the view as it stands, without an exposure, by the default weights: square, free.num_tangent() numbers
-// a side. Body in view_curvature.inl.
+// a side. Body in view_columns.inl.
 template <class B>
 std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
                                   const splat::Model<float>& model, const TargetView<B>& target);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps of views' cameras and exposures during the Adam stage, and when they happen.
+// Steps of views' cameras, exposures and shared lenses during the Adam stage, and when they happen.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -11,8 +12,6 @@
 #include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::gs {
-
-// What happens to cameras when, in the course of the Adam stage.
 
 // Parts of the stage: when cameras begin to move, since the first images are those of no splat yet; and when
 // CameraChoice::kAuto is decided, by the views that are held back until then.
@@ -39,10 +38,8 @@ inline int CurvatureAge(const AdamOptions& adam, const StageSpan& span) {
   return age + (IsCoarse(adam, span) ? 0 : 1);
 }
 
-// Steps of views' cameras and exposures while the splat is trained view by view: each time that a view is seen its own
-// unknowns take a step by the gradient that is there anyway.
-
-// Of one view: how steps are scaled.
+// Of one view: how steps are scaled. Each time that the view is seen, its own unknowns take a step by the gradient of
+// its cost.
 struct CameraStepState {
   // J^T W J of the view's cost, square, in the order of a step (FreeUnknowns), when it was last measured; empty: not
   // yet. age: of that; pixels: of the image whose cost it is of, which is a sum over them.
@@ -71,9 +68,30 @@ struct CameraSurroundings {
 // the splat does.
 double GaussNewtonPart(double done);
 
-// The step by a gradient of the view's cost, of what is the view's own: the lens stays (lens_steps.h). curvature: as
+// The step by a gradient of the view's cost, of what is the view's own: the lens stays (LensStep). curvature: as
 // CameraStepState has it.
 std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
                                const std::vector<double>& curvature, const CameraSurroundings& around);
+
+// Some views that are seen add to the system of their lens: their own unknowns are eliminated, what is left is summed,
+// and solved.
+// A lens's share of the systems of views: Schur complements, square, and gradients of them; of how many views.
+struct LensSystem {
+  std::array<double, splat::kLensTangent * splat::kLensTangent> curvature{};
+  std::array<double, splat::kLensTangent> gradient{};
+  int views = 0;
+};
+
+// Adds the view's, whose gradient and curvature (CameraStepState) are by all that is free, the lens included: with its
+// own unknowns where they are best for every lens.
+void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
+               LensSystem* system);
+// The step of the lens by part of Gauss-Newton's. No number of it is larger than `most`: by so many focal lengths moves
+// what is seen one from the principal point. Zero where nothing is known.
+splat::LensTangent LensStep(const LensSystem& system, double part, double most);
+// How a view's own unknowns follow such a step: a step of theirs, that of the lens included. They stay where that is no
+// number.
+std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
+                           const splat::LensTangent& lens);
 
 }  // namespace vesta::gs

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "problems/gaussian_splatting/scene/camera_rig.h"
-#include "splatting/cameras/alignment/aligned_evaluation.h"
+#include "splatting/cameras/alignment/align_view.h"
 
 namespace vesta::gs {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/cameras/unknowns/camera_options.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::gs {
 

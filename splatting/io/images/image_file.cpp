@@ -88,7 +88,6 @@ void SavePng(const std::string& path, const Image& image) {
 }
 
 // By libpng, whose errors leave by longjmp: the function that may fail holds no object with a destructor.
-
 namespace {
 
 class Encoder {

@@ -6,8 +6,7 @@
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/memory/memory_plan.h"
-#include "splatting/train/lm_stage/joint_lm.h"
-#include "splatting/train/lm_stage/splat_lm.h"
+#include "splatting/train/lm_stage/lm_problems.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/session/stage_runners.h"
 

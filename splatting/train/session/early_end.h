@@ -11,7 +11,6 @@
 namespace vesta::gs {
 
 // What a time limit leaves for what. It is of all time, evaluation included.
-
 class TimeBudget {
  public:
   // All must outlive this.
@@ -32,7 +31,6 @@ class TimeBudget {
 };
 
 // What ends a training before its iterations are done: its caller, its time limit, its target.
-
 class EarlyEnd {
  public:
   // All must outlive this.

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "apps/inputs/posed_model.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/report/error_map.h"
 #include "apps/report/html.h"
 #include "apps/report/page.h"

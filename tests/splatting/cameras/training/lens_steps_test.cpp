@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/cameras/training/lens_steps.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <cmath>
 
 #include "kernels/core/error.h"
+#include "splatting/cameras/training/camera_steps.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/io/splats/chunk_order.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
 
 #include "problems/gaussian_splatting/model/initialize.h"
+#include "splatting/io/splats/compressed_ply.h"
 #include "tests/splatting/io/random_splat.h"
 
 namespace vesta::gs {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstring>
 
-#include "splatting/io/splats/chunk_order.h"
 #include "splatting/io/splats/ply.h"
 #include "tests/splatting/io/random_splat.h"
 #include "tests/support/test_files.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/io/splats/cube_turns.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstddef>
 
 #include "kernels/math/quaternion.h"
+#include "splatting/io/splats/spz.h"
 
 namespace vesta::gs {
 namespace {

@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "splatting/io/bytes/gzip.h"
-#include "splatting/io/splats/cube_turns.h"
 #include "tests/splatting/io/random_splat.h"
 #include "tests/support/test_files.h"
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trainings whose LM stage finds cameras and exposures at once with the splats.
-#include "splatting/train/lm_stage/joint_lm.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
 
+#include "splatting/train/lm_stage/lm_problems.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
 #include "tests/splatting/train/is_note.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/settings/resolved_plan.h"
-
 #include <gtest/gtest.h>
+
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::gs {
 namespace {

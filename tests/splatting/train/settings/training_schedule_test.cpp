@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/settings/training_schedule.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
+
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::gs {
 namespace {

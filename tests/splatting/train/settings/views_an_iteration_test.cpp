@@ -6,7 +6,7 @@
 #include <string>
 
 #include "splatting/adam/adam_options.h"
-#include "splatting/train/settings/resolved_plan.h"
+#include "splatting/train/settings/training_plan.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/test_files.h"
