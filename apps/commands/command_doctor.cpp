@@ -7,7 +7,6 @@
 
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
-#include "apps/cli/progress.h"
 #include "apps/commands/commands.h"
 #include "apps/device/device.h"
 #include "apps/doctor/scene_doubts.h"

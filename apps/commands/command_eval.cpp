@@ -12,7 +12,6 @@
 #include "kernels/core/parallel.h"
 #include "splatting/cameras/alignment/align_view.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/evaluate/quality.h"
 
 namespace vesta::app {
 namespace {

@@ -19,7 +19,7 @@
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/scenes/load_scene.h"
-#include "splatting/parsimony/floaters.h"
+#include "splatting/parsimony/support.h"
 
 namespace vesta::app {
 namespace {

@@ -9,7 +9,6 @@
 
 #include "apps/cli/print.h"
 #include "apps/report/html.h"
-#include "apps/report/svg_chart.h"
 
 namespace vesta::app {
 namespace {

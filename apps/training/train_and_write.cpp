@@ -14,7 +14,6 @@
 
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
-#include "apps/cli/progress.h"
 #include "apps/device/ranks.h"
 #include "apps/inputs/doubts.h"
 #include "apps/inputs/scene_and_splat.h"

@@ -10,7 +10,7 @@
 
 #include "apps/cli/flags.h"
 #include "apps/cli/outputs.h"
-#include "apps/cli/progress.h"
+#include "apps/cli/print.h"
 #include "apps/settings/train_settings.h"
 #include "apps/viewer/viewer.h"
 #include "splatting/train/session/stage_runners.h"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/cli/progress.h"
+#include "apps/cli/print.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 #include "splatting/train/session/train_callbacks.h"

@@ -11,7 +11,7 @@
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "splatting/adam/device_adam_steps.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/train/adam_stage/trained_model.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/density/density_scene.h"

@@ -14,7 +14,6 @@
 #include "splatting/cameras/derivatives/view_problem.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/evaluate/quality.h"
 
 namespace vesta::gs {
 namespace {

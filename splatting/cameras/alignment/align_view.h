@@ -12,7 +12,7 @@
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 
 namespace vesta::gs {
 

@@ -5,7 +5,6 @@
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "splatting/cameras/derivatives/image_products.h"
 #include "splatting/cameras/derivatives/view_columns.h"
-#include "splatting/cameras/derivatives/view_curvature.h"
 #include "splatting/cameras/unknowns/exposed_colors.h"
 
 namespace vesta::gs {
@@ -132,7 +131,6 @@ std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<
   return H;
 }
 
-// The body of view_curvature.h. Included where it is instantiated; where columns are not yet, after view_columns.inl.
 template <class B>
 std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
                                   const splat::Model<float>& model, const TargetView<B>& target) {

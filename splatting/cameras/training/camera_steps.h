@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps of views' cameras, exposures and shared lenses during the Adam stage, and when they happen.
+// Cameras, exposures and shared lenses of views during the Adam stage: whether they are worth finding, when they move,
+// and their steps.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "kernels/gaussian_splatting/formulas/types.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/adam/adam_options.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 
@@ -73,9 +77,8 @@ double GaussNewtonPart(double done);
 std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
                                const std::vector<double>& curvature, const CameraSurroundings& around);
 
-// Some views that are seen add to the system of their lens: their own unknowns are eliminated, what is left is summed,
-// and solved.
-// A lens's share of the systems of views: Schur complements, square, and gradients of them; of how many views.
+// A lens's share of the systems of some views that are seen, their own unknowns eliminated: Schur complements, square,
+// and gradients of them; of how many views.
 struct LensSystem {
   std::array<double, splat::kLensTangent * splat::kLensTangent> curvature{};
   std::array<double, splat::kLensTangent> gradient{};
@@ -93,5 +96,25 @@ splat::LensTangent LensStep(const LensSystem& system, double part, double most);
 // number.
 std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
                            const splat::LensTangent& lens);
+
+// Whether the cameras of a scene are worth finding along with its splat: what views that the splat has not seen gain by
+// being fitted to it.
+struct CameraEvidence {
+  int views = 0;      // that were fitted; 0: nothing is known
+  double pose = 0;    // part of their loss that goes when their cameras are fitted, median
+  double pixels = 0;  // MedianShift that this takes, median
+  // By how much smaller the error of their right halves is, as PSNR has it, with exposures of their left ones.
+  double exposure = 0;
+
+  // What it speaks for, poses or nothing. The bound lies between what scenes with poses by bundle adjustment say and
+  // what the same say with cameras that are off (docs/results/2026-11-25-cameras-in-training.md). Exposures are not
+  // chosen: a view whose own is not known is rendered worse with the mean one than with its neighbours'.
+  CameraChoice Choice() const;
+  std::string Words() const;
+};
+
+// Views of which the splat knows nothing. background: 0..1. near: distance of the near plane, world units.
+CameraEvidence EvidenceOf(const SplatModel& model, const std::vector<View>& views,
+                          const std::array<double, 3>& background, double near);
 
 }  // namespace vesta::gs

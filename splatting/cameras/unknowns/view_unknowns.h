@@ -103,7 +103,7 @@ enum class CameraChoice {
   kPose,
   kPoseAndExposure,
   kAll,   // lenses too, shared by the views of a camera: focal lengths and principal points
-  kAuto,  // what views that are held out gain by (evidence.h)
+  kAuto,  // what views that are held out gain by (EvidenceOf)
 };
 inline constexpr schema::Choice<CameraChoice> kCameraChoices[] = {{CameraChoice::kNone, "none"},
                                                                   {CameraChoice::kPose, "pose"},

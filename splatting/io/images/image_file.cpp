@@ -12,7 +12,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
-#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_codecs.h"
 
 namespace vesta::gs {

@@ -8,7 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
-#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/bytes/bytes.h"
 
 namespace vesta::gs {
 namespace {

@@ -14,7 +14,7 @@
 #include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/scene/undistort.h"
-#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_file.h"
 
 namespace vesta::gs {

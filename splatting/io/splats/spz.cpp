@@ -17,7 +17,7 @@
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
-#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/splats/packed_values.h"
 #include "splatting/io/splats/splat_file.h"
 

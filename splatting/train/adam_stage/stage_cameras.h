@@ -13,7 +13,7 @@
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/scene/stage_span.h"
 #include "splatting/cameras/derivatives/seen_view.h"
-#include "splatting/cameras/derivatives/view_curvature.h"
+#include "splatting/cameras/derivatives/view_columns.h"
 #include "splatting/cameras/training/camera_steps.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/train/adam_stage/stage_targets.h"

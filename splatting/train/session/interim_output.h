@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "splatting/train/session/checkpoint.h"
-#include "splatting/train/session/early_end.h"
+#include "splatting/train/session/history.h"
 #include "splatting/train/session/notes.h"
-#include "splatting/train/session/recorded_history.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"

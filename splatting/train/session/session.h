@@ -17,12 +17,11 @@
 #include "splatting/distributed/process_group.h"
 #include "splatting/evaluate/evaluation.h"
 #include "splatting/memory/memory_plan.h"
-#include "splatting/memory/memory_scene.h"
+#include "splatting/memory/stage_bytes.h"
 #include "splatting/train/session/checkpoint.h"
-#include "splatting/train/session/early_end.h"
+#include "splatting/train/session/history.h"
 #include "splatting/train/session/interim_output.h"
 #include "splatting/train/session/notes.h"
-#include "splatting/train/session/recorded_history.h"
 #include "splatting/train/session/stage_runners.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
@@ -41,7 +40,7 @@ class TrainingMemory {
   explicit TrainingMemory(const TrainingCameras& cameras) : cameras_(cameras) {}
 
   // Sizes that memory is planned by, of this model and the training views. most, with_entries: as in
-  // memory/memory_scene.h.
+  // memory/stage_bytes.h.
   MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
 
   // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there

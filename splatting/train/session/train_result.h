@@ -8,7 +8,7 @@
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 
 namespace vesta::gs {
 

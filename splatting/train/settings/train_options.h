@@ -11,7 +11,7 @@
 #include "kernels/core/schema.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "splatting/memory/memory_scene.h"
+#include "splatting/memory/stage_bytes.h"
 
 namespace vesta::gs {
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The line that shows how training goes: a bar on a terminal, plain lines in a file.
-#include "apps/cli/progress.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pty.h>
@@ -10,6 +8,8 @@
 
 #include <algorithm>
 #include <string>
+
+#include "apps/cli/print.h"
 
 namespace vesta::app {
 namespace {

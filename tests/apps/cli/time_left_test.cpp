@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "apps/cli/progress.h"
+#include "apps/cli/print.h"
 
 namespace vesta::app {
 namespace {

@@ -9,7 +9,6 @@
 #include "apps/report/error_map.h"
 #include "apps/report/html.h"
 #include "apps/report/page.h"
-#include "apps/report/svg_chart.h"
 #include "kernels/core/error.h"
 #include "tests/apps/html_check.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/floaters.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "splatting/parsimony/support.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

@@ -4,7 +4,6 @@
 
 #include "splatting/cameras/alignment/align_view.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/evaluate/quality.h"
 #include "tests/splatting/cameras/perturbed_view.h"
 
 namespace vesta::gs {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/io/bytes/byte_reader.h"
-
 #include <cmath>
 
+#include "splatting/io/bytes/bytes.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::gs {

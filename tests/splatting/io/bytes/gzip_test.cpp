@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/io/bytes/gzip.h"
-
+#include "splatting/io/bytes/bytes.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::gs {

@@ -2,7 +2,7 @@
 #include "splatting/io/splats/splat_file.h"
 
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/bytes/bytes.h"
 #include "tests/splatting/io/random_splat.h"
 #include "tests/support/test_files.h"
 

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/bytes/bytes.h"
 #include "tests/splatting/io/random_splat.h"
 #include "tests/support/test_files.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "splatting/train/lm_stage/lm_problems.h"
+#include "splatting/train/lm_stage/lm_stage.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
 #include "tests/splatting/train/is_note.h"

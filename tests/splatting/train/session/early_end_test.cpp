@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/session/early_end.h"
-
 #include <gtest/gtest.h>
 
+#include "splatting/train/session/history.h"
 #include "splatting/train/session/session.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/thread_ranks.h"

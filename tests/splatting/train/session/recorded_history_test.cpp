@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/session/recorded_history.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "splatting/train/session/history.h"
 #include "splatting/train/session/session.h"
 #include "tests/splatting/train/training_scene.h"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "splatting/train/session/early_end.h"
+#include "splatting/train/session/history.h"
 
 namespace vesta::gs {
 namespace {
