@@ -30,7 +30,9 @@ std::vector<std::uint8_t> DegreesOf(Index count) {
   for (Index i = 0; i < count; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
   return degrees;
 }
-SplatModel OfDifferentDegrees(Index count) { return WithDegrees(test::RandomModel(count, 3, 5), DegreesOf(count)); }
+SplatModel OfDifferentDegrees(Index count) {
+  return test::WithDegrees(test::RandomModel(count, 3, 5), DegreesOf(count));
+}
 
 struct Case {
   const char* name;

@@ -2,7 +2,6 @@
 // Views, the loss and the splatting problem of the GPU against those of the host.
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"
-#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
@@ -165,7 +164,7 @@ TEST_F(CudaSplatProblem, DegreesMayDiffer) {
   gs::test::RenderTruth(gs::test::RandomModel(30, 3, 11), 0, &scene);
   std::vector<std::uint8_t> degrees(30);
   for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
-  const gs::SplatModel mixed = gs::WithDegrees(gs::test::RandomModel(30, 3, 12), degrees);
+  const gs::SplatModel mixed = gs::test::WithDegrees(gs::test::RandomModel(30, 3, 12), degrees);
   ExpectOperatorsOfTheHost(gs::test::RingProblem<float>(scene, mixed));
 }
 
