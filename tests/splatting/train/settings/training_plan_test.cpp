@@ -1,12 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "splatting/train/settings/training_plan.h"
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <string>
 
-#include "splatting/train/settings/training_plan.h"
+#include "splatting/adam/adam_options.h"
+#include "splatting/train/trainer.h"
+#include "tests/splatting/train/training_scene.h"
+#include "tests/support/test_files.h"
 
 namespace vesta::gs {
 namespace {
+
+TEST(FitToScene, GivesManyViewsMoreIterations) {
+  EXPECT_EQ(IterationsFor(1), 4000);
+  EXPECT_EQ(IterationsFor(20), 4000);
+  EXPECT_EQ(IterationsFor(264), 20064);
+  TrainOptions options = PresetOptions("balanced");
+  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 20064);
+  options.adam.length = 0.25;
+  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 5016);
+  options.adam.views_per_iteration = 4;
+  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 5016) << "counted in views";
+  options.adam.iterations = 7;
+  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 7);
+  options.adam.iterations.reset();
+  options.time_limit = 60;
+  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 10000000) << "time ends it";
+  EXPECT_EQ(FitToScene(options, 20).sh_degree, 2);
+  EXPECT_EQ(FitToScene(options, 264).sh_degree, 3);
+}
 
 constexpr int kIterations = 1000;
 
@@ -63,5 +89,39 @@ TEST(TrainingSchedule, LetsRatesFallByTheirFactor) {
   EXPECT_DOUBLE_EQ(schedule.At({0.5, 0.6}).lr_factor, 2);
 }
 
+// The length is given in views.
+TEST(ViewsAnIteration, MakeFewerIterations) {
+  AdamOptions adam;
+  adam.iterations = 20;
+  const auto iterations = [&](int views) {
+    adam.views_per_iteration = views;
+    return NumIterations(adam);
+  };
+  EXPECT_EQ(iterations(1), 20);
+  EXPECT_EQ(iterations(4), 5);
+  EXPECT_EQ(iterations(8), 3) << "the last one sees as many as the others";
+  EXPECT_EQ(iterations(100), 1);
+  adam.iterations = 0;
+  EXPECT_EQ(iterations(4), 0);
+
+  TrainOptions options = test::ShortTraining(40, 0);
+  options.adam.views_per_iteration = 4;
+  EXPECT_EQ(Train(test::TrainingScene(), options, {}, {}).history.back().iteration, 10);
+}
+
+TEST(ViewsAnIteration, AreNoMoreThanThereAre) {
+  const Scene scene = test::TrainingScene();
+  const auto training = [&](int views) {
+    TrainOptions options = test::ShortTraining(40, 0);
+    options.adam.views_per_iteration = views;
+    return [&scene, options] { Train(scene, options, {}, {}); };
+  };
+  ASSERT_EQ(NumTrainingViews(scene), 10);
+  EXPECT_NO_THROW(training(10)());
+  EXPECT_THAT(training(11), ThrowsError(kBadArgument, "adam.views_per_iteration=11", "10"));
+  EXPECT_THAT(training(0), ThrowsError(kBadArgument, "adam.views_per_iteration=0", "1"));
+}
+
 }  // namespace
+
 }  // namespace vesta::gs

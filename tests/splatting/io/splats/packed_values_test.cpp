@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "splatting/io/splats/packed_values.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <random>
 
 #include "kernels/math/quaternion.h"
 #include "kernels/math/spherical_harmonics.h"
-#include "splatting/io/splats/packed_values.h"
 
 namespace vesta::gs {
 namespace {
@@ -52,5 +54,56 @@ TEST(HalfTurn, TurnsHarmonics) {
   }
 }
 
+double Opacity(float logit) { return 1 / (1 + std::exp(-static_cast<double>(logit))); }
+
+TEST(OpacityByte, IsTheNearestOfWhatIsSeen) {
+  EXPECT_EQ(OpacityByte(0), 128);
+  for (float logit = -9; logit < 5.5f; logit += 0.01f) {
+    const double opacity = Opacity(logit), again = Opacity(OpacityLogit(OpacityByte(logit)));
+    EXPECT_NEAR(again, opacity, (opacity < 1 / 255.0 ? 1 : 0.5) / 255 + 1e-6) << logit;
+    if (opacity < 1 / 255.0) {
+      EXPECT_LT(again, 1 / 255.0) << logit;
+    }
+  }
+  for (int byte = 2; byte < 255; ++byte) {
+    EXPECT_EQ(OpacityByte(OpacityLogit(static_cast<std::uint8_t>(byte))), byte);
+  }
+}
+
+TEST(OpacityByte, HasNoInfiniteLogits) {
+  for (const float large : {50.0f, 1e30f}) {
+    EXPECT_EQ(OpacityByte(large), 254);
+    EXPECT_EQ(OpacityByte(-large), 0);
+  }
+  EXPECT_GT(OpacityLogit(255), OpacityLogit(254));
+  EXPECT_LT(OpacityLogit(0), OpacityLogit(1));
+  EXPECT_LT(OpacityLogit(255), 7.0f);
+  EXPECT_GT(OpacityLogit(0), -7.0f);
+}
+
+TEST(SmallestThree, GivesTheRotationBack) {
+  std::mt19937 random(3);
+  for (int trial = 0; trial < 1000; ++trial) {
+    std::array<double, 4> q;
+    double norm2 = 0;
+    for (double& value : q) {
+      value = static_cast<double>(random() % 2001) / 1000 - 1;
+      norm2 += value * value;
+    }
+    if (norm2 == 0) continue;
+    const SmallestThree three = ToSmallestThree(q);
+    for (const double value : three.rest) EXPECT_LE(std::abs(value), kLargestOfSmallest + 1e-12);
+    const std::array<double, 4> again = FromSmallestThree(three);
+    EXPECT_GE(again[static_cast<std::size_t>(three.largest)], 0.5);
+    const double sign = std::copysign(1.0, q[static_cast<std::size_t>(three.largest)]);
+    for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(again[k], sign * q[k] / std::sqrt(norm2), 1e-12);
+  }
+}
+
+TEST(SmallestThree, NumbersOfNoRotationHaveNoLargest) {
+  EXPECT_EQ(FromSmallestThree({1, {0.7, 0.7, -0.7}}), (std::array<double, 4>{0.7, 0, 0.7, -0.7}));
+}
+
 }  // namespace
+
 }  // namespace vesta::gs
