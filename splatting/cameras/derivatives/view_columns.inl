@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// Bodies of view_columns.h for every memory space. Included where they are instantiated, after what moves a view of
+// that space (kernels/gaussian_splatting/view/camera_jacobian.h, or device_camera.h).
+#pragma once
+
 #include <algorithm>
 
 #include "kernels/core/for_each.h"

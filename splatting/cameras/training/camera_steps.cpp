@@ -49,10 +49,10 @@ auto GradientOf(System& system) {
 }
 
 // H = [own, coupling^T; coupling, lens] of a view, its own part solvable.
-struct Parts {
+struct SplitSystem {
   StepMatrix own, coupling, lens;
 
-  Parts(const FreeUnknowns& free, const std::vector<double>& curvature) {
+  SplitSystem(const FreeUnknowns& free, const std::vector<double>& curvature) {
     const Eigen::Index n = free.num_tangent(), of_view = free.OwnOfView().num_tangent();
     VESTA_CHECK(free.lens && curvature.size() == static_cast<std::size_t>(n * n),
                 "a curvature of {} numbers for a step of {}, the lens's included", curvature.size(), n);
@@ -104,7 +104,7 @@ std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<doubl
 
 void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
                LensSystem* system) {
-  const Parts H(free, curvature);
+  const SplitSystem H(free, curvature);
   const auto solver = H.own.ldlt();
   const Eigen::Map<const StepVector> g(gradient.data(), static_cast<Eigen::Index>(gradient.size()));
   const StepVector of_lens = g.tail(H.lens.rows()) - H.coupling * solver.solve(StepVector(g.head(H.own.rows())));
@@ -127,7 +127,7 @@ splat::LensTangent LensStep(const LensSystem& system, double part, double most) 
 
 std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
                            const splat::LensTangent& lens) {
-  const Parts H(free, curvature);
+  const SplitSystem H(free, curvature);
   const Eigen::Map<const StepVector> of_lens(lens.v, free.lens_tangent());
   StepVector own = -H.own.ldlt().solve(StepVector(H.coupling.transpose() * of_lens));
   if (!own.allFinite()) own.setZero();

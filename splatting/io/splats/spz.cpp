@@ -156,13 +156,13 @@ std::array<int, 3> WriteRotation(const std::array<double, 4>& q, std::uint8_t* b
 
 // Reads past what other programs append to a splat. Refuses what would change its meaning.
 void SkipExtensions(const std::string& path, GzipReader* reader) {
-  constexpr std::uint32_t kCameraLimits = 0xadbe0002, kMostBytes = 1 << 16;
+  constexpr std::uint32_t kCameraLimits = 0xadbe0002, kMostSkipped = 1 << 16;
   std::array<std::uint32_t, 2> head{};  // type, bytes
   for (;;) {
     const std::size_t read = reader->Read(reinterpret_cast<char*>(head.data()), sizeof(head));
     if (read == 0) return;
     if (read < sizeof(head)) Fail(kBadFile, "{}: cut short in what follows the splat", path);
-    if (head[0] != kCameraLimits || head[1] > kMostBytes) {
+    if (head[0] != kCameraLimits || head[1] > kMostSkipped) {
       Fail(kUnsupported, "{}: it has an extension of type {:#x}, which is not known; export it without", path, head[0]);
     }
     std::string ignored(head[1], '\0');
