@@ -13,9 +13,6 @@
 
 namespace vesta::app {
 
-// The commands, and the flags that are no option of training. Those of options that have one are in the tables of the
-// options themselves (gs::TrainFields).
-
 // A command line that cannot be understood. what() is one line that says what to do.
 class UsageError : public std::runtime_error {
  public:
@@ -88,7 +85,7 @@ struct Flags {
   std::optional<std::array<double, 3>> background;  // none: what the splat states
   std::optional<double> low_pass;                   // likewise
   int downscale = 1;
-  // How a scene is read (scene_flags.h).
+  // How a scene is read (apps/inputs/scene_and_splat.h).
   std::string images = "images", test_list;
   bool allow_missing = false;
   std::optional<int> test_every;          // none: as the scene has it
@@ -120,8 +117,6 @@ struct FlagTable {
   std::vector<FlagRow> before_options, after_options;
 };
 const FlagTable& ProgramFlags();
-
-// A command with its arguments, flags and options, as it was given.
 
 // An option of training that was given, by its own flag or by --set.
 struct GivenOption {

@@ -6,12 +6,8 @@
 
 namespace vesta::app {
 
-// The age of the running process.
-
 // Seconds since main began: the first call, which main makes, starts the clock.
 double SecondsSinceStart();
-
-// Ctrl-C, and what else ends programs from outside.
 
 inline constexpr std::string_view kStopsTraining =
     "\nstopping after this iteration; once more: at once, and nothing is written\n";

@@ -2,7 +2,6 @@
 // config: the options that train would take, as JSON.
 #include "apps/cli/print.h"
 #include "apps/commands/commands.h"
-#include "apps/settings/config_json.h"
 #include "apps/settings/train_settings.h"
 
 namespace vesta::app {

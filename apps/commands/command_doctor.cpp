@@ -7,16 +7,15 @@
 
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
-#include "apps/cli/progress.h"
 #include "apps/commands/commands.h"
 #include "apps/device/device.h"
 #include "apps/doctor/scene_doubts.h"
-#include "apps/inputs/scene_flags.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/settings/train_settings.h"
 #include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/io/scenes/load_scene.h"
-#include "splatting/train/settings/resolved_plan.h"
+#include "splatting/train/settings/training_plan.h"
 #include "splatting/train/trainer.h"
 
 namespace vesta::app {

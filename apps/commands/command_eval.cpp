@@ -6,13 +6,12 @@
 #include "apps/cli/print.h"
 #include "apps/commands/commands.h"
 #include "apps/inputs/doubts.h"
-#include "apps/inputs/posed_model.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/training/metrics_json.h"
 #include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
-#include "splatting/cameras/alignment/aligned_evaluation.h"
+#include "splatting/cameras/alignment/align_view.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/evaluate/quality.h"
 
 namespace vesta::app {
 namespace {

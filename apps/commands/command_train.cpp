@@ -7,7 +7,7 @@
 #include "apps/commands/commands.h"
 #include "apps/device/device.h"
 #include "apps/device/ranks.h"
-#include "apps/inputs/scene_flags.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/training/checkpointing.h"
 #include "apps/training/train_and_write.h"
 #include "apps/viewer/viewer.h"

@@ -9,13 +9,11 @@
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/commands/commands.h"
-#include "apps/inputs/posed_model.h"
-#include "apps/inputs/scene_flags.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/training/checkpointing.h"
-#include "apps/viewer/scene_json.h"
 #include "apps/viewer/viewer.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
-#include "splatting/train/checkpoint_model.h"
+#include "splatting/train/trainer.h"
 
 namespace vesta::app {
 namespace {

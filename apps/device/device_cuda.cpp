@@ -4,7 +4,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
 #include "kernels/ranks/ranks.h"
-#include "splatting/train/device_stages.h"
+#include "splatting/train/session/stage_runners.h"
 
 namespace vesta::app {
 

@@ -11,8 +11,7 @@
 #include <utility>
 
 #include "apps/cli/outputs.h"
-#include "apps/inputs/posed_model.h"
-#include "apps/inputs/scene_flags.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
 #include "kernels/core/schema.h"
@@ -20,7 +19,7 @@
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/scenes/load_scene.h"
-#include "splatting/parsimony/floaters.h"
+#include "splatting/parsimony/support.h"
 
 namespace vesta::app {
 namespace {

@@ -16,8 +16,6 @@
 
 namespace vesta::app {
 
-// Films, by the program ffmpeg.
-
 // Throws Error, one line naming the flag --film, unless the file ends in .mp4 and can be written, and there is ffmpeg.
 void CheckFilm(const std::string& file);
 
@@ -46,8 +44,6 @@ class Film {
   int frames_ = -1;                                             // descriptor of the socket that it reads from
   pid_t process_ = -1;
 };
-
-// Names for the images of views.
 
 // One .png for each view, such that no two files are the same: with extensions where they would be without, and
 // numbered where with them too ("a/b.jpg" beside "a_b.jpg"). files_of(name): the files of an image of that name, itself

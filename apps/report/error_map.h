@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors of rendered views as images: colours, maps, and the worst views of a report.
+// How well the test views are met, as images: colours, error maps, and plans of their cameras.
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,12 +15,8 @@
 
 namespace vesta::app {
 
-// A number as a colour.
-
 // From black by red to pale yellow, r, g, b in 0..1. of: 0..1.
 std::array<float, 3> HeatColor(float of);
-
-// Where a render differs from its photograph, as figures and as a picture.
 
 // The error from which on the picture is brightest: mean over channels of |render - truth|, colours in 0..1.
 inline constexpr double kBrightestError = 0.25;
@@ -31,8 +28,6 @@ gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth);
 // The least part of the pixels, 0..1, that has half of the squared error: small where the error is in few places, near
 // a half where it is everywhere. 0 for equal images.
 double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth);
-
-// The test views of a scene beside what a splat shows of them.
 
 // A test view, and how well it is met.
 struct ViewError {
@@ -63,5 +58,10 @@ class ViewRenderer {
   const gs::Scene& scene_;
   gs::Renderer renderer_;
 };
+
+// Two drawings (SVG), from above and from the side, where up is the mean of the cameras' own: training views grey, test
+// views from green (the one met best) to red (the worst), each with its name; a sample of the points behind them.
+// errors: of the test views, or none.
+std::string CameraPlans(const gs::Scene& scene, std::span<const ViewError> errors);
 
 }  // namespace vesta::app

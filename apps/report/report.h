@@ -1,18 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report of trainings: its contents, and report.html.
+// The report of finished trainings: their records, read from their files, and report.html, one page that needs no other
+// file.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "apps/report/error_map.h"
-#include "apps/report/run_record.h"
+#include "kernels/core/profile.h"
 
 namespace vesta::app {
 
-// report.html: trainings that are over as one page that stands alone, for people. What it shows is gathered here.
+// What the files of a finished training say of it. They may be of another version, or written by hand: what is missing
+// or of another kind is not known, and no error.
+class RunRecord {
+ public:
+  // name: what the run is called; metrics: the text of its metrics.json. Throws Error, one line that names the run,
+  // where that is no JSON object.
+  RunRecord(std::string name, const std::string& metrics, std::int64_t splat_bytes);
+
+  const std::string& name() const { return name_; }
+  std::int64_t splat_bytes() const { return splat_bytes_; }  // of point_cloud.ply; 0: there is none
+  // At a path of keys, "seconds.total". NaN, and "", where it is not there.
+  double Number(const std::string& path) const;
+  std::string Text(const std::string& path) const;
+  std::vector<std::string> notes() const;
+  std::vector<PhaseRow> phases() const;  // of --profile
+  // One of the figures of each row of the history of a stage.
+  std::vector<double> History(const char* figure) const;
+  // Every option, "adam.iterations", as text.
+  std::vector<std::pair<std::string, std::string>> Options() const;
+  const nlohmann::ordered_json& json() const { return json_; }
+
+ private:
+  const nlohmann::ordered_json* At(const std::string& path) const;  // null: not there
+
+  std::string name_;
+  nlohmann::ordered_json json_;
+  std::int64_t splat_bytes_;
+};
+
+// DIR/metrics.json and DIR/point_cloud.ply. Throws Error where the first cannot be read.
+RunRecord ReadRun(const std::string& folder);
+
+// Every value beneath an object of objects, "part.key", as text.
+std::vector<std::pair<std::string, std::string>> Flattened(const nlohmann::ordered_json& object);
 
 // A run to report, and the scene it trained: a text that only runs of the same photographs at the same size share.
 struct RunSource {
@@ -58,8 +94,6 @@ struct Report {
 
 // load is called for each run twice, in order.
 Report GatherReport(std::vector<RunSource> runs, const SplatLoader& load);
-
-// From runs to the file of their report.
 
 // What RunSource::scene is of a scene's folder, whose images are divided in size by the factor.
 std::string SceneToReport(const std::string& folder, int downscale);

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/settings_table.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
 #include "apps/report/html.h"
-#include "apps/settings/config_json.h"
+#include "apps/report/page.h"
 #include "apps/settings/train_settings.h"
 
 namespace vesta::app {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command line makes of the options of training: the preset's, over them those of --config's file, over them
-// what was given.
+// The options of a training as a command line and files give them, and as JSON.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/cli/flags.h"
 #include "splatting/io/scenes/load_scene.h"
@@ -11,6 +13,32 @@
 
 namespace vesta::app {
 
+// Complete: every field of every room.
+nlohmann::ordered_json OptionsJson(const gs::TrainOptions& options);
+
+class ConfigFile {
+ public:
+  // Throws Error, as all of this does: one line that names the file and what of it.
+  explicit ConfigFile(const std::string& path);
+  // Of a text that stands in the file.
+  ConfigFile(const std::string& path, const std::string& text);
+
+  // Of a key beside the options; throws where there is none.
+  std::string Text(const char* key) const;
+  // The names and texts of an object; none where there is no such object.
+  std::vector<std::pair<std::string, std::string>> Texts(const char* key) const;
+  // Empty where it names none.
+  std::string preset() const;
+  // Sets the options that the file has; there may be any of them.
+  void Apply(gs::TrainOptions& options) const;
+
+ private:
+  std::string path_;
+  nlohmann::ordered_json json_;
+};
+
+// What a command line makes of the options of training: the preset's, over them those of --config's file, over them
+// what was given.
 struct TrainSettings {
   std::string preset;  // where the options started
   gs::TrainOptions options;

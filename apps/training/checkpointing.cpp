@@ -6,7 +6,7 @@
 #include <charconv>
 #include <filesystem>
 
-#include "apps/settings/config_json.h"
+#include "apps/settings/train_settings.h"
 #include "kernels/core/check.h"
 #include "splatting/adam/adam_options.h"
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/version.h"
-#include "apps/settings/config_json.h"
+#include "apps/settings/train_settings.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 

@@ -9,7 +9,7 @@
 #include "apps/settings/train_settings.h"
 #include "kernels/core/profile.h"
 #include "kernels/ranks/ranks.h"
-#include "splatting/cameras/alignment/aligned_evaluation.h"
+#include "splatting/cameras/alignment/align_view.h"
 #include "splatting/train/session/train_result.h"
 
 namespace vesta::app {

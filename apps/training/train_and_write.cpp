@@ -14,21 +14,22 @@
 
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
-#include "apps/cli/progress.h"
 #include "apps/device/ranks.h"
 #include "apps/inputs/doubts.h"
-#include "apps/inputs/posed_model.h"
-#include "apps/inputs/scene_flags.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/report/report.h"
 #include "apps/training/checkpointing.h"
 #include "apps/training/metrics_json.h"
-#include "apps/training/training_callbacks.h"
 #include "apps/training/training_results.h"
+#include "apps/viewer/viewer.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "kernels/core/profile.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/io/splats/ply.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
 namespace {
@@ -78,30 +79,6 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
                                            std::filesystem::path(splat).parent_path().append(kCameraFolder).string())
                              : ""));
 }
-
-}  // namespace
-
-std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat) {
-  Remarks remarks;
-  RemarkOnOrigin(result.model, &remarks);
-  RemarkOnLowPass(result.model, &remarks);
-  RemarkOnMemory(job.settings.options.memory, result.memory, &remarks);
-  RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
-  return remarks;
-}
-
-std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result) {
-  const Flags& flags = job.line.flags;
-  if (job.line.command->command != kTrain) return "";
-  if (job.settings.options.time_limit > 0 && !Interrupted()) return "";
-  // That it was gone on with from is of this training too; any other may lie there.
-  std::error_code ignored;
-  const bool goes_on = !flags.resume.empty() && std::filesystem::equivalent(flags.resume, job.out->path(), ignored);
-  return result.saved || goes_on ? fmt::format("; go on by `vesta train --resume {}`", job.out->path())
-                                 : "; no checkpoint to go on from (--checkpoint_every)";
-}
-
-namespace {
 
 // The last row of each stage; where there is LM alone, the row it started from too.
 void PrintTable(const gs::TrainResult& result) {
@@ -235,7 +212,34 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
     Fail(kCannotWrite, "{}; without the cameras that were found, the splat is in {}", no_cameras, results.model_path());
 }
 
+// --log_lm: each LM iteration goes to the log, whatever the progress line shows.
+void LogIteration(const gs::TrainProgress& p) {
+  if (p.stage != gs::Stage::kLm) return;
+  LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
+                           p.note);
+}
+
 }  // namespace
+
+std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat) {
+  Remarks remarks;
+  RemarkOnOrigin(result.model, &remarks);
+  RemarkOnLowPass(result.model, &remarks);
+  RemarkOnMemory(job.settings.options.memory, result.memory, &remarks);
+  RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
+  return remarks;
+}
+
+std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result) {
+  const Flags& flags = job.line.flags;
+  if (job.line.command->command != kTrain) return "";
+  if (job.settings.options.time_limit > 0 && !Interrupted()) return "";
+  // That it was gone on with from is of this training too; any other may lie there.
+  std::error_code ignored;
+  const bool goes_on = !flags.resume.empty() && std::filesystem::equivalent(flags.resume, job.out->path(), ignored);
+  return result.saved || goes_on ? fmt::format("; go on by `vesta train --resume {}`", job.out->path())
+                                 : "; no checkpoint to go on from (--checkpoint_every)";
+}
 
 void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
   const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
@@ -253,6 +257,47 @@ int TrainAndWrite(const TrainingJob& job, const TrainRun& run) {
     TrainWithOthers(run);
   }
   return Interrupted() ? kInterruptedStatus : 0;
+}
+
+gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm) {
+  gs::TrainCallbacks callbacks;
+  callbacks.progress = [line, log_lm](const gs::TrainProgress& progress) {
+    if (log_lm) LogIteration(progress);
+    line->Update(progress);
+  };
+  callbacks.predicted = [line, has_lm](const gs::Prediction& p) {
+    line->Finish();
+    Print("{}: {} {}, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "a first guess" : "expected",
+          FormatDuration(p.seconds), has_lm ? "up to LM" : "in all", p.mib, p.gaussians);
+    std::fflush(stdout);
+  };
+  callbacks.stop = Interrupted;
+  return callbacks;
+}
+
+void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
+                  gs::TrainCallbacks* callbacks) {
+  callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
+  if (!callbacks->checkpoint.every.never() || !flags.view.empty()) {
+    callbacks->checkpoint.path = CheckpointFile(out.path());
+  }
+  callbacks->snapshot_every = ParseInterval("snapshot_every", flags.snapshot_every);
+  if (callbacks->snapshot_every.never()) return;
+  callbacks->snapshot = [&scene, &out, options](gs::Stage stage, int iteration, const splat::Model<float>& model) {
+    gs::SplatModel copy = gs::CopyOf(model);
+    gs::TellRenderSettings(options, &copy);
+    gs::MoveToWorld(scene, &copy);
+    gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
+  };
+}
+
+std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
+                                             const gs::TrainOptions& options) {
+  if (flags.view.empty()) return nullptr;
+  auto view = std::make_unique<TrainingView>(PlaceOfTrainingsView(flags), scene, ToFloat(options.background));
+  Print("shown at {}\n", view->link());
+  std::fflush(stdout);
+  return view;
 }
 
 }  // namespace vesta::app

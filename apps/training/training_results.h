@@ -12,8 +12,6 @@
 
 namespace vesta::app {
 
-// The cameras that a training has found, beside its splat.
-
 // Of the output's folder.
 inline constexpr const char* kCameraFolder = "cameras";
 
@@ -25,8 +23,7 @@ void RemoveCameras(const OutputFolder& out);
 std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out);
 
 // What train and refine write: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, which always belong to one
-// training; cameras that an earlier one has found go with its splat (camera_files.h).
-
+// training; cameras that an earlier one has found go with its splat (SaveCameras).
 // Room on the disk is taken before the work and kept until the results fill it. A program that is killed at any time
 // leaves the results of before, or new ones, or a new model alone.
 class TrainingResults {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/usage/completion.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,7 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/usage/flag_list.h"
+#include "apps/usage/help.h"
+#include "apps/usage/parse_command_line.h"
 
 namespace vesta::app {
 namespace {

@@ -8,8 +8,6 @@
 
 #include "apps/cli/flags.h"
 #include "apps/cli/version.h"
-#include "apps/usage/completion.h"
-#include "apps/usage/flag_list.h"
 #include "apps/usage/parse_command_line.h"
 
 namespace vesta::app {

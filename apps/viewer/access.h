@@ -14,7 +14,6 @@ namespace vesta::app {
 
 // Who may ask a viewer: whoever holds the token of its link. A page of another site that the same browser has open can
 // send requests to a loopback address too, which is why there is a token there as well.
-
 // 32 hexadecimal digits from the system's source of randomness. Throws Error where there is none.
 std::string MakeToken();
 
@@ -31,7 +30,6 @@ bool IsOwnPage(std::string_view address, std::string_view host, std::string_view
 
 // A connection that httplib reads and writes: a request on it takes so many bytes and seconds and no more, however
 // slowly it is sent and whatever it claims to be. (httplib bounds each read, not their sum.)
-
 class BoundedStream : public httplib::Stream {
  public:
   static constexpr std::size_t kMostBytes = 16384;  // of a request

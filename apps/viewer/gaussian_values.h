@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/viewer/shown_model.h"
+#include "apps/viewer/training_monitor.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/parsimony/support.h"

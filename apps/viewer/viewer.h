@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer: a page served to a browser, and its flags.
+// The viewer: a page served to a browser, of a splat or of a training while it runs, and its flags.
 #pragma once
 
 #include <array>
@@ -10,13 +10,11 @@
 #include "apps/viewer/frame_renderer.h"
 #include "apps/viewer/gaussian_values.h"
 #include "apps/viewer/http_server.h"
-#include "apps/viewer/shown_model.h"
 #include "apps/viewer/training_monitor.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
-
-// A splat in the browser: a page, and what it asks for.
 
 // Where it listens (--bind, --port).
 struct ViewerPlace {
@@ -53,10 +51,33 @@ class Viewer {
   HttpServer server_;  // last: it answers from the first moment to its end
 };
 
-// Where pages are served.
-
 // Of `view`, by --port, and of a training, by --view. Throws UsageError where --view is no port.
 ViewerPlace PlaceOfViewer(const Flags& flags);
 ViewerPlace PlaceOfTrainingsView(const Flags& flags);
+
+// The page of a training while it runs.
+class TrainingView {
+ public:
+  // As Viewer's.
+  TrainingView(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background)
+      : viewer_(place, scene, background, model_, &monitor_) {}
+
+  TrainingMonitor& monitor() { return monitor_; }
+  std::string link() const { return viewer_.link(); }
+
+ private:
+  ShownModel model_;
+  TrainingMonitor monitor_{model_};
+  Viewer viewer_;
+};
+
+// "pivot" (what to turn about: the middle of the points, else of the Gaussians), "radius" (half of them are within),
+// "up" (a unit vector: that of the cameras), all in the scene's frame, and "views": for each of the scene's, in their
+// order, "name", "role" (train, held_out or test), "width", "height", "position", "rotation" (w,x,y,z; camera to world)
+// and "focal" in heights of the picture. views: the scene's, where their cameras stand.
+std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views, const gs::SplatModel& model);
+
+// The half of the model's extent, for a scene that is nothing but a splat: its near plane follows from it.
+double ExtentOf(const gs::SplatModel& model);
 
 }  // namespace vesta::app

@@ -21,7 +21,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
 #include "splatting/adam/adam.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 
 namespace vesta::bench {
 namespace {

@@ -9,7 +9,7 @@
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/io/scenes/load_scene.h"
 
 namespace vesta::bench {

@@ -13,7 +13,7 @@
 #include "bench/training_race/curve.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "splatting/train/settings/resolved_plan.h"
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::bench {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The update of Adam (Kingma and Ba 2015, algorithm 1) for one parameter, or a vector of them: host and device call the
-// same template.
+// The update of Adam (Kingma and Ba 2015, algorithm 1): of one parameter, and of one Gaussian in blocks. Host and
+// device call the same templates.
 //
 // A parameter whose gradient is zero, as of every Gaussian that no view of the step sees, stays as it is and nothing of
 // it is written, neither value nor moments: they are means over the steps that pull at it (the sparse Adam of Mallick
@@ -9,9 +9,13 @@
 
 #include <cmath>
 
+#include "kernels/core/packed.h"
+#include "kernels/core/span.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/scalar.h"
 
 namespace vesta::gs {
+
 inline namespace VESTA_ISA {
 
 // beta1 is usually 0.9: over the steps that pull at a Gaussian alone, a shorter mean follows better
@@ -43,6 +47,176 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
   first = Select(moves, NextFirstMoment(first, g), first);
   second = Select(moves, NextSecondMoment(beta2, second, g), second);
   return Select(moves, rate * first / (sqrt(second) * root_correction2), V(0));
+}
+
+}  // namespace VESTA_ISA
+
+// Adam in the eigenbasis of each Gaussian's own gradients.
+//
+// Mean, log-scales, quaternion and opacity of one Gaussian pull at the same pixels: their gradients go together, and an
+// Adam that scales each alone crawls along the valleys between them. With C the running mean of g g^T over the eleven
+// of them, full-matrix Adam (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means) steps
+// by C^{-1/2} m; here, as in SOAP (Vyas et al., arXiv 2409.11321, section 4), by Adam itself in a basis Q that follows
+// the eigenvectors of C. C is the empirical counterpart of the blocks of J^T W J that precondition LM's systems.
+//
+// All in units of the learning rates: parameters x / rate, gradients g * rate.
+struct BlockAdamArrays {
+  Index count;                                    // of Gaussians
+  float *gradient, *parameters, *first, *second;  // [11 * count]; moments, the second ones in the basis
+  float* bases;                                   // BlockEntry: row a of Q at 11 a; then the lower triangle of C
+  Index bases_begin;                              // the Gaussian that they begin with, a multiple of kBlockLanes
+  const float* units;                             // [count], factors on the rates of the means; null: 1
+  float rates[splat::kGeometry];                  // of each attribute
+  float step;                                     // factor on them, over the first moment's bias correction
+  float beta2;                                    // what C and the second moments keep of themselves
+  float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
+};
+
+inline namespace VESTA_ISA {
+
+inline constexpr int kBlockSize = splat::kGeometry;
+inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
+// Second moments are taken to be at least this part of their sum: in directions that are hardly ever pulled at, steps
+// are at most about thirty times as long for the same pull (docs/results/2026-11-22-block-adam.md).
+inline constexpr float kBlockFloor = 1e-3f;
+
+// Q and C of a Gaussian are 187 numbers. Those of 16 Gaussians lie together, number by number: a vector of them is
+// contiguous, and no step walks 187 distant rows.
+inline constexpr int kBlockNumbers = kBasisSize + kCovarianceSize, kBlockLanes = 16;
+VESTA_HD constexpr Index BlockEntry(int number, Index i) {
+  return (i / kBlockLanes * kBlockNumbers + number) * kBlockLanes + i % kBlockLanes;
+}
+// Of the array of so many Gaussians.
+constexpr Index BlockArraySize(Index count) {
+  return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
+}
+
+// Each basis is turned once in so many views, some chunks of Gaussians at each step: with the n-th view the chunks
+// FirstTurned(n), that plus kTurnEvery, and so on.
+inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
+VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
+// Whether the chunk is one of those with the last of `seen` views, or the `views` - 1 before it.
+constexpr bool IsTurned(Index chunk, Index seen, Index views) { return (chunk + seen) % kTurnEvery < views; }
+
+// Entry (i, j) of a symmetric matrix in its packed lower triangle.
+VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? PackedLower(i, j) : PackedLower(j, i); }
+
+// Moments and C brought up to date with the gradient of the V's Gaussians from i on, their parameters moved, the
+// gradient zero. Gaussians at none of whose eleven parameters a gradient pulls stay as they are (adam_formula.h).
+template <class V>
+VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
+  using std::abs, std::sqrt;
+  using L = Lanes<V>;
+  V rate[kBlockSize], g[kBlockSize], m[kBlockSize], pull(0);
+  for (int k = 0; k < kBlockSize; ++k) {
+    g[k] = L::Load(a.gradient + k * a.count + i);
+    pull = pull + abs(g[k]);
+  }
+  const auto moves = pull != V(0);
+  if (!L::Any(moves)) return;
+  const V beta2(a.beta2), rest2(1 - a.beta2), floor(kAdamFirstFloor);
+  for (int k = 0; k < kBlockSize; ++k) {
+    const Index at = k * a.count + i;
+    rate[k] = V(a.rates[k]);
+    if (k < splat::kLogScale && a.units) rate[k] = rate[k] * L::Load(a.units + i);
+    const V old = L::Load(a.first + at), first = Select(moves, NextFirstMoment(old, g[k]), old);
+    L::Store(a.gradient + at, V(0));
+    L::Store(a.first + at, first);
+    g[k] = rate[k] * g[k];
+    m[k] = rate[k] * first;
+  }
+  const V fade = Select(moves, beta2, V(1));
+  for (int k = 0, entry = 0; k < kBlockSize; ++k) {
+    const V part = rest2 * g[k];
+    for (int j = 0; j <= k; ++j, ++entry) {
+      float* c = a.bases + BlockEntry(kBasisSize + entry, i - a.bases_begin);
+      const V sum = Fma(part, g[j], fade * L::Load(c));
+      L::Store(c, Select(abs(sum) < floor, V(0), sum));
+    }
+  }
+
+  V g_turned[kBlockSize], m_turned[kBlockSize];
+  for (int b = 0; b < kBlockSize; ++b) g_turned[b] = m_turned[b] = V(0);
+  for (int k = 0; k < kBlockSize; ++k) {
+    for (int b = 0; b < kBlockSize; ++b) {
+      const V q = L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin));
+      g_turned[b] = Fma(q, g[k], g_turned[b]);
+      m_turned[b] = Fma(q, m[k], m_turned[b]);
+    }
+  }
+  V second[kBlockSize], sum(0);
+  for (int b = 0; b < kBlockSize; ++b) {
+    float* s = a.second + b * a.count + i;
+    const V old = L::Load(s);
+    second[b] = Select(moves, NextSecondMoment(a.beta2, old, g_turned[b]), old);
+    L::Store(s, second[b]);
+    sum = sum + second[b];
+  }
+  for (int b = 0; b < kBlockSize; ++b) {
+    m_turned[b] = m_turned[b] / (sqrt(Fma(V(kBlockFloor), sum, second[b])) * V(a.root_correction2));
+  }
+  for (int k = 0; k < kBlockSize; ++k) {
+    V step(0);
+    for (int b = 0; b < kBlockSize; ++b) {
+      step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin)), m_turned[b], step);
+    }
+    float* x = a.parameters + k * a.count + i;
+    L::Store(x, L::Load(x) - Select(moves, V(a.step) * rate[k] * step, V(0)));
+  }
+}
+
+// Turns the basis towards the eigenvectors of C, by one sweep of Jacobi's method from where it is (Golub and Van Loan,
+// Matrix Computations, section 8.5.3), and takes the second moments anew from C.
+template <class V>
+VESTA_HD inline void TurnBasis(const BlockAdamArrays& a, Index i) {
+  using std::sqrt;
+  using L = Lanes<V>;
+  constexpr int n = kBlockSize;
+  V Q[kBasisSize], C[kCovarianceSize], B[kCovarianceSize], trace(0);
+  for (int k = 0; k < kBasisSize; ++k) Q[k] = L::Load(a.bases + BlockEntry(k, i - a.bases_begin));
+  for (int k = 0; k < kCovarianceSize; ++k) C[k] = L::Load(a.bases + BlockEntry(kBasisSize + k, i - a.bases_begin));
+  for (int k = 0; k < n; ++k) trace = trace + C[PackedEntry(k, k)];
+  // Of a Gaussian never seen C is 0, and stays so.
+  const V scale = V(1) / Max(trace, V(kAdamSecondFloor));
+  // B = Q^T C Q / trace.
+  for (int p = 0; p < n; ++p) {
+    V column[n];
+    for (int k = 0; k < n; ++k) {
+      V sum(0);
+      for (int j = 0; j < n; ++j) sum = Fma(C[PackedEntry(k, j)], Q[n * j + p], sum);
+      column[k] = scale * sum;
+    }
+    for (int q = 0; q <= p; ++q) {
+      V sum(0);
+      for (int k = 0; k < n; ++k) sum = Fma(Q[n * k + q], column[k], sum);
+      B[PackedEntry(p, q)] = sum;
+    }
+  }
+  for (int p = 0; p < n; ++p) {
+    for (int q = p + 1; q < n; ++q) {
+      // The rotation by the smaller angle that makes b_pq zero: t is its tangent.
+      const V b = B[PackedEntry(q, p)], difference = B[PackedEntry(q, q)] - B[PackedEntry(p, p)];
+      const V root = sqrt(Fma(difference, difference, Fma(V(4) * b, b, V(kAdamSecondFloor))));
+      const V t = (b + b) / (difference + Select(difference < V(0), -root, root));
+      const V c = V(1) / sqrt(Fma(t, t, V(1))), s = t * c;
+      B[PackedEntry(p, p)] = Fnma(t, b, B[PackedEntry(p, p)]);
+      B[PackedEntry(q, q)] = Fma(t, b, B[PackedEntry(q, q)]);
+      B[PackedEntry(q, p)] = V(0);
+      const auto turn = [&](V& x, V& y) {
+        const V old = x;
+        x = Fnma(s, y, c * x);
+        y = Fma(s, old, c * y);
+      };
+      for (int k = 0; k < n; ++k) {
+        if (k != p && k != q) turn(B[PackedEntry(k, p)], B[PackedEntry(k, q)]);
+        turn(Q[n * k + p], Q[n * k + q]);
+      }
+    }
+  }
+  for (int k = 0; k < kBasisSize; ++k) L::Store(a.bases + BlockEntry(k, i - a.bases_begin), Q[k]);
+  for (int b = 0; b < n; ++b) {
+    L::Store(a.second + b * a.count + i, Max(trace * B[PackedEntry(b, b)], V(kAdamSecondFloor)));
+  }
 }
 
 }  // namespace VESTA_ISA

@@ -4,7 +4,7 @@
 
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
-#include "splatting/adam/block_adam_formula.h"
+#include "splatting/adam/adam_formula.h"
 
 namespace vesta::gs {
 

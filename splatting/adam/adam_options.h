@@ -14,7 +14,7 @@ namespace vesta::gs {
 enum class AdamMetric {
   kDiagonal,  // each parameter has its own second moment
   // Mean, log-scales, quaternion and opacity of a Gaussian are stepped in the eigenbasis of their gradients
-  // (block_adam_formula.h), for which 187 numbers more are kept of each Gaussian.
+  // (adam_formula.h), for which 187 numbers more are kept of each Gaussian.
   kBlock,
 };
 
@@ -26,7 +26,7 @@ struct AdamOptions {
   // The gradient of an iteration is the sum over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
   // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
-  // together their eigenbasis (block_adam_formula.h).
+  // together their eigenbasis (adam_formula.h).
   AdamMetric metric = AdamMetric::kBlock;
   // The authors' rates are made for 30,000 iterations; short runs want several times as much.
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
@@ -38,7 +38,7 @@ struct AdamOptions {
   // The first part of the stage, this long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;
   // One more band of spherical harmonics after each of these parts of the run; twice as long where exposures are found
-  // along (train/settings/training_schedule.h).
+  // along (train/settings/training_plan.h).
   double sh_band_every = 0.08;
   // Rows of the history, evenly spaced.
   int evaluations = 20;
@@ -48,9 +48,6 @@ struct AdamOptions {
 };
 
 const schema::Table<AdamOptions>& AdamFields();
-
-// When the Adam stage does what: rates, coarse views, bands of the spherical harmonics, the mean. The same on every
-// device.
 
 // How many iterations the stage has: its length is given in views, and each iteration takes so many of them, the last
 // one too.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/parallel.h"
 #include "splatting/adam/adam_kernel.h"
 
@@ -66,5 +67,9 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
     }
   });
 }
+
+VESTA_DECLARE_PER_ISA(const AdamKernels& CompiledAdamKernels();)
+
+const AdamKernels& AdamKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledAdamKernels)(); }
 
 }  // namespace vesta::gs

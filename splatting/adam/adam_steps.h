@@ -4,8 +4,8 @@
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
+#include "splatting/adam/adam_formula.h"
 #include "splatting/adam/adam_options.h"
-#include "splatting/adam/block_adam_formula.h"
 #include "splatting/adam/block_bases.h"
 
 namespace vesta::gs {
@@ -16,7 +16,6 @@ namespace vesta::gs {
 // second moment of their sum grows with the root of K and the sum with K, so that K views lead as far as they would
 // have one by one (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). The second
 // moments decay as they would have, the first as ever (docs/results/2026-11-25-views-an-iteration.md).
-
 class AdamRule {
  public:
   // views: that each step is by.
@@ -41,8 +40,6 @@ class AdamRule {
   int views_;
   float beta2_;
 };
-
-// One step of Adam over a whole model: the loops, of the host here, of a GPU in device_adam_steps.h.
 
 // What a step works on; all pointers to one memory space.
 struct AdamStepArrays {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
-#include "splatting/adam/block_adam_formula.h"
+#include "splatting/adam/adam_formula.h"
 
 namespace vesta::gs {
 

@@ -25,8 +25,6 @@ struct DensityOptions {
 
 const schema::Table<DensityOptions>& DensityFields();
 
-// When density control does what in the course of the Adam stage. The same on every device.
-
 // Whether the pulls of the iteration's views are of use.
 inline bool Observes(const DensityOptions& density, const StageSpan& span) {
   return density.enabled && span.IsWithin(density.end);

@@ -1,12 +1,153 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops of density control, Gaussian by Gaussian. All pointers of one of these are to one memory space.
+// Adaptive density control, Gaussian by Gaussian: its score, what becomes of it, and the loops. Host and device call
+// the same functions. x: parameters of `count` Gaussians, attribute a of Gaussian i at a * count + i.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "kernels/core/for_each.h"
+#include "kernels/core/random.h"
+#include "kernels/core/span.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "splatting/density/density_formula.h"
+#include "kernels/math/quaternion.h"
+#include "splatting/density/density_options.h"
+
+namespace vesta::gs {
+
+inline namespace VESTA_ISA {
+
+// How strongly an image pulls at the place of a splat: the norm of the view-space positional gradient, the score of
+// adaptive density control (Kerbl et al. 2023, section 5.2). In normalised device coordinates; called its pull.
+// |d loss / d (u, v)| with u in units of half_width and v of half_height pixels. w: the splat's cotangent.
+VESTA_HD inline float ScreenPull(const splat::Splat<float>& splat, const float* w, float half_width,
+                                 float half_height) {
+  using std::hypot;
+  float by_u, by_v;
+  splat::ScreenMeanAdjoint(splat.r, splat.s, splat.beta, w, by_u, by_v);
+  return hypot(by_u * half_width, by_v * half_height);
+}
+
+}  // namespace VESTA_ISA
+
+enum class Fate : std::uint8_t { kKeep, kPrune, kClone, kSplit };
+
+inline namespace VESTA_ISA {
+
+// A number for each fate. (To kernels of a device the constants below are handed over: it does not see the host's.)
+struct FateNumbers {
+  int keep, prune, clone, split;
+  VESTA_HD constexpr int operator()(Fate fate) const {
+    if (fate == Fate::kKeep) return keep;
+    if (fate == Fate::kPrune) return prune;
+    return fate == Fate::kClone ? clone : split;
+  }
+};
+// Those that are not pruned; those that become two.
+inline constexpr FateNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
+// What a Gaussian leaves in the new model, side by side in its own place, so that neighbours in memory stay neighbours
+// in space: the first keeps the moments unless the Gaussian was split.
+inline constexpr FateNumbers kHeirs{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
+
+inline constexpr float kSplitShrink = 1.6f;         // children of a split are smaller by this factor
+inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01
+
+VESTA_HD inline float LargestScale(const float* x, Index count, Index i) {
+  using std::exp;
+  float largest = x[splat::kLogScale * count + i];
+  for (int k = 1; k < 3; ++k) {
+    const float next = x[(splat::kLogScale + k) * count + i];
+    if (largest < next) largest = next;
+  }
+  return exp(largest);
+}
+
+VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
+  using std::exp;
+  return 1 / (1 + exp(-x[splat::kOpacity * count + i]));
+}
+
+// The fate of each Gaussian where there is room for all that are to become two.
+struct FateRule {
+  double prune_opacity, gradient_threshold;
+  float prune_size, split_above;  // world units; prune_size 0: no limit
+  bool prunes = true;
+
+  FateRule(const DensityOptions& options, double extent)
+      : prune_opacity(options.prune_opacity),
+        gradient_threshold(options.gradient_threshold),
+        prune_size(static_cast<float>(options.prune_size * extent)),
+        split_above(static_cast<float>(options.split_above * extent)) {}
+
+  // strength: Strength of what was observed.
+  VESTA_HD Fate operator()(const float* x, Index count, Index i, float strength) const {
+    if (prunes) {
+      const bool huge = prune_size > 0 && LargestScale(x, count, i) > prune_size;
+      if (huge || Opacity(x, count, i) < prune_opacity) return Fate::kPrune;
+    }
+    if (!(strength > gradient_threshold)) return Fate::kKeep;
+    return LargestScale(x, count, i) > split_above ? Fate::kSplit : Fate::kClone;
+  }
+};
+
+// The mean pull over the observations of a Gaussian. Of one not seen it passes no threshold.
+VESTA_HD inline float Strength(float pull, int seen) {
+  return seen == 0 ? -std::numeric_limits<float>::infinity() : pull / static_cast<float>(seen);
+}
+
+// Sorts by falling strength, those that are not to grow last.
+VESTA_HD inline std::uint32_t StrengthKey(Fate fate, float strength) {
+  if (fate != Fate::kClone && fate != Fate::kSplit) return ~std::uint32_t{0};
+  // Of floats that are not negative the bits are in their order.
+  return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
+}
+
+// Two Gaussians in one place, each with this logit, are together as opaque as one was with the given logit
+// (Rota Bulo et al. 2024, section 3.2).
+VESTA_HD inline float LogitOfEachOfTwo(float logit) {
+  using std::exp, std::log, std::sqrt;
+  // In double: a large logit has no exponential in float.
+  const double root = sqrt(1 + exp(double{logit}));  // 1 / sqrt(1 - opacity)
+  return static_cast<float>(log(root - 1));
+}
+
+// Moves Gaussian i to a sample of the distribution it was, and shrinks it.
+VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom random) {
+  using std::exp, std::log;
+  float q[4], R[9];
+  for (int k = 0; k < 4; ++k) q[k] = x[(splat::kQuaternion + k) * count + i];
+  RotationFromQuaternion(q, R);
+  float offset[3];
+  for (int k = 0; k < 3; ++k) {
+    float& log_scale = x[(splat::kLogScale + k) * count + i];
+    offset[k] = exp(log_scale) * static_cast<float>(random.Normal());
+    log_scale -= log(kSplitShrink);
+  }
+  for (int r = 0; r < 3; ++r) {
+    x[(splat::kMean + r) * count + i] += R[3 * r] * offset[0] + R[3 * r + 1] * offset[1] + R[3 * r + 2] * offset[2];
+  }
+}
+
+// What becomes of Gaussian i of the new model, so far a copy of one of this fate.
+VESTA_HD inline void Renew(float* x, Index count, Index i, Fate fate, std::uint64_t seed, int iteration) {
+  if (fate == Fate::kClone) {
+    float& logit = x[splat::kOpacity * count + i];
+    logit = LogitOfEachOfTwo(logit);
+  } else if (fate == Fate::kSplit) {
+    BecomeSample(x, count, i,
+                 CounterRandom(seed, static_cast<std::uint64_t>(iteration), static_cast<std::uint64_t>(i)));
+  }
+}
+
+VESTA_HD inline float LoweredLogit(float logit) { return kResetLogit < logit ? kResetLogit : logit; }
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::gs
 
 namespace vesta::gs::density {
 

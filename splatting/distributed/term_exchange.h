@@ -17,8 +17,6 @@
 
 namespace vesta::gs {
 
-// The bytes of a term of a gradient (view_gradient.h).
-
 // Sums over the views of a term.
 struct ViewCost {
   double objective = 0;  // of the photometric loss
@@ -69,7 +67,6 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
 }  // namespace term
 
 // The views of an iteration of Adam, shared by processes: each takes a run of them, and all get all gradients.
-
 // Keeps its memory from one iteration to the next.
 class TermExchange {
  public:

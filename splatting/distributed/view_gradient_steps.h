@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops over terms of a gradient (view_gradient.h). All pointers of one of these are to one memory space.
+// The loops over terms of a gradient (sum_of_views.h). All pointers of one of these are to one memory space.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace vesta::gs::term {
 
 // Gaussians that lie together in memory are seen together or not at all, mostly: a term has whole blocks of them.
 inline constexpr Index kLanes = 16;
-// Of each block: for each Gaussian the sum of its pulls in the views that see it (density/density_formula.h), the
+// Of each block: for each Gaussian the sum of its pulls in the views that see it (density/density_steps.h), the
 // number of these views, and the gradient by its attributes. A row is kLanes numbers.
 inline constexpr int kPulls = 0, kViews = 1, kFirstAttribute = 2;
 

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/evaluate/evaluation.h"
 
+#include <algorithm>
+#include <limits>
+
+#include "problems/gaussian_splatting/model/masked_loss.h"
+
 namespace vesta::gs {
 
 Image ToCompare(Image rendered, const Image& photograph) {
@@ -22,6 +27,36 @@ Evaluation Renderer::Evaluate(const SplatModel& model, const Scene& scene) {
 
 Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured) {
   return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_, measured);
+}
+
+ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective) {
+  const double part = CountedPart(photograph);
+  return {view, photograph.mask.empty() ? whole : OfPart(whole, part), part, objective};
+}
+
+Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured) {
+  std::ranges::sort(measured, {}, &ViewQuality::view);
+  Evaluation mean;
+  double values = 0;
+  for (const ViewQuality& of : measured) {
+    const View& view = views[of.view];
+    Quality& of_kind = view.is_trained() ? mean.train : view.is_test() ? mean.test : mean.held_out;
+    of_kind.psnr += of.quality.psnr;
+    of_kind.ssim += of.quality.ssim;
+    ++of_kind.views;
+    if (!view.is_trained()) continue;
+    mean.cost += of.objective;
+    values += of.counted * 3.0 * view.camera.width * view.camera.height;
+  }
+  for (Quality* quality : {&mean.train, &mean.held_out, &mean.test}) {
+    if (quality->views == 0) continue;
+    quality->psnr /= quality->views;
+    quality->ssim /= quality->views;
+  }
+  // A scene may be without test views: nothing was measured then, which is not 0 dB.
+  if (mean.test.views == 0) mean.test.psnr = mean.test.ssim = std::numeric_limits<double>::quiet_NaN();
+  mean.cost = values > 0 ? mean.cost / values : 0;
+  return mean;
 }
 
 }  // namespace vesta::gs

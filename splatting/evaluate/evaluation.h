@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders views of a model and measures their quality, in any memory space.
+// Image quality of a model over the views of a scene, in any memory space.
 #pragma once
 
 #include <algorithm>
@@ -11,19 +11,40 @@
 
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
+#include "kernels/image/metrics.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/distributed/process_group.h"
-#include "splatting/evaluate/quality.h"
 
 namespace vesta::gs {
 
-// Image quality: its measures, and the views that they are taken over.
+// Means over views of values per view, of the pixels that count, on 8-bit-quantised images.
+struct Quality {
+  double psnr = 0;  // dB
+  double ssim = 0;
+  int views = 0;
+};
+
+struct Evaluation {
+  Quality train, held_out, test;  // of no views 0; of no test views NaN
+  double cost = 0;                // mean over measured training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+};
+
+// What is measured of one view.
+struct ViewQuality {
+  std::size_t view;      // of the scene's
+  ImageQuality quality;  // of the pixels that count
+  double counted;        // their part of all
+  double objective;  // of the photometric loss on the image as rendered; only of views that are trained on it counts
+};
+// whole: of the view with its photograph where pixels do not count (masked_loss.h).
+ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective);
+// Of all views, in any order.
+Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured);
 
 // Of which views a model is measured, by which process.
-
 struct MeasuredViews {
   // Of the training views as many at most, evenly spread; of the others all.
   int most_trained = std::numeric_limits<int>::max();
@@ -44,8 +65,6 @@ inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::v
   }
   return are_measured;
 }
-
-// Image quality of a model over the views of a scene, in any memory space.
 
 // Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
 // already; those of the other views are shown to B one at a time. Processes that measure together all have the same
@@ -87,8 +106,6 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
   }
   return MeanOf(scene.views, measured.processes.Gather(qualities));
 }
-
-// Views of models on the host, and their quality.
 
 // A rendered image as it is compared with its photograph: pixels that do not count show what that shows.
 Image ToCompare(Image rendered, const Image& photograph);

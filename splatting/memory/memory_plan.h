@@ -6,8 +6,6 @@
 #include <limits>
 #include <string>
 
-#include "splatting/memory/memory_options.h"
-#include "splatting/memory/memory_scene.h"
 #include "splatting/memory/stage_bytes.h"
 
 namespace vesta::gs {

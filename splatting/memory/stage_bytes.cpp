@@ -8,63 +8,21 @@
 #include "kernels/core/packed.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/gaussian_splatting/raster/raster_blocks.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
-#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "solver/lm_options.h"
+#include "solver/internal/trust_region/step_control.h"
 #include "solver/memory.h"
+#include "splatting/adam/adam_formula.h"
 #include "splatting/adam/adam_steps.h"
-#include "splatting/adam/block_adam_formula.h"
 #include "splatting/cameras/derivatives/view_columns.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/parsimony/harmonics.h"
 #include "splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
-
-double VectorBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.Size()); }
-
-double PerGaussianBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.count); }
-
-double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
-  return options.metric == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.layout.count))
-                                              : 0;
-}
-
-// Packed blocks of the geometry, and the diagonal of the harmonics.
-double GramBytes(const MemoryScene& scene) {
-  return (PackedSize(splat::kGeometry) - splat::kSh) * PerGaussianBytes(scene) + VectorBytes(scene);
-}
-
-double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
-                   const PassingBytes& passing) {
-  vesta::LmOptions engine = LmEngineOptions(lm);
-  engine.hold_batches = hold_batches;
-  const auto views = static_cast<double>(scene.views.size());
-  const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
-  const int linearizations = HeldLinearizations(engine, static_cast<int>(batches));
-  // Views in each batch, up to one more in some than in others.
-  const double size =
-      std::ceil(lm.batch_size > 0 ? std::min<double>(lm.batch_size, views) : views / static_cast<double>(batches));
-  const double held = std::min(linearizations * size, views);
-  // The Gram matrices of a linearization, which become the blocks of a preconditioner.
-  const double blocks = GramBytes(scene);
-  const double vector = VectorBytes(scene);
-  return LmPeakBytes(engine, {.batches = static_cast<int>(batches),
-                              .vector = vector,
-                              .linearization = views_bytes * (views > 0 ? held / views : 0) / linearizations +
-                                               2 * kImageBytes * scene.Largest().pixels,
-                              .gram = blocks,
-                              .gram_work = passing.gram,
-                              .keeps_gram = passing.keeps_gram,
-                              .blocks = blocks,
-                              .cost_work = passing.cost,
-                              .between = passing.evaluation,
-                              .has_own_descent = lm.view_agreement > 0,
-                              .has_own_metric = lm.damping == LmDamping::kRates});
-}
-
 namespace {
 
 using Cpu = CpuBackend<float>;
@@ -96,7 +54,7 @@ class Parts {
   double Evaluation() const {
     return View() + Image() + Splats::TruthBytes(most_.pixels) + Splats::QualityMeter::Bytes(most_.pixels);
   }
-  // A view's curvature by its own unknowns (cameras/derivatives/view_curvature.h): a view and its passes once more, and
+  // A view's curvature by its own unknowns (cameras/derivatives/view_columns.h): a view and its passes once more, and
   // images of its derivatives: as they are rendered and as columns, then as columns and what W makes of one.
   double CameraCurvature(const CameraOptions& cameras) const {
     if (!cameras.refines()) return 0;
@@ -213,6 +171,121 @@ double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, boo
 }
 
 }  // namespace
+
+MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
+                        bool with_entries) {
+  const double background[3] = {0, 0, 0};
+  splat::SplatView<float> view;
+  splat::ViewWorkspace<float> workspace;
+  std::vector<ViewCounts> counts(views.size());
+  ViewCounts sum;
+  const double share = std::min(1.0, static_cast<double>(most) / static_cast<double>(views.size()));
+  const std::vector<Index> counted = SpreadUnits(static_cast<Index>(views.size()), share, 0);
+  for (const Index v : counted) {
+    view.Build(model, ToPosedCamera(*views[static_cast<std::size_t>(v)], near), background, workspace);
+    sum.splats += static_cast<double>(view.num_splats());
+    sum.pairs += static_cast<double>(view.num_pairs());
+    const double entries = with_entries ? static_cast<double>(view.CountVisits().pixels) : 0;
+    sum.entries += entries;
+    counts[static_cast<std::size_t>(v)] = {.splats = static_cast<double>(view.num_splats()),
+                                           .pairs = static_cast<double>(view.num_pairs()),
+                                           .entries = entries};
+  }
+  const auto number = static_cast<double>(counted.size());
+  for (std::size_t v = 0, next = 0; v < views.size(); ++v) {
+    if (next < counted.size() && counted[next] == static_cast<Index>(v)) {
+      ++next;
+    } else {
+      counts[v] = {.splats = sum.splats / number, .pairs = sum.pairs / number, .entries = sum.entries / number};
+    }
+    const Camera& camera = views[v]->camera;
+    const auto tiles = [](int size) { return (size + splat::kTileSize - 1) / splat::kTileSize; };
+    counts[v].pixels = camera.pixels();
+    counts[v].tiles = static_cast<double>(tiles(camera.width)) * tiles(camera.height);
+  }
+  double mask_bytes = 0;
+  for (const View* v : views) mask_bytes += static_cast<double>(v->image.mask.size());
+  return {.layout = model, .views = std::move(counts), .mask_bytes = mask_bytes};
+}
+
+MemoryScene MemoryScene::Scaled(Index new_gaussians) const {
+  const double factor = static_cast<double>(new_gaussians) / static_cast<double>(std::max<Index>(layout.count, 1));
+  MemoryScene scene = *this;
+  scene.layout.count = new_gaussians;
+  for (std::int64_t& lacking : scene.layout.lacking)
+    lacking = static_cast<Index>(factor * static_cast<double>(lacking));
+  for (ViewCounts& view : scene.views) view.splats *= factor, view.pairs *= factor, view.entries *= factor;
+  return scene;
+}
+
+MemoryScene MemoryScene::Of(const splat::ModelLayout& other) const {
+  MemoryScene scene = Scaled(other.count);
+  scene.layout = other;
+  return scene;
+}
+
+ViewCounts MemoryScene::Largest() const {
+  ViewCounts most;
+  for (const ViewCounts& view : views) {
+    most.pixels = std::max(most.pixels, view.pixels), most.tiles = std::max(most.tiles, view.tiles);
+    most.splats = std::max(most.splats, view.splats), most.pairs = std::max(most.pairs, view.pairs);
+  }
+  return most;
+}
+
+const schema::Table<MemoryOptions>& MemoryFields() {
+  using O = MemoryOptions;
+  static const schema::Table<O> fields = {
+      {"budget_gib",
+       &O::budget_gib,
+       {0, 1e6},
+       "GiB that the program may take (of the GPU with one), foreseen before they are used; 0: no limit",
+       "memory_budget"},
+  };
+  return fields;
+}
+
+double VectorBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.Size()); }
+
+double PerGaussianBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.count); }
+
+double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
+  return options.metric == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.layout.count))
+                                              : 0;
+}
+
+// Packed blocks of the geometry, and the diagonal of the harmonics.
+double GramBytes(const MemoryScene& scene) {
+  return (PackedSize(splat::kGeometry) - splat::kSh) * PerGaussianBytes(scene) + VectorBytes(scene);
+}
+
+double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
+                   const PassingBytes& passing) {
+  vesta::LmOptions engine = LmEngineOptions(lm);
+  engine.hold_batches = hold_batches;
+  const auto views = static_cast<double>(scene.views.size());
+  const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
+  const int linearizations = HeldLinearizations(engine, static_cast<int>(batches));
+  // Views in each batch, up to one more in some than in others.
+  const double size =
+      std::ceil(lm.batch_size > 0 ? std::min<double>(lm.batch_size, views) : views / static_cast<double>(batches));
+  const double held = std::min(linearizations * size, views);
+  // The Gram matrices of a linearization, which become the blocks of a preconditioner.
+  const double blocks = GramBytes(scene);
+  const double vector = VectorBytes(scene);
+  return LmPeakBytes(engine, {.batches = static_cast<int>(batches),
+                              .vector = vector,
+                              .linearization = views_bytes * (views > 0 ? held / views : 0) / linearizations +
+                                               2 * kImageBytes * scene.Largest().pixels,
+                              .gram = blocks,
+                              .gram_work = passing.gram,
+                              .keeps_gram = passing.keeps_gram,
+                              .blocks = blocks,
+                              .cost_work = passing.cost,
+                              .between = passing.evaluation,
+                              .has_own_descent = lm.view_agreement > 0,
+                              .has_own_metric = lm.damping == LmDamping::kRates});
+}
 
 double AdamBytes(const MemoryScene& scene, const StageOptions& options) { return AdamBytesIn<Cpu>(scene, options); }
 double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options) {

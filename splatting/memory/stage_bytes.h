@@ -1,17 +1,64 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes that each stage holds at its peak.
+// What decides how much memory a training takes, and the bytes that each stage holds at its peak.
 #pragma once
 
+#include <vector>
+
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/adam/adam_options.h"
-#include "splatting/memory/memory_options.h"
-#include "splatting/memory/memory_scene.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
+#include "splatting/density/density_options.h"
+#include "splatting/parsimony/parsimony_options.h"
 
 namespace vesta::gs {
 
-inline constexpr double kMib = 1 << 20;  // bytes
+using splat::ViewCounts;
 
-// Terms of the memory that training holds which are the same wherever it computes.
+// Sizes of a model and its views, from which memory is foreseen.
+struct MemoryScene {
+  splat::ModelLayout layout;
+  std::vector<ViewCounts> views;
+  double mask_bytes = 0;  // of photographs of which not all takes part
+
+  // The same with another number of Gaussians, what it counts growing in proportion.
+  MemoryScene Scaled(Index new_gaussians) const;
+  // The same views of a model with this layout.
+  MemoryScene Of(const splat::ModelLayout& other) const;
+  // The largest of each count over the views.
+  ViewCounts Largest() const;
+};
+
+// Projects and bins at most `most` of the views, evenly spread, and gives the others their mean; counts entries where
+// `with_entries` (then each takes as long as rendering, besides). most >= 1.
+MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
+                        bool with_entries);
+
+// What of a training's options decides how much memory it takes.
+struct MemoryOptions {
+  double budget_gib = 0;  // of the process; 0: none
+};
+
+const schema::Table<MemoryOptions>& MemoryFields();
+
+struct StageOptions {
+  MemoryOptions memory;
+  AdamOptions adam;
+  DensityOptions density;
+  ParsimonyOptions parsimony;
+  CameraOptions cameras;
+  LmStageOptions lm;
+};
+
+// Whether LM solves for cameras and exposures along with the splats (train/lm_stage/lm_stage.h): after an Adam
+// stage, which finds them, it does not.
+inline bool FindsCamerasByLm(const StageOptions& options) {
+  return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();
+}
+
+inline constexpr double kMib = 1 << 20;  // bytes
 
 // One vector of parameters.
 double VectorBytes(const MemoryScene& scene);
@@ -41,7 +88,6 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
 
 // Bytes that each stage of training holds at its peak, beside the scene's images and the program: the model, and all
 // that the stage keeps. Sums alone: no GPU is needed for those of one.
-
 // In the memory of the host.
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 // lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all

@@ -21,10 +21,6 @@
 
 namespace vesta::gs {
 
-// The training views that judge Gaussians, rendered one after the other.
-
-// Views to judge a model by.
-
 // The views that speak for or against a Gaussian: those that are trained on, with their images, never the test views.
 struct JudgingViews {
   std::vector<const View*> views;  // must outlive this
@@ -36,8 +32,6 @@ struct JudgingViews {
 // The training views of the scene.
 JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes = {});
-
-// A model seen by the views that judge it, and what they make of it.
 
 // Bytes of a RenderedViews and a JudgedLoss of such a model and its largest view, with what they sum up by pair and
 // splat; the passes over single Gaussians besides.
@@ -179,8 +173,7 @@ class JudgedLoss {
 };
 
 // What each Gaussian of a model is worth: by how much the photometric cost of the training views rises without it
-// (kernels/gaussian_splatting/raster/loss_passes.h).
-
+// (kernels/gaussian_splatting/raster/removal_pass.h).
 // Costs are sums over views, pixels and channels of the loss that trainings lower: 0.8 |e| + 0.2 (1 - SSIM).
 struct Worth {
   double cost = 0;           // of the views with all Gaussians

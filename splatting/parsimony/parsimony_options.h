@@ -41,8 +41,6 @@ const schema::Table<ParsimonyOptions>& ParsimonyFields();
 // Throws Error, one line, where what is asked for cannot be done.
 void CheckTogether(const ParsimonyOptions& parsimony);
 
-// When Gaussians are taken out in the course of the Adam stage, and how many. The same on every device.
-
 // Whether the iteration comes to a part of the stage.
 inline bool ComesTo(double part, const StageSpan& span) {
   return !StageSpan{0, span.before}.HasReached(part) && span.HasReached(part);

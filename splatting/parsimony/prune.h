@@ -14,8 +14,8 @@
 
 namespace vesta::gs {
 
-// The `count` Gaussians of the model, at least one, without which the cost of the views would rise the most (worth.h);
-// ascending. supported: what hardly any view shows (Support::is_wanting) goes before all others.
+// The `count` Gaussians of the model, at least one, without which the cost of the views would rise the most
+// (judging_views.h); ascending. supported: what hardly any view shows (Support::is_wanting) goes before all others.
 std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, bool supported, Index count);
 
 // Those that pay for their parameters, ascending: without whom the cost of the views would rise by at least `price`

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Support: how much of what a camera could see of a Gaussian the training views do show. What none of them shows no
-// photograph has asked for; it stands before cameras that come later (docs/results/2026-11-22-veils.md).
+// Support: how much of what a camera could see of a Gaussian the training views show; and floaters, Gaussians that
+// belong to no surface.
 #pragma once
 
 #include <vector>
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
 
-// In units of an image's area; opacity, and what stands before it, count in neither.
+// What none of the training views shows, no photograph has asked for; it stands before cameras that come later
+// (docs/results/2026-11-22-veils.md). In units of an image's area; opacity, and what stands before it, count in
+// neither.
 struct Support {
   double shown = 0;  // the sum over views of the integral of its falloff over the image
   // The integral of its falloff for a camera as far away as the nearest of the training views, that looks at its
@@ -35,5 +38,24 @@ std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const Judgin
 
 // Those that the views do show, ascending; all where they show none.
 std::vector<Index> Supported(const splat::Model<float>& model, const JudgingViews& judges);
+
+// Floaters hang before or around what a splat shows. None is wrong for sure; these are signs of it, all far from what
+// the Gaussians of a surface are like. The Gaussians that are left, ascending, and how many go for what; who has
+// several reasons goes for the first.
+struct FloaterCount {
+  std::vector<Index> kept;
+  // Of an opacity under 1/255, which is never drawn.
+  Index faint = 0;
+  // With a standard deviation longer than the model's median distance from its middle, and than its own: around all.
+  Index huge = 0;
+  // With no other nearer than ten times what is usual (the root of the mean squared distance to three, its median), nor
+  // within reach of their falloff, six of their own longest standard deviations.
+  Index isolated = 0;
+  // Of which the views show hardly anything (Support::is_wanting).
+  Index unsupported = 0;
+};
+
+// judges: may be null; none is unsupported then.
+FloaterCount FindFloaters(const SplatModel& model, const JudgingViews* judges);
 
 }  // namespace vesta::gs

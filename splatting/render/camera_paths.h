@@ -9,7 +9,6 @@
 namespace vesta::gs {
 
 // Once around what the cameras of a scene look at.
-
 struct Orbit {
   std::vector<View> views;
   // The widest angle about the axis from which no photograph was taken, degrees.
@@ -23,14 +22,12 @@ Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames);
 
 // A path for cameras that face one way, which stays among them (as in Mildenhall et al. 2019, "Local light field
 // fusion").
-
 // Two turns across the mean of the views while the camera goes forward and back once, as far along each axis as nine
 // tenths of the scene's cameras; it looks at the point at the median depth. frames: at least 1; another would be the
 // first again. Throws Error for a scene without views, or one whose views face different ways.
 std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames);
 
 // The order in which to visit cameras.
-
 struct Tour {
   std::vector<std::size_t> order;  // of the views
   bool is_reordered = false;       // else it is that of the views
@@ -40,8 +37,6 @@ struct Tour {
 // each to the nearest one left, then untangled by reversing parts), in that. Steps are StepBetween's. Takes time by the
 // square of their number: a second for 5,000.
 Tour TourOf(const std::vector<View>& views, double length_unit);
-
-// A smooth path through given cameras.
 
 // How far it is from one pose to the other: lengths in so many world units and angles in radians, as the hypotenuse of
 // the two.

@@ -14,8 +14,6 @@
 
 namespace vesta::gs {
 
-// Numbers of single Gaussians as images.
-
 // of(i), three floats of Gaussian i, as the colours of its splat; by rank, in the workspace. view: built.
 template <class Of>
 const splat::SplatTangent<float>* AsColors(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace,
@@ -56,8 +54,6 @@ std::vector<float> AtMedian(const splat::SplatView<float>& view, splat::ViewWork
   });
   return planes;
 }
-
-// Where the cameras of a scene look, and cameras that look somewhere.
 
 using Point3 = std::array<double, 3>;
 

@@ -13,7 +13,7 @@ namespace vesta::gs {
 
 // What stands in front of a camera: how far away it is, and which way it faces. Both are blended from the Gaussians of
 // a view with the weights of its colours.
-
+//
 // kMedian: the depth of the Gaussian at which the transmittance falls below one half. It is always that of something,
 // but jumps where the mean slides.
 enum class DepthKind { kMean, kMedian };
@@ -58,8 +58,6 @@ class SurfaceRenderer {
   splat::SplatView<float> splats_;
   splat::ViewWorkspace<float> workspace_;
 };
-
-// Depth and normals as pictures.
 
 // From near, yellow, to far, violet; black where there is no depth. In the middle of the scale is the depth
 // `middle` > 0: colours are by middle / (middle + depth), so that they mean the same in all images.

@@ -13,7 +13,7 @@
 #include "kernels/ranks/sum_over_ranks.h"
 #include "splatting/distributed/splat_parts.h"
 #include "splatting/train/session/checkpoint.h"
-#include "splatting/train/settings/resolved_plan.h"
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::gs {
 namespace {

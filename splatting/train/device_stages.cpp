@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/device_stages.h"
-
+// The stages of a training, compiled for a GPU.
 #include "kernels/core/check.h"
+#include "kernels/core/device_sort.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "splatting/adam/device_adam_steps.h"
+#include "splatting/cameras/derivatives/view_columns.inl"
 #include "splatting/train/adam_stage/adam_stage.h"
 #include "splatting/train/lm_stage/lm_stage.h"
+#include "splatting/train/session/stage_runners.h"
 
 namespace vesta::gs {
-
-extern template void RunAdamStage<CudaBackend<float>>(TrainingSession& session, SplatModel& model);
 
 StageRunners DeviceStages() {
   const DeviceInfo& device = QueryDevice();

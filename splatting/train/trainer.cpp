@@ -4,15 +4,20 @@
 #include <string>
 #include <utility>
 
+#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/initialize.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/memory/memory_plan.h"
 #include "splatting/memory/stage_bytes.h"
 #include "splatting/train/adam_stage/adam_stage.h"
+#include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/check_training.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/lm_stage/lm_stage.h"
-#include "splatting/train/memory_limits.h"
 #include "splatting/train/session/session.h"
-#include "splatting/train/settings/resolved_plan.h"
 #include "splatting/train/settings/train_options.h"
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::gs {
 namespace {
@@ -80,6 +85,45 @@ std::string RunAdam(TrainingSession& session, const StageRunners& stages, const 
   return left_out;
 }
 
+// Decides ResolvedPlan::max_gaussians: no more than fit, where memory is limited (memory/memory_plan.h). Throws Error
+// where even the given model does not fit.
+void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
+  const TrainOptions& options = session.options();
+  if (options.memory.budget_gib == 0 && !stages.device_memory) return;
+  const MemoryScene counts = session.memory().Count(ToKernelModel(model), 8, false);
+  const StageMemory memory = MemoryToPlanBy(stages, options.memory, session.plan().held_mib);
+  const Index fit = PlanGaussians(counts, options, memory);
+  if (stages.device_memory) {
+    session.memory().SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
+  }
+  const bool grows = options.density.enabled && options.adam.runs();
+  if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
+    session.Note(notes::kFewerGaussiansFit, fit);
+  }
+  session.Decide().max_gaussians = fit;
+}
+
+// At the end of a training that leaves this model. lm: of its LM stage.
+MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages, const SplatModel& model,
+                            const LmOutcome& lm) {
+  session.memory().NoteModel(model);
+  const TrainOptions& options = session.options();
+  const ResolvedPlan& plan = session.plan();
+  const MemoryScene largest = lm.counts.Of(session.memory().largest_model());
+  MemoryReport report;
+  report.jacobian = plan.lm.jacobian;
+  report.batches = static_cast<int>(lm.batches);
+  if (!stages.device_memory) {
+    report.predicted_mib = plan.held_mib + PredictedMib(largest, options, plan.lm_memory.bytes);
+    return report;
+  }
+  report.predicted_mib = plan.held_mib + PredictedMibBesideDevice(largest, options);
+  report.device_predicted_mib =
+      PredictedDeviceMib(largest, options, plan.lm_memory.bytes, session.memory().kept_on_device());
+  report.device_peak_mib = stages.device_memory().peak_bytes / kMib;
+  return report;
+}
+
 TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOptions& asked,
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckTraining(scene, asked, stages, ProcessGroup(callbacks.ranks));
@@ -114,6 +158,19 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
   return result;
 }
 
+SplatModel ModelOfAdamStage(const std::string& saved, const TrainOptions& options) {
+  using B = CpuBackend<float>;
+  AdamStageState<B> state{TrainedModel<B>(SplatModel(), Adam<B>(options.rates, options.adam.metric),
+                                          DensityControl<Host>(options.density, 1, options.seed), {}, 1),
+                          ViewOrder(1, options.seed)};
+  ArchiveReader reader(saved);
+  reader(state);
+  VESTA_CHECK(state.IsWhole(), "a saved state of {} Gaussians that do not go together", state.model.count());
+  SplatModel model;
+  state.model.DownloadResult(model);
+  return model;
+}
+
 }  // namespace
 
 StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>}; }
@@ -142,6 +199,18 @@ TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& opt
   for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);
   result.model = InOrder(std::move(result.model), back);
   return result;
+}
+
+SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& options) {
+  SplatModel model;
+  try {
+    const bool is_of_adam = checkpoint.run.stage == Stage::kAdam;
+    model = is_of_adam ? ModelOfAdamStage(checkpoint.stage_state, options) : ModelOfLmStage(checkpoint.stage_state);
+  } catch (const Error&) {
+    Fail(kBadFile, "{}: holds no state of a training of which a splat could be shown", checkpoint.path);
+  }
+  TellRenderSettings(options, &model);
+  return model;
 }
 
 }  // namespace vesta::gs

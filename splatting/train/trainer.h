@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Training in two stages: Adam from points, then Levenberg-Marquardt by the engine; or LM alone, from a given model.
+// Training in two stages: Adam from points, then Levenberg-Marquardt by the engine; or LM alone, from a given model;
+// and the splat of a saved training.
 #pragma once
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/train/session/checkpoint.h"
 #include "splatting/train/session/stage_runners.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/train_result.h"
@@ -26,5 +28,9 @@ TrainResult Train(const Scene& scene, const TrainOptions& options, const BeforeT
 // have them.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, const BeforeTraining& before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
+
+// The splat that a training had when its state was saved, in the frame of its scene. options: those of the training.
+// Throws Error, which names the file, where the state is none of such a training.
+SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& options);
 
 }  // namespace vesta::gs

@@ -80,7 +80,7 @@ TEST_F(Convert, DegreesGoThroughTheProgram) {
   for (Index i = 0; i < trained.count; ++i) {
     degrees.push_back(static_cast<std::uint8_t>(std::min<Index>(i % 3, trained.DegreeOf(i))));
   }
-  const gs::SplatModel mixed = gs::WithDegrees(trained, degrees);
+  const gs::SplatModel mixed = gs::TakeGaussians(trained, gs::OrderByDegree(trained, degrees));
   const std::string ply = folder_ / "mixed.ply", spz = folder_ / "mixed.spz", again = folder_ / "again.ply";
   gs::WriteSplatPly(ply, mixed);
   ASSERT_EQ(RunProgram({"convert", ply, "--out=" + again}).status, 0);

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "apps/doctor/scene_doubts.h"
-#include "apps/doctor/view_signs.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 

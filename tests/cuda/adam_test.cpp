@@ -3,7 +3,7 @@
 #include "splatting/adam/adam.h"
 
 #include "kernels/core/cuda_backend.h"
-#include "splatting/adam/block_adam_formula.h"
+#include "splatting/adam/adam_formula.h"
 #include "splatting/adam/device_adam_steps.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

@@ -8,7 +8,6 @@
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "splatting/cameras/derivatives/seen_view.h"
 #include "splatting/cameras/derivatives/view_columns.inl"
-#include "splatting/cameras/derivatives/view_curvature.inl"
 #include "splatting/train/adam_stage/stage_views.h"
 #include "tests/cuda/device_view.h"
 #include "tests/cuda/on_device.h"

@@ -11,7 +11,7 @@
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "splatting/adam/device_adam_steps.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/train/adam_stage/trained_model.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/density/density_scene.h"
@@ -30,7 +30,9 @@ std::vector<std::uint8_t> DegreesOf(Index count) {
   for (Index i = 0; i < count; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
   return degrees;
 }
-SplatModel OfDifferentDegrees(Index count) { return WithDegrees(test::RandomModel(count, 3, 5), DegreesOf(count)); }
+SplatModel OfDifferentDegrees(Index count) {
+  return test::WithDegrees(test::RandomModel(count, 3, 5), DegreesOf(count));
+}
 
 struct Case {
   const char* name;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training on the GPU against that of the host.
-#include "problems/gaussian_splatting/model/splat_model.h"
-#include "splatting/train/device_stages.h"
+#include "splatting/train/session/stage_runners.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/train/training_scene.h"
 
@@ -46,7 +45,7 @@ TEST_F(CudaTraining, DegreesStayWhatTheyAre) {
   const gs::Scene scene = gs::test::TrainingScene();
   std::vector<std::uint8_t> degrees(60);
   for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
-  const gs::SplatModel start = gs::WithDegrees(gs::test::RandomModel(60, 3, 8), degrees);
+  const gs::SplatModel start = gs::test::WithDegrees(gs::test::RandomModel(60, 3, 8), degrees);
   gs::TrainOptions options = ShortDeviceTraining(20, 1);
   options.adam.rate_factor = 1;
   const gs::TrainResult host = gs::Refine(scene, start, options, {}, {}),

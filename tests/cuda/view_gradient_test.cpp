@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Terms of a gradient on the GPU against those of the host, to the bit.
-#include "splatting/distributed/view_gradient.h"
-
 #include <vector>
 
 #include "kernels/core/device_buffer.h"
 #include "kernels/core/device_sort.h"
+#include "splatting/distributed/sum_of_views.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/train/terms_of_views.h"
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "apps/training/checkpointing.h"
-#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/compressed_ply.h"
 #include "splatting/io/splats/ply.h"

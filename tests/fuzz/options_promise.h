@@ -2,7 +2,7 @@
 // What holds of options that were read, from a file or from a command line.
 #pragma once
 
-#include "apps/settings/config_json.h"
+#include "apps/settings/train_settings.h"
 #include "splatting/train/settings/train_options.h"
 #include "tests/fuzz/promise.h"
 

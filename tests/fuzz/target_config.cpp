@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/settings/config_json.h"
+#include "apps/settings/train_settings.h"
 #include "tests/fuzz/options_promise.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scratch_folder.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/splats/spz.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/splat_promise.h"

@@ -60,11 +60,6 @@ splat::ModelLayout LayoutOfRows(const splat::ModelLayout& layout, const std::vec
   return splat::LayoutOfBands(with_band);
 }
 
-SplatModel WithDegrees(SplatModel model, const std::vector<std::uint8_t>& degrees) {
-  const DegreeOrder order = OrderByDegree(model, degrees);
-  return TakeGaussians(std::move(model), order);
-}
-
 SplatModel AtOneDegree(SplatModel model) {
   if (model.is_uniform()) return model;
   DegreeOrder same{std::vector<std::uint32_t>(static_cast<std::size_t>(model.count)),

@@ -63,9 +63,6 @@ splat::ModelLayout LayoutOfRows(const splat::ModelLayout& layout, const std::vec
 // The model that the order makes of this one.
 SplatModel TakeGaussians(SplatModel model, const DegreeOrder& order);
 
-// The model in OrderByDegree.
-SplatModel WithDegrees(SplatModel model, const std::vector<std::uint8_t>& degrees);
-
 // The model with the bands that Gaussians lack as zeros: all have its highest degree, in the order there is.
 SplatModel AtOneDegree(SplatModel model);
 

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits a view's camera and its exposure to a splat that stays as it is.
+// Fits cameras and exposures of views to a fixed splat, and measures its image quality over test views that are fitted
+// so.
 #pragma once
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "kernels/image/image_shape.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
+#include "splatting/evaluate/evaluation.h"
 
 namespace vesta::gs {
 
-// The exposure that brings one image to another.
-
-// Minimises the photometric loss of the rendered image, its exposure changed, by Levenberg-Marquardt from none. Not by
-// squares: a splat's image is off by more than noise, and least squares answer that with too little contrast. Both
-// images planar and of that shape; mask: which pixels count (Image::mask). What nothing tells of stays as it is, and
-// all does where an image is not finite. The same bits for any number of threads.
+// Fits the exposure that brings one image to another. Minimises the photometric loss of the rendered image, its
+// exposure changed, by Levenberg-Marquardt from none. Not by squares: a splat's image is off by more than noise, and
+// least squares answer that with too little contrast. Both images planar and of that shape; mask: which pixels count
+// (Image::mask). What nothing tells of stays as it is, and all does where an image is not finite. The same bits for any
+// number of threads.
 AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
                         const PhotometricWeights& weights = {}, HostSpan<const std::uint8_t> mask = {});
-
-// Fits a view's camera, and its exposure, to a splat that stays as it is.
 
 struct AlignOptions {
   FreeUnknowns free = {};
@@ -58,5 +58,34 @@ struct Alignment {
 // By Levenberg-Marquardt on ViewProblem, at each size from the coarsest on. The view must have its image. What is found
 // has a lower cost than the start. The same bits for any number of threads.
 Alignment AlignView(const SplatModel& model, const View& view, const AlignOptions& options);
+
+// One test view.
+struct AlignedView {
+  std::string name;
+  Alignment alignment;
+  double degrees = 0, pixels = 0;  // that the camera turned by, and MedianShift
+  ImageQuality whole;
+  // Of its right half, as rendered and with the exposure; where exposures are fitted, and both halves have pixels that
+  // count.
+  bool has_halves = false;
+  ImageQuality right, right_exposed;
+  AffineColor exposure;
+};
+
+struct AlignedEvaluation {
+  std::vector<AlignedView> views;
+  // Means over the views, those that could not be fitted as they are; of halves over the views that have them. NaN
+  // where there are none.
+  Quality whole, right, right_exposed;
+  // Medians over the views of how far cameras moved; NaN likewise.
+  double degrees = 0, pixels = 0;
+  int not_found = 0;  // views that could not be fitted
+};
+
+// Fits the camera of each test view of the scene to its photograph, then measures. With options.free.color the exposure
+// is found along with the pose; the one that is measured is then fitted anew on the left half of the image
+// (FitExposure), and the right half is measured (Martin-Brualla et al. 2021, NeRF in the Wild, section 5). Images
+// must be loaded.
+AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, const AlignOptions& options);
 
 }  // namespace vesta::gs

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What of finding cameras nvcc compiles.
 #include "kernels/core/for_each.cuh"
-#include "splatting/cameras/derivatives/view_curvature.h"
-#include "splatting/cameras/unknowns/exposed_pixels.h"
+#include "splatting/cameras/derivatives/view_columns.h"
+#include "splatting/cameras/unknowns/exposed_colors.h"
 
 namespace vesta {
 

@@ -25,7 +25,7 @@ struct SeenView {
 };
 
 // By the view's unknowns, in the order of a step. Its users include what moves a view of B's: camera_jacobian.h
-// or device_splat_view.h.
+// or device_camera.h.
 template <class B>
 std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));

@@ -29,4 +29,7 @@ template std::vector<double> WeightedGram(const ViewColumns<Float>&, Photometric
 template std::vector<double> WeightedGram(const ViewColumns<Double>&, PhotometricLoss<double>&,
                                           const PhotometricLoss<double>::Linearization&, ViewColumns<Double>*);
 
+template std::vector<double> ViewCurvature(const FreeUnknowns&, const std::array<double, 3>&,
+                                           const splat::Model<float>&, const TargetView<CpuBackend<float>>&);
+
 }  // namespace vesta::gs

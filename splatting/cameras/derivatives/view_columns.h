@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The derivatives of a view's image by its own unknowns, held as images.
+// The derivatives of a view's image by its own unknowns, held as images, and the curvature of the view's cost by them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
+#include "kernels/core/hd.h"
+#include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -82,5 +85,31 @@ void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, H
     }
   }
 }
+
+// By pixel of a channel: sum += scale (factors[0] column 0 + ...), added up in double.
+template <class S, class U>
+struct AddColumns {
+  static constexpr int kMost = 12;  // columns
+
+  double scale;
+  int columns;
+  Index stride;  // from a column to the next, values
+  const S* first;
+  U* sum;
+  double factors[kMost];
+
+  VESTA_HD void operator()(Index i) const {
+    double product = 0;
+    for (int k = 0; k < columns; ++k) product += factors[k] * static_cast<double>(first[k * stride + i]);
+    sum[i] += static_cast<U>(scale * product);
+  }
+};
+
+// The curvature of a view's cost by its own unknowns, in the memory of B.
+// H = J^T W J of the view as it stands, without an exposure, by the default weights: square, free.num_tangent() numbers
+// a side. Body in view_columns.inl.
+template <class B>
+std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
+                                  const splat::Model<float>& model, const TargetView<B>& target);
 
 }  // namespace vesta::gs

@@ -14,16 +14,16 @@
 
 namespace vesta::gs {
 
-// One view as a least-squares problem of the engine: x are the motion of its camera and its exposure
-// (view_unknowns.h), the Gaussians stand still; the cost is the photometric loss of the image with the exposure
-// applied. Direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.
-
 struct ViewProblemOptions {
   FreeUnknowns free = {};
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights = {};
 };
 
+// One view as a least-squares problem of the engine: x are the motion of its camera and its exposure
+// (view_unknowns.h), the Gaussians stand still; the cost is the photometric loss of the image with the exposure
+// applied. Direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.
+//
 // S: of the images; x and steps are in double. The same bits for any number of threads.
 template <class S>
 class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<CpuBackend<double>> {
@@ -54,7 +54,6 @@ class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<
 };
 
 // A view's problem at one x: the image's derivatives by its unknowns, six to twelve, held as images.
-
 template <class S>
 class ViewLinearization final : public Linearization<CpuBackend<double>>,
                                 public WithLossWeights<CpuBackend<double>>,

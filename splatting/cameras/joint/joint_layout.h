@@ -11,11 +11,9 @@
 
 namespace vesta::gs {
 
-// Where the numbers of splats and views lie in a vector of the engine.
-
 // x: first the splats' parameters, then for each view kViewParameters. A step: the splats', then those of each view
 // that are free. What comes after the splats' is the rest of either, which is little, and which the host works on
-// wherever the splats are (joint_rest.h).
+// wherever the splats are (ConstRest).
 struct JointLayout {
   Index splats = 0;  // parameters of all Gaussians
   Index views = 0;
@@ -53,8 +51,7 @@ struct JointLayout {
 };
 
 // The end of a vector of the engine, in the memory of the host: of a vector of the host its own, of a device's a copy.
-
-// From `begin` on, to look at. Of a device's vector it is as it was then, and was waited for.
+// This one is to look at, from `begin` on. Of a device's vector it is as it was then, and was waited for.
 template <class B>
 class ConstRest {
  public:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats, cameras and exposures at one x.
+// The linearization of the joint problem of splats and cameras at one x, and its damped system with the views' unknowns
+// eliminated.
 #pragma once
 
 #include <memory>
@@ -8,6 +9,7 @@
 
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
+#include "solver/reduced_system.h"
 #include "splatting/cameras/derivatives/view_columns.h"
 #include "splatting/cameras/joint/joint_problem.h"
 
@@ -70,7 +72,7 @@ class JointLinearization final : public Linearization<B>,
   // The parts that the reduced system is made of.
   const JointLayout& layout() const { return layout_; }
   const std::vector<JointUnit<B>>& units() const { return units_; }
-  // Steps and gradients of one view are those of the splats, where they lie, and the rest (joint_rest.h).
+  // Steps and gradients of one view are those of the splats, where they lie, and the rest (ConstRest).
   using ConstHere = HostSpan<const S>;
   using Here = HostSpan<S>;
   // d_image = J of view v by the splats; g += its transpose times u, an image, which is overwritten.
@@ -109,6 +111,43 @@ class JointLinearization final : public Linearization<B>,
   typename B::Vector gradient_, descent_;  // the second: the splats', where it is its own
   SplatGrams<B> grams_;
   mutable typename B::Vector residuals_;
+};
+
+// A view's unknowns meet the splats in its own image alone. So the Schur complement is the sum over views of
+// J_s^T (W - W J_c C^-1 J_c^T W) J_s, C = J_c^T W J_c + lambda D of the view: products as those of the splats alone,
+// with what a camera could do taken out of each image. W J_c is held, eight images a view.
+template <Backend B>
+class JointReducedSystem final : public ReducedSystem<B> {
+ public:
+  using typename ReducedSystem<B>::ConstVectorView;
+  using typename ReducedSystem<B>::VectorView;
+
+  // Borrows the linearization.
+  explicit JointReducedSystem(JointLinearization<B>& linearization);
+
+  Index size() const override { return layout_.splats; }
+  void SetDamping(double lambda, ConstVectorView metric) override;
+  void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
+  void Apply(ConstVectorView x, VectorView y) override;
+  void BackSubstitute(ConstVectorView rhs, VectorView step) override;
+  // Those of H: upper bounds of the Schur complement's, which would take six adjoint passes a view.
+  std::vector<BlockGroup> kept_groups() const override;
+  void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
+
+ private:
+  HostSpan<double> ViewPart(std::size_t view) {
+    const Index n = layout_.free.num_tangent();
+    return views_.view().subspan(static_cast<Index>(view) * n, n);
+  }
+  // In place by C^-1 of that view.
+  void SolveView(std::size_t view) { blocks_[view].Solve(ViewPart(view), ViewPart(view)); }
+
+  JointLinearization<B>& linearization_;
+  const JointLayout& layout_;
+  double lambda_ = 0;
+  ConstVectorView metric_;                                 // of the splats
+  std::vector<BlockDiagonal<CpuBackend<double>>> blocks_;  // C of each view, its factor
+  HostBuffer<double> views_;                               // of all of them
 };
 
 }  // namespace vesta::gs

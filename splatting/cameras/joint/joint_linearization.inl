@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies of joint_linearization.h. Included where they are instantiated, after what moves a view of that space
-// (kernels/gaussian_splatting/view/camera_jacobian.h or device_splat_view.h).
+// (kernels/gaussian_splatting/view/camera_jacobian.h or device_camera.h).
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,6 @@
 #include "splatting/cameras/derivatives/view_columns.inl"
 #include "splatting/cameras/joint/joint_layout.h"
 #include "splatting/cameras/joint/joint_linearization.h"
-#include "splatting/cameras/joint/joint_reduced.h"
 #include "splatting/cameras/unknowns/exposed_colors.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 

@@ -4,7 +4,7 @@
 //
 // To its view a camera's motion is a rigid motion of all Gaussians
 // (kernels/gaussian_splatting/projection/camera_block.h), so that J v is still one tangent pass for each view and J^T u
-// one adjoint pass. What no photograph tells is held by a weak prior (view_prior.h).
+// one adjoint pass. What no photograph tells is held by a weak prior (gauge.h).
 #pragma once
 
 #include <memory>

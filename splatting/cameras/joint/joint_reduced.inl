@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of joint_reduced.h. Included where they are instantiated, as joint_linearization.inl.
+// Bodies of JointReducedSystem (joint_linearization.h). Included where they are instantiated, as
+// joint_linearization.inl.
 #pragma once
 
 #include <algorithm>
 
 #include "splatting/cameras/joint/joint_layout.h"
-#include "splatting/cameras/joint/joint_reduced.h"
+#include "splatting/cameras/joint/joint_linearization.h"
 
 namespace vesta::gs {
 

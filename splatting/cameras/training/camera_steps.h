@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps of views' cameras and exposures during the Adam stage, and when they happen.
+// Cameras, exposures and shared lenses of views during the Adam stage: whether they are worth finding, when they move,
+// and their steps.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "kernels/gaussian_splatting/formulas/types.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/adam/adam_options.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::gs {
-
-// What happens to cameras when, in the course of the Adam stage.
 
 // Parts of the stage: when cameras begin to move, since the first images are those of no splat yet; and when
 // CameraChoice::kAuto is decided, by the views that are held back until then.
@@ -39,10 +42,8 @@ inline int CurvatureAge(const AdamOptions& adam, const StageSpan& span) {
   return age + (IsCoarse(adam, span) ? 0 : 1);
 }
 
-// Steps of views' cameras and exposures while the splat is trained view by view: each time that a view is seen its own
-// unknowns take a step by the gradient that is there anyway.
-
-// Of one view: how steps are scaled.
+// Of one view: how steps are scaled. Each time that the view is seen, its own unknowns take a step by the gradient of
+// its cost.
 struct CameraStepState {
   // J^T W J of the view's cost, square, in the order of a step (FreeUnknowns), when it was last measured; empty: not
   // yet. age: of that; pixels: of the image whose cost it is of, which is a sum over them.
@@ -71,9 +72,49 @@ struct CameraSurroundings {
 // the splat does.
 double GaussNewtonPart(double done);
 
-// The step by a gradient of the view's cost, of what is the view's own: the lens stays (lens_steps.h). curvature: as
+// The step by a gradient of the view's cost, of what is the view's own: the lens stays (LensStep). curvature: as
 // CameraStepState has it.
 std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
                                const std::vector<double>& curvature, const CameraSurroundings& around);
+
+// A lens's share of the systems of some views that are seen, their own unknowns eliminated: Schur complements, square,
+// and gradients of them; of how many views.
+struct LensSystem {
+  std::array<double, splat::kLensTangent * splat::kLensTangent> curvature{};
+  std::array<double, splat::kLensTangent> gradient{};
+  int views = 0;
+};
+
+// Adds the view's, whose gradient and curvature (CameraStepState) are by all that is free, the lens included: with its
+// own unknowns where they are best for every lens.
+void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
+               LensSystem* system);
+// The step of the lens by part of Gauss-Newton's. No number of it is larger than `most`: by so many focal lengths moves
+// what is seen one from the principal point. Zero where nothing is known.
+splat::LensTangent LensStep(const LensSystem& system, double part, double most);
+// How a view's own unknowns follow such a step: a step of theirs, that of the lens included. They stay where that is no
+// number.
+std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
+                           const splat::LensTangent& lens);
+
+// Whether the cameras of a scene are worth finding along with its splat: what views that the splat has not seen gain by
+// being fitted to it.
+struct CameraEvidence {
+  int views = 0;      // that were fitted; 0: nothing is known
+  double pose = 0;    // part of their loss that goes when their cameras are fitted, median
+  double pixels = 0;  // MedianShift that this takes, median
+  // By how much smaller the error of their right halves is, as PSNR has it, with exposures of their left ones.
+  double exposure = 0;
+
+  // What it speaks for, poses or nothing. The bound lies between what scenes with poses by bundle adjustment say and
+  // what the same say with cameras that are off (docs/results/2026-11-25-cameras-in-training.md). Exposures are not
+  // chosen: a view whose own is not known is rendered worse with the mean one than with its neighbours'.
+  CameraChoice Choice() const;
+  std::string Words() const;
+};
+
+// Views of which the splat knows nothing. background: 0..1. near: distance of the near plane, world units.
+CameraEvidence EvidenceOf(const SplatModel& model, const std::vector<View>& views,
+                          const std::array<double, 3>& background, double near);
 
 }  // namespace vesta::gs

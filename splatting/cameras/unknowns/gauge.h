@@ -11,7 +11,7 @@ namespace vesta::gs {
 
 // What no photograph tells: where the whole of cameras and splat lies, how it is turned, how large it is, and how
 // bright all photographs are; and what an unfinished splat tells wrongly.
-
+//
 // Takes out of what was found what all views share: the similarity of the world (7 numbers) that comes nearest to the
 // motions, by least squares of turns, times `depth`, and of centres; and of the exposures, by channel, the affine map
 // whose removal leaves gains with the mean 1 and offsets with the mean 0. So the views lie on the whole where they were
@@ -26,9 +26,9 @@ void RemoveCommonExposure(std::vector<ViewUnknowns>* found);
 // are wrong, each by its own, is small.
 void RemoveCommonTurn(std::vector<ViewUnknowns>* found);
 
-// What holds the freedoms that no photograph tells of (gauge.h) where cameras, exposures and splats are found at once:
+// What holds the freedoms that no photograph tells of where cameras, exposures and splats are found at once:
 // a weak pull of each view to where it was given.
-
+//
 // Adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2) to the cost of a view, for each of its
 // image's values; v: the vector part of the motion's quaternion, so that 2 |v| is the angle while that is small; t: its
 // translation. Only of what is free. It biases what photographs tell little of: by the default, gains of 0.9 to 1.1 of

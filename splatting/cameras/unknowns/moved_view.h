@@ -13,8 +13,6 @@
 
 namespace vesta::gs {
 
-// A view whose camera is not as it was given.
-
 // The view with its camera moved, without its image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
 
@@ -38,7 +36,6 @@ std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>
 double MedianShift(const SplatModel& model, const View& from, const View& to, double near);
 
 // Which views were taken through one lens.
-
 struct SharedLenses {
   std::vector<std::size_t> of;  // of each view, the number of its lens
   std::vector<int> views;       // of each lens, how many have it

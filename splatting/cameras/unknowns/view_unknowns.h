@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The unknowns of a view: its pose, lens and exposure, and how far they lie from those given.
+// The unknowns of a view: its pose, lens and exposure, and the option that chooses which of them a training finds.
 #pragma once
 
 #include <array>
 #include <vector>
 
+#include "kernels/core/schema.h"
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/lenses/lens.h"
 #include "kernels/gaussian_splatting/projection/camera_motion.h"
@@ -14,8 +15,6 @@
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
-
-// The unknowns of a view beside the Gaussians: the motion of its camera, its lens, its exposure.
 
 // An exposure: value of channel c -> gain[c] value + offset[c]. Colours as stored in the file, 0 to 1. None by default.
 struct AffineColor {
@@ -86,8 +85,6 @@ struct FreeUnknowns {
 // x (+) delta: the retractions of motion and lens (Compose), a sum for the colours. What is not free stays.
 ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSpan<const double> delta);
 
-// How far what was found of cameras and exposures lies from what was given.
-
 // Over the views: medians of turns and of shifts (MedianShift), the largest of these, of the gains beside 1, and of
 // focal lengths as parts of themselves.
 struct CameraChanges {
@@ -99,5 +96,31 @@ struct CameraChanges {
 // given, found: as many. near: distance of the near plane, world units.
 CameraChanges ChangesOf(const SplatModel& model, const std::vector<const View*>& given,
                         const std::vector<ViewUnknowns>& found, double near);
+
+// What of the training views' cameras is unknown.
+enum class CameraChoice {
+  kNone,
+  kPose,
+  kPoseAndExposure,
+  kAll,   // lenses too, shared by the views of a camera: focal lengths and principal points
+  kAuto,  // what views that are held out gain by (EvidenceOf)
+};
+inline constexpr schema::Choice<CameraChoice> kCameraChoices[] = {{CameraChoice::kNone, "none"},
+                                                                  {CameraChoice::kPose, "pose"},
+                                                                  {CameraChoice::kPoseAndExposure, "pose+exposure"},
+                                                                  {CameraChoice::kAll, "all"},
+                                                                  {CameraChoice::kAuto, "auto"}};
+static_assert(schema::EachOnce(kCameraChoices));
+
+struct CameraOptions {
+  CameraChoice refine = CameraChoice::kNone;
+
+  bool refines() const { return refine != CameraChoice::kNone; }
+};
+
+const schema::Table<CameraOptions>& CameraFields();
+
+// What is free by that choice; of kAuto nothing, before it has chosen.
+FreeUnknowns FreeBy(CameraChoice choice);
 
 }  // namespace vesta::gs

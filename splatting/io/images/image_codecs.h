@@ -13,8 +13,6 @@
 
 namespace vesta::gs {
 
-// Images between codecs and memory: rows of interleaved samples, as decoders give and encoders take them.
-
 enum class Alpha {
   kNone,
   kStraight,       // colours are those of the thing
@@ -44,8 +42,6 @@ Image ToPlanes(const InterleavedImage& source, const std::array<float, 3>& backg
 
 // Rows of interleaved RGB, 8 bits each.
 std::vector<std::uint8_t> InterleavedBytes(const Image& image);
-
-// The codecs behind image.h.
 
 // Each gives the samples of a file, or with size_only the size alone. `bytes` is the file's content; `path` is for
 // messages. Throws Error where the file is damaged, cut short, or of a kind that is not read.

@@ -12,7 +12,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
-#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_codecs.h"
 
 namespace vesta::gs {
@@ -88,7 +88,6 @@ void SavePng(const std::string& path, const Image& image) {
 }
 
 // By libpng, whose errors leave by longjmp: the function that may fail holds no object with a destructor.
-
 namespace {
 
 class Encoder {

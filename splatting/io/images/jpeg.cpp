@@ -1,15 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
+// JPEG by libjpeg, whose errors leave by longjmp: each function that may fail holds no object with a destructor.
+#include <csetjmp>
+#include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 
 #include "kernels/core/check.h"
 #include "splatting/io/images/image_codecs.h"
-#include "splatting/io/images/jpeg_errors.h"
+
+// jpeglib.h needs the above; the values in jerror.h depend on jpeglib.h.
+// clang-format off
+#include <jpeglib.h>
+#include <jerror.h>
+// clang-format on
 
 namespace vesta::gs {
 
-// JPEG in, by libjpeg.
-
 namespace {
+
+// Where a function that calls the library comes back to after an error, by setjmp(jump), and why.
+struct JpegErrors {
+  jpeg_error_mgr manager;  // first, so that the library's pointer is ours
+  std::jmp_buf jump;
+  char message[JMSG_LENGTH_MAX];
+
+  // What jpeg_std_error fills in, but for errors that come back.
+  jpeg_error_mgr* Use() {
+    jpeg_error_mgr* used = jpeg_std_error(&manager);
+    used->error_exit = Leave;
+    return used;
+  }
+  [[noreturn]] static void Leave(j_common_ptr info) {
+    auto* errors = reinterpret_cast<JpegErrors*>(info->err);
+    errors->manager.format_message(info, errors->message);
+    std::longjmp(errors->jump, 1);
+  }
+};
 
 // libjpeg merely warns of lost data and fills the rest with grey: for training that is an error.
 void OnMessage(j_common_ptr info, int level) {
@@ -62,29 +88,6 @@ class Decoder {
   JpegErrors errors_{};
 };
 
-}  // namespace
-
-InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only) {
-  Decoder decoder;
-  if (!decoder.ReadHeader(bytes)) FailDamagedImage(path, decoder.message());
-  if (decoder.info().num_components == 4) {
-    Fail(kUnsupported,
-         "{}: a CMYK JPEG; convert it to RGB, for instance with ImageMagick: convert in.jpg -colorspace sRGB out.jpg",
-         path);
-  }
-  InterleavedImage image;
-  image.size = {static_cast<int>(decoder.info().image_width), static_cast<int>(decoder.info().image_height)};
-  CheckImageSize(path, bytes.size(), image.size);
-  if (size_only) return image;
-  image.Allocate();
-  if (!decoder.ReadPixels(image.bytes.data())) FailDamagedImage(path, decoder.message());
-  return image;
-}
-
-// JPEG out, by libjpeg.
-
-namespace {
-
 class Encoder {
  public:
   Encoder() { info_.err = errors_.Use(); }
@@ -126,6 +129,23 @@ class Encoder {
 };
 
 }  // namespace
+
+InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only) {
+  Decoder decoder;
+  if (!decoder.ReadHeader(bytes)) FailDamagedImage(path, decoder.message());
+  if (decoder.info().num_components == 4) {
+    Fail(kUnsupported,
+         "{}: a CMYK JPEG; convert it to RGB, for instance with ImageMagick: convert in.jpg -colorspace sRGB out.jpg",
+         path);
+  }
+  InterleavedImage image;
+  image.size = {static_cast<int>(decoder.info().image_width), static_cast<int>(decoder.info().image_height)};
+  CheckImageSize(path, bytes.size(), image.size);
+  if (size_only) return image;
+  image.Allocate();
+  if (!decoder.ReadPixels(image.bytes.data())) FailDamagedImage(path, decoder.message());
+  return image;
+}
 
 std::string EncodeJpeg(const Image& image, int quality) {
   VESTA_CHECK(image.width > 0 && image.height > 0, "an image without pixels cannot be a JPEG");

@@ -13,7 +13,7 @@
 #include "kernels/core/check.h"
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
-#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/scenes/colmap_files.h"
 #include "splatting/io/scenes/load_scene.h"
 

@@ -12,8 +12,6 @@
 
 namespace vesta::gs {
 
-// COLMAP sparse models, binary and text, read and written. Format: COLMAP's documentation, "Output Format".
-
 // Those of COLMAP's models that are read, by its numbers.
 enum class ColmapCameraModel : std::int32_t {
   kSimplePinhole = 0,
@@ -76,10 +74,9 @@ std::string FindColmapModel(const std::string& scene_folder);
 Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder,
                       const RandomPoints& random = {});
 
-// A scene as a COLMAP model.
-
-// views: of the scene, wherever their cameras stand now, in the scene's frame. The model is in the world of the scene's
-// files, with its points; one camera for each different one, of photographs that were undistorted that of their files.
+// The scene as a COLMAP model. views: of the scene, wherever their cameras stand now, in the scene's frame. The model
+// is in the world of the scene's files, with its points; one camera for each different one, of photographs that were
+// undistorted that of their files.
 ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views);
 
 }  // namespace vesta::gs

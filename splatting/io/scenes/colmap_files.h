@@ -14,7 +14,6 @@ namespace vesta::gs {
 
 // What the parameters of COLMAP's camera models are, in their order in both formats. Source: COLMAP,
 // src/colmap/sensor/models.h. Internal to the reader.
-
 enum class CameraParameter { kFocal, kFx, kFy, kCx, kCy, kK1, kK2, kK3, kK4, kK5, kK6, kP1, kP2 };
 
 struct CameraModelInfo {
@@ -61,8 +60,6 @@ void WriteParameters(const ColmapCamera& record, const Write& write) {
   ColmapCamera copy = record;
   for (const CameraParameter parameter : InfoOf(record.model).parameters) write(ParameterOf(copy, parameter));
 }
-
-// The pieces that the two COLMAP formats share. Internal to the reader.
 
 ColmapModel ReadColmapBinary(const std::string& folder);
 ColmapModel ReadColmapText(const std::string& folder);

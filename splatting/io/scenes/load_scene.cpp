@@ -8,7 +8,6 @@
 #include "kernels/core/files.h"
 #include "kernels/core/profile.h"
 #include "splatting/io/scenes/colmap.h"
-#include "splatting/io/scenes/masks.h"
 #include "splatting/io/scenes/nerf.h"
 #include "splatting/io/scenes/photographs.h"
 

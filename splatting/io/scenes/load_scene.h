@@ -14,9 +14,7 @@
 
 namespace vesta::gs {
 
-// Which views of a scene are for testing, where the user says so.
-
-// At most one of the two; neither leaves what the scene's reader has chosen.
+// Which views of a scene are for testing. At most one of the two; neither leaves what the scene's reader has chosen.
 struct TestViews {
   std::optional<int> every;  // each of so many by name, the first among them; 0: none
   std::string list;          // a file with a name in each line, as the model has it; empty lines and # are passed over
@@ -25,8 +23,6 @@ struct TestViews {
 // Sets the roles of the views, which are sorted by name. Throws Error, one line with the file and the line, for a name
 // that no view has.
 void ChooseTestViews(const TestViews& choice, std::vector<View>* views);
-
-// From a scene folder to everything that training needs.
 
 struct LoadSceneOptions {
   int downscale = 1;                         // see DownscaledSize; cameras follow
@@ -45,16 +41,14 @@ struct LoadSceneOptions {
 // decodes all images in parallel. An image whose size differs from its camera's rescales the camera, provided that
 // the aspect ratio agrees to within a pixel; where that of the image turned as its EXIF says does, it is turned.
 // Photographs of distorting lenses are undistorted (undistort.h), then downscaled; their views are pinholes. Pixels
-// that a mask leaves out (masks.h) take no part, nor does what is not opaque in the images of a COLMAP scene; those of
-// a NeRF scene are composited over the background, all of which counts. A pixel takes
-// 12 bytes. Each photograph is decoded once whether it stays in memory or not (load_photographs.h).
-// Scene::notes say what of the folder is passed over (COLMAP models beside the one that is read), how many photographs
-// have a mask, were missing, and were undistorted. Throws Error, one line that names the file and what to do, for
-// whatever cannot be used: folder or image missing, no image file, another aspect ratio, a mask that leaves nothing, a
-// distortion of which a pinhole would see hardly anything, a broken model, no view left to train on.
+// that a mask leaves out (photographs.h) take no part, nor does what is not opaque in the images of a COLMAP scene;
+// those of a NeRF scene are composited over the background, all of which counts. A pixel takes 12 bytes. Each
+// photograph is decoded once whether it stays in memory or not (photographs.h). Scene::notes say what of the folder is
+// passed over (COLMAP models beside the one that is read), how many photographs have a mask, were missing, and were
+// undistorted. Throws Error, one line that names the file and what to do, for whatever cannot be used: folder or image
+// missing, no image file, another aspect ratio, a mask that leaves nothing, a distortion of which a pinhole would see
+// hardly anything, a broken model, no view left to train on.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
-
-// Names of files that a scene's own files give.
 
 // Whether a name, as from `folder` within the scene, leads out of the scene: what others have written must not be a way
 // to files elsewhere.

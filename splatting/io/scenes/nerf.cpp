@@ -10,7 +10,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
 #include "kernels/gaussian_splatting/lenses/models.h"
-#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "splatting/io/splats/ply.h"

@@ -17,14 +17,14 @@ bool IsNerfScene(const std::string& scene_folder);
 // Views, sorted by name, without pixels. Poses are camera to world with OpenGL axes (x right, y up, z backward), turned
 // into ours. Intrinsics fl_x, fl_y, cx, cy, w, h, camera_angle_x, camera_angle_y may stand at the top or in a frame;
 // where the size is missing it is the image's, where fl_x is missing it follows from the angle, and the principal
-// point is the centre by default. mask_path may name the mask of a frame (masks.h). A file_path without .png, .jpg or
-// .jpeg gets .png. Distortion: k1, k2, k3, p1, p2 as OpenCV has them; with is_fisheye or a fisheye as camera_model k1
-// to k4 of OpenCV's fisheye. Test views: those of transforms_test.json; without that file, every 8th by name. Points:
-// the .ply that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else PointsInCube. image_folder:
-// takes the place of images/, with which all names must then begin. allow_missing: a frame whose image is missing,
-// where the size of its camera is not stated, has a camera of 0 x 0. Throws Error, one line with file and frame, for
-// other camera models, k4 of a lens that is no fisheye, poses that are not finite or no rotation, unusable intrinsics,
-// invalid JSON, or no frames.
+// point is the centre by default. mask_path may name the mask of a frame (photographs.h). A file_path without .png,
+// .jpg or .jpeg gets .png. Distortion: k1, k2, k3, p1, p2 as OpenCV has them; with is_fisheye or a fisheye as
+// camera_model k1 to k4 of OpenCV's fisheye. Test views: those of transforms_test.json; without that file, every 8th by
+// name. Points: the .ply that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else PointsInCube.
+// image_folder: takes the place of images/, with which all names must then begin. allow_missing: a frame whose image is
+// missing, where the size of its camera is not stated, has a camera of 0 x 0. Throws Error, one line with file and
+// frame, for other camera models, k4 of a lens that is no fisheye, poses that are not finite or no rotation, unusable
+// intrinsics, invalid JSON, or no frames.
 Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random,
                     const std::string& image_folder = "images", bool allow_missing = false);
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Photographs of a scene: loaded into its views, or into a store that decodes them when they are needed.
+// Reads the photographs of a scene and their masks.
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
 
 // From an image file to the photograph that a view is trained on.
-
 struct PhotographRule {
   int downscale = 1;                         // see DownscaledSize
   std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
@@ -40,13 +40,22 @@ ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rul
 // pinhole would see hardly anything.
 double ExpectedBytes(const View& view, const PhotographRule& rule);
 
-// The photographs of a scene: in its views, or where they do not fit in a store that decodes them when they are needed.
-
+// Loads the photographs into the views, or where they do not fit into a store that decodes them when they are needed.
 // Decodes them in parallel: cameras follow their images, and what cannot be used is refused. Up to budget_bytes all
 // stay in their views; else Scene::photographs reads them again from their files, which must stay, and keeps as many as
 // fit. Once the budget is full, only headers are read, since decoding thousands takes many minutes: what only decoding
 // tells, as a file that is cut short, is then refused when its turn comes. Throws Error where not even two fit, and
 // what ReadPhotograph and ForeseePhotograph throw.
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
+
+// Finds the masks of the views in the folder masks/ (or mask/) of the scene: NAME.png (as COLMAP names them, of
+// a/b.jpg: a/b.jpg.png), else NAME with .png in place of its extension. A view that names one already
+// (View::mask_path) keeps it. Adds a note on how many views have one, and where the folder has none of any.
+void FindMasks(const std::string& scene_folder, Scene* scene);
+
+// Takes the pixels out of the photograph that are black in the mask, as COLMAP does; a mask of another size is taken at
+// the nearest pixel. Throws Error, one line that names the mask, where it cannot be read, has another aspect ratio, or
+// leaves nothing of the photograph. Returns the bytes that it held meanwhile.
+double ApplyMask(const std::string& mask_path, Image* photograph);
 
 }  // namespace vesta::gs

@@ -13,7 +13,6 @@ namespace vesta::gs {
 
 // Splats between the two frames that files are in: x right, y down, z forward (INRIA's .ply), and x right, y up, z
 // backward (.spz). One is the other after half a turn about the x axis.
-
 // By what the turn multiplies an attribute (kernels/gaussian_splatting/formulas/layout.h): 1 or -1, in both directions.
 // y and z change sign, so of the harmonics those do that are odd in y and z together, and of a quaternion its y and z.
 constexpr float HalfTurnSign(int attribute) {
@@ -25,8 +24,6 @@ constexpr float HalfTurnSign(int attribute) {
   constexpr unsigned kOdd = 1u << 1 | 1u << 2 | 1u << 4 | 1u << 7 | 1u << 9 | 1u << 11 | 1u << 12 | 1u << 14;
   return kOdd >> (attribute - splat::kSh) / 3 & 1u ? -1.0f : 1.0f;
 }
-
-// Opacities of compact files: one byte of 0..1 for a logit.
 
 // The nearest of 1..254 where there is anything to see, which is from an opacity of 1/255 on (docs/conventions.md),
 // else 0: rounded up it would be seen. 255 is an opacity too, but its logit is infinite, and no renderer tells it from
@@ -44,7 +41,6 @@ inline float OpacityLogit(std::uint8_t byte) {
 
 // Rotations by three of four numbers: of a unit quaternion the largest follows from the others, which are at most
 // 1 / sqrt(2) each.
-
 inline constexpr double kLargestOfSmallest = 0.70710678118654752;
 
 struct SmallestThree {

@@ -11,7 +11,7 @@
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/splats/packed_values.h"
 #include "splatting/io/splats/ply_file.h"
-#include "splatting/io/splats/splat_comments.h"
+#include "splatting/io/splats/splat_file.h"
 
 namespace vesta::gs {
 namespace {
@@ -74,7 +74,7 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
   copies.reserve(columns.size());
   for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
   vertices.Copy(copies);
-  // Programs that unpack compact files write the opacities 0 and 1 so (opacity_byte.h).
+  // Programs that unpack compact files write the opacities 0 and 1 so (packed_values.h).
   for (Index i = 0; i < model.count; ++i) {
     float& logit = model.attribute(splat::kOpacity)[i];
     if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);

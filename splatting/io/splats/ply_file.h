@@ -10,8 +10,6 @@
 
 namespace vesta::gs {
 
-// A .ply file in memory: what its header says, and where the values begin.
-
 enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
 struct PlyProperty {
@@ -32,8 +30,9 @@ struct PlyElement {
 // The rows of an element of that name, for messages: "vertices", "rows of chunk".
 std::string PlyRows(std::string_view element);
 
-// Reads the header of ascii and binary_little_endian. Throws Error with one line: file and what is wrong. What a header
-// says of an element matters only to those who read that, or what lies behind it (ply_table.h).
+// A .ply file in memory: its header, and where the values begin. Reads the header of ascii and binary_little_endian.
+// Throws Error with one line: file and what is wrong. What a header says of an element matters only to those who read
+// that, or what lies behind it (PlyTable).
 class PlyFile {
  public:
   explicit PlyFile(const std::string& path);
@@ -59,7 +58,6 @@ class PlyFile {
 };
 
 // One element of a .ply file, as vertices, whatever its properties are: a table of numbers.
-
 // Throws Error with one line: file and what is wrong. Neither the element nor one before it may have lists; what comes
 // later is ignored. A count in the header allocates nothing before the file has been found long enough for it.
 class PlyTable {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -42,6 +43,46 @@ std::vector<Index> UsableGaussians(const SplatModel& model) {
   return indices;
 }
 
+using Writer = void (*)(const std::string& path, const SplatModel& model);
+
+// The first that fits counts.
+constexpr struct {
+  std::string_view extension;
+  Writer write;
+} kFormats[] = {{".compressed.ply", WriteCompressedPly}, {".ply", WriteSplatPly}, {".spz", WriteSpz}};
+
+Writer WriterFor(const std::string& path) {
+  std::string name = std::filesystem::path(path).filename().string();
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
+  std::transform(name.begin(), name.end(), name.begin(), lower);
+  for (const auto& format : kFormats) {
+    if (name.ends_with(format.extension)) return format.write;
+  }
+  Fail(kBadArgument, "{}: the extension says the format: .ply, .compressed.ply or .spz", path);
+}
+
+constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kLowPass = "vesta low_pass";
+
+// The numbers after a comment of that beginning, where there is one; each must be one that is_valid.
+template <class T, std::size_t N>
+bool ReadComment(const std::string& path, const std::vector<std::string>& comments, std::string_view beginning,
+                 const char* what, bool (*is_valid)(double), std::array<T, N>* numbers) {
+  bool is_there = false;
+  for (std::string_view comment : comments) {
+    if (!comment.starts_with(beginning)) continue;
+    comment.remove_prefix(beginning.size());
+    for (T& number : *numbers) {
+      double value = 0;
+      if (!ParseNumber(NextWord(&comment), &value) || !is_valid(value)) {
+        Fail(kBadFile, "{}: the comment '{}' is not followed by {}; correct or remove it", path, beginning, what);
+      }
+      number = static_cast<T>(value);
+    }
+    is_there = true;
+  }
+  return is_there;
+}
+
 }  // namespace
 
 void TakeUsableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model) {
@@ -70,28 +111,6 @@ void CheckDrawable(const std::string& path, const SplatModel& model) {
   }
 }
 
-namespace {
-
-using Writer = void (*)(const std::string& path, const SplatModel& model);
-
-// The first that fits counts.
-constexpr struct {
-  std::string_view extension;
-  Writer write;
-} kFormats[] = {{".compressed.ply", WriteCompressedPly}, {".ply", WriteSplatPly}, {".spz", WriteSpz}};
-
-Writer WriterFor(const std::string& path) {
-  std::string name = std::filesystem::path(path).filename().string();
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
-  std::transform(name.begin(), name.end(), name.begin(), lower);
-  for (const auto& format : kFormats) {
-    if (name.ends_with(format.extension)) return format.write;
-  }
-  Fail(kBadArgument, "{}: the extension says the format: .ply, .compressed.ply or .spz", path);
-}
-
-}  // namespace
-
 SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options) {
   std::string bytes = ReadFile(path);
   if (bytes.starts_with("NGSP")) {
@@ -106,5 +125,30 @@ SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options) {
 void WriteSplat(const std::string& path, const SplatModel& model) { WriterFor(path)(path, model); }
 
 void CheckSplatExtension(const std::string& path) { WriterFor(path); }
+
+std::vector<std::string> SplatComments(const SplatModel& model) {
+  std::vector<std::string> comments;
+  const auto& [r, g, b] = model.background;
+  const auto& [x, y, z] = model.origin;
+  if (model.has_background) comments.push_back(fmt::format("{} {} {} {}", kBackground, r, g, b));
+  if (model.origin != std::array<double, 3>{}) comments.push_back(fmt::format("{} {} {} {}", kOrigin, x, y, z));
+  VESTA_CHECK(splat::IsLowPass(model.low_pass), "a splat with a low-pass filter of {} pixels^2", model.low_pass);
+  if (model.low_pass != splat::kLowPass) comments.push_back(fmt::format("{} {}", kLowPass, model.low_pass));
+  return comments;
+}
+
+void ReadSplatComments(const std::string& path, const std::vector<std::string>& comments, SplatModel* model) {
+  const auto is_color = [](double value) { return value >= 0 && value <= 1; };
+  const auto is_place = [](double value) {
+    return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
+  };
+  model->has_background =
+      ReadComment(path, comments, kBackground, "three numbers in 0..1", +is_color, &model->background);
+  ReadComment(path, comments, kOrigin, "three finite numbers", +is_place, &model->origin);
+  std::array<double, 1> low_pass{model->low_pass};
+  const std::string what = fmt::format("a number in {}..{}", splat::kLeastLowPass, splat::kMostLowPass);
+  ReadComment(path, comments, kLowPass, what.c_str(), &splat::IsLowPass, &low_pass);
+  model->low_pass = low_pass[0];
+}
 
 }  // namespace vesta::gs

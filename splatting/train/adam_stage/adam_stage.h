@@ -16,19 +16,17 @@
 #include "kernels/core/device_memory.h"
 #include "kernels/core/profile.h"
 #include "splatting/memory/memory_plan.h"
-#include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/before_growth.h"
 #include "splatting/train/adam_stage/stage_parsimony.h"
 #include "splatting/train/adam_stage/stage_views.h"
+#include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/forecast/forecast.h"
-#include "splatting/train/session/evaluate_or_download.h"
 #include "splatting/train/session/session.h"
 
 namespace vesta::gs {
 
 // Stage one: Adam on one view an iteration, or a few, with adaptive density. For every memory space: parameters,
 // gradient and moments stay in it throughout.
-
 template <class B>
 class AdamStage {
  public:
@@ -262,8 +260,6 @@ class AdamStage {
   int recorded_ = 0;
   bool finished_ = false;
 };
-
-// The Adam stage from its start to its end, and what becomes of it where the memory of a device does not suffice.
 
 // The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not
 // suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note.

@@ -12,14 +12,13 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/buffer.h"
 #include "kernels/core/device_memory.h"
-#include "splatting/train/adam_stage/adam_stage_state.h"
+#include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/session/session.h"
 
 namespace vesta::gs {
 
 // A copy in memory of a state that is an archive's (kernels/core/archive.h), whose arrays lie in the memory of a
 // device.
-
 // Its arrays stay in the memory of the device where there is room for a second one of each, else they go to the host
 // with the rest.
 template <class Space>
@@ -141,7 +140,6 @@ class KeptState {
 
 // The state of the Adam stage before its Gaussians last became more: what it goes back to where the memory of a device
 // does not suffice for those.
-
 template <class B>
 class BeforeGrowth {
  public:

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "splatting/cameras/training/camera_steps.h"
-#include "splatting/cameras/training/evidence.h"
 #include "splatting/cameras/unknowns/gauge.h"
 #include "splatting/train/settings/coarse_views.h"
 

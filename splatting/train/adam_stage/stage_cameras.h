@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cameras and exposures of the training views in the course of the Adam stage: each moves when its view is trained
 // on, by the gradient that the splats get theirs from (cameras/training/camera_steps.h); a lens once some of its views
-// were (cameras/training/lens_steps.h). Passes over views are in the memory of the stage's backend B, all else is on
+// were (cameras/training/camera_steps.h). Passes over views are in the memory of the stage's backend B, all else is on
 // the host.
 #pragma once
 
@@ -13,9 +13,8 @@
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/scene/stage_span.h"
 #include "splatting/cameras/derivatives/seen_view.h"
-#include "splatting/cameras/derivatives/view_curvature.h"
+#include "splatting/cameras/derivatives/view_columns.h"
 #include "splatting/cameras/training/camera_steps.h"
-#include "splatting/cameras/training/lens_steps.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/train/adam_stage/stage_targets.h"
 #include "splatting/train/session/session.h"

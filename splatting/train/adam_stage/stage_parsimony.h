@@ -12,7 +12,7 @@
 #include "splatting/parsimony/parsimony_options.h"
 #include "splatting/parsimony/prune.h"
 #include "splatting/parsimony/support.h"
-#include "splatting/train/adam_stage/adam_stage_state.h"
+#include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/forecast/forecast.h"
 #include "splatting/train/session/session.h"
 

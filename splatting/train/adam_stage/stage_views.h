@@ -15,18 +15,16 @@
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "splatting/distributed/sum_of_views.h"
 #include "splatting/distributed/term_exchange.h"
-#include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/stage_cameras.h"
 #include "splatting/train/adam_stage/stage_targets.h"
+#include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/settings/coarse_views.h"
-#include "splatting/train/settings/training_schedule.h"
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::gs {
 
-// The passes over one view: from a model to the gradient of the view's cost.
-
-// What the passes work in, and leave there.
+// The passes over one view, from a model to the gradient of the view's cost: what they work in, and leave there.
 template <class B>
 struct ViewPasses {
   // |e| itself, as in 3DGS: Adam needs no floor.
@@ -51,7 +49,6 @@ struct ViewPasses {
 
 // The training views of the Adam stage: their photographs at the size that iterations see, the passes over them, and
 // their cameras, which may move. What an iteration learns of the model is summed here.
-
 template <class B>
 class StageViews {
  public:

@@ -14,12 +14,11 @@
 #include "kernels/core/span.h"
 #include "problems/gaussian_splatting/scene/stage_span.h"
 #include "splatting/train/session/session.h"
-#include "splatting/train/settings/training_schedule.h"
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::gs {
 
 // How long iterations of the Adam stage take, and will take with other numbers of Gaussians.
-
 // Seconds that an iteration takes, by the latest ones, for views at half their size and at full size.
 class StagePace {
  public:
@@ -91,7 +90,6 @@ class StagePace {
 };
 
 // How many Gaussians a training will end with, from how they have grown so far.
-
 // Each change of the model adds a smaller part than the one before. From the fourth on the parts fall by nearly the
 // same factor on every scene measured (docs/results/2026-11-24-forecast.md).
 class GrowthForecast {
@@ -121,8 +119,6 @@ class GrowthForecast {
   int changes_ = 0;
   double part_ = 0;  // by which there were more after the latest one
 };
-
-// What the rest of the Adam stage will be like.
 
 // How far the stage is.
 struct StageProgress {
@@ -154,7 +150,6 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
 
 // What the rest of the Adam stage will take, by what its iterations have taken: how many of them there is time for, and
 // what is foretold.
-
 class StageOutlook {
  public:
   explicit StageOutlook(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}

@@ -21,14 +21,12 @@
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "solver/levenberg_marquardt.h"
-#include "splatting/train/session/evaluate_or_download.h"
 #include "splatting/train/session/session.h"
 
 namespace vesta::gs {
 
-// What the LM stage goes on from, beside options and photographs: the model, its units of length, and the solve.
-
-// What stands before the saved solve (LmStepper::Save), whose x begins with the model's parameters.
+// The LM stage resumes from this, beside options and photographs. It stands before the saved solve (LmStepper::Save),
+// whose x begins with the model's parameters.
 struct LmStageHeader {
   splat::ModelLayout layout;
   int done = 0;                   // iterations of solves before this one
@@ -55,7 +53,6 @@ inline SplatModel ModelOfLmStage(std::string_view saved) {
 }
 
 // Where an LM stage starts: anew, or from what was saved.
-
 class LmStart {
  public:
   // Throws Error, which names the checkpoint, where what was saved is no state of this stage.
@@ -87,8 +84,6 @@ class LmStart {
   std::optional<std::string_view> saved_;
   ArchiveReader reader_;
 };
-
-// The loop over the steps of the LM stage, whatever the memory the engine works in.
 
 // The best x of a stepper of a model so laid out, where it lies.
 template <Backend B>
@@ -144,7 +139,6 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
 
 // The model that an LM stage works on, the first entries of the stepper's best x: where the engine has it, and on the
 // host.
-
 template <class B>
 class LmModel {
  public:

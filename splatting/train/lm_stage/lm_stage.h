@@ -2,16 +2,131 @@
 // Stage two: Levenberg-Marquardt on all training views, by the engine, planned as memory allows (memory/memory_plan.h).
 #pragma once
 
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "solver/lm_options.h"
+#include "splatting/cameras/joint/joint_layout.h"
+#include "splatting/cameras/joint/joint_problem.h"
+#include "splatting/distributed/splat_parts.h"
 #include "splatting/memory/memory_plan.h"
-#include "splatting/train/lm_stage/joint_lm.h"
-#include "splatting/train/lm_stage/splat_lm.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/session/stage_runners.h"
 
 namespace vesta::gs {
+
+// units: of length, of each Gaussian.
+SplatProblemOptions LmProblemOptions(const TrainingSession& session, const splat::ModelLayout& layout,
+                                     const std::vector<float>& units);
+
+// The stage on the Gaussians alone, for SolveLmStage and every memory space.
+template <class B>
+class SplatLm {
+ public:
+  SplatLm(TrainingSession& session, const SplatModel& model, const LmStageHeader& header)
+      : session_(session), options_(LmProblemOptions(session, model, header.units)) {}
+
+  vesta::LmOptions EngineOptions() const {
+    vesta::LmOptions engine = LmEngineOptions(session_.plan().lm);
+    engine.hold_batches = session_.plan().lm_memory.hold_batches;
+    return engine;
+  }
+  Problem<B>& MakeProblem() {
+    if (targets_.empty()) {
+      targets_ = MakeTargets<B>(session_.training_views(), NearPlane(session_.scene()), &photographs_);
+    }
+    solved_.reset();
+    problem_.emplace(options_, targets_);
+    solved_.emplace(session_.processes(), *problem_);
+    return **solved_;
+  }
+  typename B::Vector Start(const SplatModel& model) const {
+    typename B::Vector x;
+    x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
+    return x;
+  }
+  std::span<const TargetView<B>> copies() const { return targets_; }
+  auto& workspace() { return problem_->workspace(); }
+  void Resumed(const LmStepper<B>&) {}
+  void Moved(const LmStepper<B>&) {}
+  // The plan counts some views only, and others may use the memory of a GPU: then each view is built anew when it is
+  // needed. False where that is so already.
+  bool TakeLessMemory() { return std::exchange(options_.jacobian, JacobianKind::kRebuild) != JacobianKind::kRebuild; }
+
+ private:
+  TrainingSession& session_;
+  SplatProblemOptions options_;
+  std::vector<std::shared_ptr<const Image>> photographs_;  // out of the store
+  std::vector<TargetView<B>> targets_;
+  std::optional<SplatProblem<B>> problem_;
+  std::optional<ProblemToSolve<B>> solved_;
+};
+
+JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::ModelLayout& layout,
+                                   const LmStageHeader& header);
+// header.eliminates_views: as JointProblemOptions has it.
+vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header);
+// x of the problem: the splats' parameters and the views' unknowns, which are as many as the layout has.
+HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
+                             const std::vector<ViewUnknowns>& views);
+
+// The stage on Gaussians, cameras and exposures at once (FindsCamerasByLm, cameras/joint/joint_problem.h), for
+// SolveLmStage and every memory space, by one process. Starts from the cameras that the session has found, and gives it
+// those that LM finds.
+template <class B>
+class JointLm {
+ public:
+  JointLm(TrainingSession& session, const SplatModel& model, const LmStageHeader& header)
+      : session_(session), header_(header), options_(JointOptionsOf(session, model, header)) {}
+
+  vesta::LmOptions EngineOptions() const { return JointEngineOptions(session_, header_); }
+  Problem<B>& MakeProblem() {
+    // Unknowns are relative to the cameras as they were given, with photographs as they are.
+    targets_ = MakeTargets<B>(cameras().given(), NearPlane(session_.scene()), &photographs_);
+    return problem_.emplace(options_, targets_);
+  }
+  typename B::Vector Start(const SplatModel& model) {
+    typename B::Vector x;
+    x.CopyFrom(JointStart(layout(), model, cameras().found()));
+    return x;
+  }
+  std::span<const TargetView<B>> copies() const { return {}; }  // those of the given cameras are not to be evaluated
+  auto& workspace() { return problem_->workspace(); }
+  // Throws Error for a saved state that is not of these views.
+  void Resumed(const LmStepper<B>& stepper) {
+    if (!cameras().Restore(FoundBy(stepper))) session_.saved().Refuse();
+  }
+  void Moved(const LmStepper<B>& stepper) {
+    const std::vector<ViewUnknowns> views = FoundBy(stepper);
+    for (std::size_t v = 0; v < views.size(); ++v) cameras().Set(v, views[v]);
+    cameras().DevelopAll();
+  }
+  bool TakeLessMemory() { return false; }
+
+ private:
+  TrainingCameras& cameras() { return session_.cameras(); }
+  const JointLayout& layout() const { return problem_->layout(); }
+  std::vector<ViewUnknowns> FoundBy(const LmStepper<B>& stepper) const {
+    const ConstRest<B> rest(stepper.x(), layout().splats);
+    std::vector<ViewUnknowns> views;
+    for (Index v = 0; v < layout().views; ++v) views.push_back(layout().UnknownsOf(rest.view(), v));
+    return views;
+  }
+
+  TrainingSession& session_;
+  const LmStageHeader& header_;
+  JointProblemOptions options_;
+  std::vector<std::shared_ptr<const Image>> photographs_;  // out of the store
+  std::vector<TargetView<B>> targets_;
+  std::optional<JointProblem<B>> problem_;
+};
 
 // The stage in one memory space, by the session's plan. Leaves the model, and cameras where it finds them, at their
 // best and records their last state. Returns the engine's full report. Throws as SolveLmStage.

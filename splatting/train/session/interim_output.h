@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "splatting/train/session/early_end.h"
+#include "splatting/train/session/checkpoint.h"
+#include "splatting/train/session/history.h"
 #include "splatting/train/session/notes.h"
-#include "splatting/train/session/recorded_history.h"
-#include "splatting/train/session/saved_stage.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"

@@ -2,6 +2,7 @@
 #include "splatting/train/session/session.h"
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 
 namespace vesta::gs {
@@ -43,6 +44,16 @@ void TrainingSession::Resume(const Checkpoint& checkpoint) {
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model) {
   const Scene& scene = session.scene();
   return LengthUnits(model, session.training_views(), NearPlane(scene), scene.extent);
+}
+
+StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib) {
+  return stages.device_memory ? DeviceMemory(options, stages.device_memory().free_bytes)
+                              : HostMemory(options, held_mib);
+}
+
+MemoryScene TrainingMemory::Count(const splat::Model<float>& model, int most, bool with_entries) const {
+  const ScopedPhase phase("memory plan");
+  return CountMemory(model, cameras_.views(), NearPlane(cameras_.scene()), most, with_entries);
 }
 
 }  // namespace vesta::gs

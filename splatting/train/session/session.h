@@ -1,29 +1,66 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stages of a training run share, each part in a file of its own: the views, the clock, the history, the
+// What the stages of a training run share: the views, the clock, the history, the
 // processes, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "kernels/core/device_memory.h"
 #include "splatting/distributed/process_group.h"
-#include "splatting/train/session/early_end.h"
+#include "splatting/evaluate/evaluation.h"
+#include "splatting/memory/memory_plan.h"
+#include "splatting/memory/stage_bytes.h"
+#include "splatting/train/session/checkpoint.h"
+#include "splatting/train/session/history.h"
 #include "splatting/train/session/interim_output.h"
 #include "splatting/train/session/notes.h"
-#include "splatting/train/session/recorded_history.h"
-#include "splatting/train/session/saved_stage.h"
+#include "splatting/train/session/stage_runners.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"
-#include "splatting/train/session/training_memory.h"
-#include "splatting/train/settings/resolved_plan.h"
-#include "splatting/train/settings/training_schedule.h"
+#include "splatting/train/settings/training_plan.h"
 
 namespace vesta::gs {
+
+// The memory that the stages compute in, as it is now.
+StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib);
+
+// The sizes by which the memory of a training is planned, and what it has held.
+class TrainingMemory {
+ public:
+  // cameras must outlive this.
+  explicit TrainingMemory(const TrainingCameras& cameras) : cameras_(cameras) {}
+
+  // Sizes that memory is planned by, of this model and the training views. most, with_entries: as in
+  // memory/stage_bytes.h.
+  MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
+
+  // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there
+  // of what is otherwise copied to the host.
+  double spare_device_bytes() const { return spare_device_bytes_; }
+  void SetSpareDeviceBytes(double bytes) { spare_device_bytes_ = bytes; }
+  double kept_on_device() const { return kept_on_device_; }
+  void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
+
+  // The largest model there was so far, beside the one that a stage gives back: those before Gaussians were taken out.
+  const splat::ModelLayout& largest_model() const { return largest_model_; }
+  void NoteModel(const splat::ModelLayout& layout) {
+    if (layout.Size() > largest_model_.Size()) largest_model_ = layout;
+  }
+
+ private:
+  const TrainingCameras& cameras_;
+  double spare_device_bytes_ = 0, kept_on_device_ = 0;
+  splat::ModelLayout largest_model_;
+};
 
 class TrainingSession {
  public:
@@ -35,7 +72,7 @@ class TrainingSession {
 
   const TrainOptions& options() const { return options_; }
   const ResolvedPlan& plan() const { return plan_; }
-  // For the decisions between the stages (train/trainer.cpp, train/lm_stage/run_lm.cpp); stages only read them.
+  // For the decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp); stages only read them.
   ResolvedPlan& Decide() { return plan_; }
   // Of the Adam stage, by these options.
   const TrainingSchedule& schedule() const { return schedule_; }
@@ -103,5 +140,19 @@ class TrainingSession {
 
 // LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
+
+// Evaluate, on the host where a GPU has no room for it. copies: of the training views' photographs, where the memory of
+// B has them. model(), on_host(): give the model in the memory of B, which may have no room for it, and of the host.
+template <class B>
+Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetView<B>> copies,
+                              const std::function<splat::Model<float>()>& model,
+                              typename SplatBackend<B>::Workspace& workspace, const ModelOnHost& on_host) {
+  try {
+    return Evaluate<B>(session.scene(), session.options().background, copies, model(), workspace,
+                       session.history().measured_views());
+  } catch (const OutOfDeviceMemory&) {
+    return session.history().Evaluate(on_host());
+  }
+}
 
 }  // namespace vesta::gs

@@ -26,6 +26,9 @@ struct StageRunners {
   std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
   std::string note = {};                                // where they run elsewhere than expected: why
 };
+// In the memory of the host.
 StageRunners HostStages();
+// On a GPU, in builds with CUDA. Throws Error, one line, where there is no GPU to use.
+StageRunners DeviceStages();
 
 }  // namespace vesta::gs

@@ -8,11 +8,9 @@
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 
 namespace vesta::gs {
-
-// What a training records of its course.
 
 enum class Stage { kAdam, kLm };
 inline const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
@@ -26,8 +24,6 @@ struct HistoryRow {
   Quality train, held_out, test;
   Index gaussians = 0;
 };
-
-// What a training has come to.
 
 // What was foreseen and chosen (memory_plan.h).
 struct MemoryReport {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/cameras/unknowns/camera_options.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::gs {

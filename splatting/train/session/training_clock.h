@@ -8,8 +8,6 @@
 
 namespace vesta::gs {
 
-// What is done at intervals in the course of a training.
-
 // Every so many iterations, or minutes of the training's clock; both 0: never. Where iterations are given every one of
 // LM's is due, since it takes as long as hundreds of Adam's; minutes count alike in both stages.
 struct Interval {
@@ -34,8 +32,6 @@ class IntervalTimer {
  private:
   double last_seconds_;
 };
-
-// The time of a training.
 
 // Seconds of the training, those before a break that it went on from included: a clock that has gone for `before`
 // seconds, and stood still for `paused`, and stands still while an evaluation runs.

@@ -16,7 +16,7 @@ ImageSize CoarseSize(const View& view);
 // (docs/results/2026-11-22-coarse-first.md).
 std::vector<View> CoarseViews(const std::vector<const View*>& views);
 
-// What a view's pull at the splats (screen_pull.h) is divided by when the view is `width` pixels wide instead of
+// What a view's pull at the splats (density_steps.h) is divided by when the view is `width` pixels wide instead of
 // `full_width`. Fine detail is missing at half size, and pulls are smaller. With this factor half-size views make as
 // many Gaussians as full-size views, or up to a third more (docs/results/2026-11-22-coarse-first.md).
 inline double PullShare(int width, int full_width) { return width < full_width ? 0.6 : 1.0; }

@@ -11,7 +11,7 @@
 #include "kernels/core/schema.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "splatting/memory/memory_options.h"
+#include "splatting/memory/stage_bytes.h"
 
 namespace vesta::gs {
 
@@ -50,8 +50,6 @@ enum class RefineMethod { kViews, kLm, kBoth };  // Adam by single views, LM on 
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
 // The same for pruning: Gaussians go from the first iterations on, the rest of the stage makes up for them.
 TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
-
-// What a splat is to be rendered with, as its training has it.
 
 // Has the model tell of its background and its filter.
 inline void TellRenderSettings(const TrainOptions& options, SplatModel* model) {

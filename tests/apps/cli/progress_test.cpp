@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// The line that shows how training goes: a bar on a terminal, plain lines in a file.
-#include "apps/cli/progress.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pty.h>
@@ -9,7 +6,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
+
+#include "apps/cli/print.h"
 
 namespace vesta::app {
 namespace {
@@ -87,5 +87,23 @@ TEST(ProgressLine, IsPlainLinesInAFile) {
   EXPECT_THAT(text, Not(HasSubstr("[")));
 }
 
+gs::TrainProgress At(gs::Stage stage, int iteration, double seconds) {
+  gs::TrainProgress progress;
+  progress.stage = stage;
+  progress.iteration = iteration, progress.iterations = 10;
+  progress.seconds = seconds;
+  return progress;
+}
+
+// How long the first stage's first iteration took is not known; the second one begins where the first one ended.
+TEST(TimeLeft, FollowsFromWhatHasBeenSeenOfTheStage) {
+  TimeLeft left;
+  EXPECT_TRUE(std::isnan(left.Observe(At(gs::Stage::kAdam, 1, 100))));
+  EXPECT_DOUBLE_EQ(left.Observe(At(gs::Stage::kAdam, 3, 104)), 2 * 7);
+  EXPECT_DOUBLE_EQ(left.Observe(At(gs::Stage::kAdam, 10, 118)), 0);
+  EXPECT_DOUBLE_EQ(left.Observe(At(gs::Stage::kLm, 1, 123)), 5 * 9);
+}
+
 }  // namespace
+
 }  // namespace vesta::app

@@ -5,11 +5,10 @@
 
 #include <cmath>
 
-#include "apps/inputs/posed_model.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/report/error_map.h"
 #include "apps/report/html.h"
 #include "apps/report/page.h"
-#include "apps/report/svg_chart.h"
 #include "kernels/core/error.h"
 #include "tests/apps/html_check.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

@@ -10,7 +10,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "apps/viewer/training_view.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/image.h"
 #include "splatting/cameras/unknowns/moved_view.h"

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/io/splats/ply.h"
 
@@ -13,6 +15,11 @@ namespace vesta::gs::test {
 // Gaussians in the ball of radius 0.7: standard deviations of 0.05 to 0.2, opacities of 0.3 to 0.9, colours well above
 // the clamp at 0.
 SplatModel RandomModel(Index count, int sh_degree, std::uint64_t seed);
+
+// The model with these degrees of its Gaussians, the highest first.
+inline SplatModel WithDegrees(const SplatModel& model, const std::vector<std::uint8_t>& degrees) {
+  return TakeGaussians(model, OrderByDegree(model, degrees));
+}
 
 // Every parameter moved by `amount` times a standard normal number.
 SplatModel Perturbed(const SplatModel& model, double amount, std::uint64_t seed);

@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "splatting/adam/adam.h"
+#include "splatting/adam/adam_formula.h"
 #include "splatting/adam/adam_kernel.h"
-#include "splatting/adam/block_adam_formula.h"
 #include "tests/splatting/adam/model_adam.h"
 #include "tests/support/cpu_isas.h"
 #include "tests/support/dense_reference.h"

@@ -9,7 +9,7 @@
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/density/density.h"
-#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/evaluation.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/splatting/adam/model_adam.h"
 

@@ -7,7 +7,7 @@
 
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "splatting/memory/memory_plan.h"
-#include "splatting/train/device_stages.h"
+#include "splatting/train/session/stage_runners.h"
 #include "tests/splatting/memory/memory_run.h"
 #include "tests/splatting/train/is_note.h"
 #include "tests/support/emulated_device.h"

@@ -11,7 +11,7 @@
 #include "kernels/core/device_memory.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/train/device_stages.h"
+#include "splatting/train/session/stage_runners.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
 #include "tests/splatting/train/is_note.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stages of a GPU where its memory runs out on the way: the run goes on with what it has. On a device that is
 // emulated.
-#include "splatting/train/device_stages.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,9 +10,10 @@
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/train/checkpoint_model.h"
 #include "splatting/train/lm_stage/lm_solve.h"
-#include "splatting/train/session/evaluate_or_download.h"
+#include "splatting/train/session/session.h"
+#include "splatting/train/session/stage_runners.h"
+#include "splatting/train/trainer.h"
 #include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"

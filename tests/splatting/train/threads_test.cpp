@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/model/splat_model.h"
 #include "solver/internal/derivative_check.inl"
 #include "tests/splatting/density/density_scene.h"
 #include "tests/splatting/train/terms_of_views.h"
@@ -102,7 +101,7 @@ TEST(GsThreads, TrainingOfDifferentDegreesIsTheSameOnAnyNumber) {
   std::vector<std::uint8_t> degrees;
   degrees.reserve(60);
   for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
-  const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), degrees);
+  const SplatModel start = test::WithDegrees(test::RandomModel(60, 3, 8), degrees);
   ExpectSameForAnyNumber([&] { return Refine(scene, start, ShortTraining(30, 2), {}, {}).model.data; });
 }
 

@@ -11,7 +11,6 @@
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/evaluate/quality.h"
 #include "tests/splatting/train/is_note.h"
 #include "tests/splatting/train/training_scene.h"
 

@@ -7,7 +7,6 @@
 #include <array>
 
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/evaluate/quality.h"
 #include "splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/train/checkpoint_model.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"

@@ -15,10 +15,10 @@ namespace {
 
 const std::vector<std::uint8_t> kDegrees = {1, 3, 0, 2, 3, 0, 1};
 
-SplatModel Mixed() { return WithDegrees(test::RandomModel(7, 3, 11), kDegrees); }
+SplatModel Mixed() { return test::WithDegrees(test::RandomModel(7, 3, 11), kDegrees); }
 
 TEST(Degrees, HighestComeFirstAndOthersStayInOrder) {
-  const SplatModel model = test::RandomModel(7, 3, 11), mixed = WithDegrees(model, kDegrees);
+  const SplatModel model = test::RandomModel(7, 3, 11), mixed = test::WithDegrees(model, kDegrees);
   EXPECT_EQ(mixed.layout(), splat::LayoutOfBands({7, 5, 3, 2}));
   EXPECT_EQ(static_cast<Index>(mixed.data.size()), mixed.Size());
   const std::vector<Index> source = {1, 4, 3, 0, 6, 2, 5};
@@ -33,12 +33,12 @@ TEST(Degrees, HighestComeFirstAndOthersStayInOrder) {
 }
 
 TEST(Degrees, AreLoweredFurtherAndNeverRaised) {
-  const SplatModel lower = WithDegrees(Mixed(), {0, 2, 2, 1, 0, 0, 0});
+  const SplatModel lower = test::WithDegrees(Mixed(), {0, 2, 2, 1, 0, 0, 0});
   EXPECT_EQ(lower.layout(), splat::LayoutOfBands({7, 3, 2, 0}));
   EXPECT_EQ(lower.sh_degree, 2);
   EXPECT_EQ(lower.attribute(splat::kSh)[0], Mixed().attribute(splat::kSh)[1]);
-  EXPECT_THROW(WithDegrees(Mixed(), {3, 3, 3, 0, 0, 0, 0}), Error);
-  EXPECT_THROW(WithDegrees(Mixed(), {0, 0}), Error);
+  EXPECT_THROW(test::WithDegrees(Mixed(), {3, 3, 3, 0, 0, 0, 0}), Error);
+  EXPECT_THROW(test::WithDegrees(Mixed(), {0, 0}), Error);
 }
 
 TEST(Degrees, OfFilesAreThoseOfTheHighestBandThatIsNotZero) {

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/cameras/alignment/aligned_evaluation.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "splatting/cameras/alignment/align_view.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/evaluate/quality.h"
 #include "tests/splatting/cameras/perturbed_view.h"
 
 namespace vesta::gs {

@@ -3,13 +3,23 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 
 #include "kernels/core/error.h"
+#include "tests/support/random.h"
 
 namespace vesta::gs {
 namespace {
+
+TEST(CameraSchedule, AMeanTurnIsFreeTheSoonerTheNarrowerTheFilter) {
+  EXPECT_EQ(MeanTurnFree(splat::kLowPass), 0.65);
+  EXPECT_EQ(MeanTurnFree(splat::kMostLowPass), 0.65);
+  EXPECT_NEAR(MeanTurnFree(splat::kLowPass / 2), 0.55, 1e-12);
+  EXPECT_GT(MeanTurnFree(splat::kLeastLowPass), 0.45);
+  EXPECT_LT(MeanTurnFree(splat::kLeastLowPass), 0.46);
+}
 
 constexpr FreeUnknowns kPose{.pose = true, .color = false};
 constexpr CameraSurroundings kAnywhere{.depth = 2, .most = 10, .done = 0};
@@ -79,5 +89,95 @@ TEST(CameraStep, StaysWhereNothingIsKnown) {
   EXPECT_THROW(CameraStep(kPose, std::vector<double>(6, 1), state.curvature, kAnywhere), Error);
 }
 
+constexpr FreeUnknowns kAll{true, true, true};
+constexpr double kNoLimit = 10;
+
+// The system of a view whose cost is least at the step that is wanted.
+struct ViewSystem {
+  std::vector<double> curvature, gradient;
+
+  ViewSystem(const std::vector<double>& wanted, std::uint64_t seed) {
+    const auto n = static_cast<Eigen::Index>(wanted.size());
+    test::Random random(seed);
+    Eigen::MatrixXd J(3 * n, n);
+    for (double& value : J.reshaped()) value = random.Normal();
+    const Eigen::MatrixXd H = J.transpose() * J;
+    const Eigen::VectorXd g = -H * Eigen::Map<const Eigen::VectorXd>(wanted.data(), n);
+    curvature.assign(H.data(), H.data() + H.size());
+    gradient.assign(g.begin(), g.end());
+  }
+};
+
+// With the lens's numbers last.
+std::vector<double> Wanted(const FreeUnknowns& free, const splat::LensTangent& lens, std::uint64_t seed) {
+  test::Random random(seed);
+  std::vector<double> wanted;
+  for (int k = 0; k < free.OwnOfView().num_tangent(); ++k) wanted.push_back(0.1 * random.Normal());
+  wanted.insert(wanted.end(), lens.v, lens.v + free.lens_tangent());
+  return wanted;
+}
+
+// Three views of one lens, each with another pose: what is wanted of the lens comes out of all of them together, and
+// of each view's own numbers from its step and from what follows the lens.
+TEST(LensStep, IsGaussNewtonsOfAllUnknownsTogether) {
+  for (const FreeUnknowns& free : {kAll, FreeUnknowns{.pose = true, .color = false, .lens = true}}) {
+    const splat::LensTangent lens{{0.02, -0.01, 0.03, 0.01}};
+    LensSystem system;
+    std::vector<ViewSystem> views;
+    for (std::uint64_t v = 0; v < 3; ++v) {
+      views.emplace_back(Wanted(free, lens, v), 10 + v);
+      AddToLens(free, views[v].gradient, views[v].curvature, &system);
+    }
+    EXPECT_EQ(system.views, 3);
+    const splat::LensTangent found = LensStep(system, 1, kNoLimit);
+    for (int k = 0; k < splat::kLensTangent; ++k) EXPECT_NEAR(found.v[k], lens.v[k], 5e-4);  // the damping
+    for (std::uint64_t v = 0; v < 3; ++v) {
+      const std::vector<double> own = CameraStep(free, views[v].gradient, views[v].curvature, {1, kNoLimit, 0}),
+                                follow = Follow(free, views[v].curvature, found), wanted = Wanted(free, lens, v);
+      ASSERT_EQ(own.size(), wanted.size());
+      ASSERT_EQ(follow.size(), wanted.size());
+      for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(own[i] + follow[i], wanted[i], 2e-3) << i;
+    }
+    const splat::LensTangent half = LensStep(system, 0.5, kNoLimit), near = LensStep(system, 1, 0.003);
+    for (int k = 0; k < splat::kLensTangent; ++k) {
+      EXPECT_NEAR(half.v[k], found.v[k] / 2, 1e-15);
+      EXPECT_NEAR(near.v[k], found.v[k] * 0.003 / found.v[2], 1e-6) << "the largest has the limit";
+    }
+  }
+}
+
+TEST(LensStep, StaysWhereNothingIsKnown) {
+  const LensSystem nothing;
+  for (const double value : LensStep(nothing, 1, kNoLimit).v) EXPECT_EQ(value, 0);
+  LensSystem system;
+  std::vector<double> gradient(16, 1);
+  gradient[3] = std::numeric_limits<double>::quiet_NaN();
+  AddToLens(kAll, gradient, ViewSystem(Wanted(kAll, {}, 1), 2).curvature, &system);
+  EXPECT_EQ(system.views, 0);
+  EXPECT_THROW(AddToLens(kAll, gradient, std::vector<double>(144, 1), &system), Error);
+  std::vector<double> no_numbers = ViewSystem(Wanted(kAll, {}, 1), 2).curvature;
+  no_numbers[12 * 16] = std::numeric_limits<double>::quiet_NaN();  // of the lens with the pose
+  const splat::LensTangent lens{{0.1, 0.1, 0, 0}};
+  const std::vector<double> follow = Follow(kAll, no_numbers, lens);
+  for (int k = 0; k < kAll.OwnOfView().num_tangent(); ++k) EXPECT_EQ(follow[static_cast<std::size_t>(k)], 0);
+}
+
+TEST(LensChange, IsOfTheGivenLensAndComposes) {
+  const splat::Lens given{100, 120, 50, 40};
+  EXPECT_TRUE(LensChange{}.Of(given) == given);
+  const LensChange change = Compose({{0.1, 0.2, 0.01, -0.02}}, {});
+  const splat::Lens lens = change.Of(given);
+  EXPECT_NEAR(lens.fx, 100 * std::exp(0.1), 1e-12);
+  EXPECT_NEAR(lens.cy, 40 - 0.02 * 120, 1e-12);
+  // A second step is of the lens as it is then.
+  const splat::Lens twice = Compose({{0, 0, 0.05, 0}}, change).Of(given);
+  EXPECT_NEAR(twice.cx, lens.cx + 0.05 * lens.fx, 1e-12);
+  // And the same of a smaller image.
+  const splat::Lens small = change.Of(given.Scaled(0.5, 0.5));
+  EXPECT_NEAR(small.cx, lens.cx / 2, 1e-12);
+  EXPECT_NEAR(small.fy, lens.fy / 2, 1e-12);
+}
+
 }  // namespace
+
 }  // namespace vesta::gs

@@ -2,7 +2,7 @@
 // .spz files that cannot be used: each gives one line, none crashes or takes much memory.
 #include <cstring>
 
-#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/splats/spz.h"
 #include "tests/splatting/io/random_splat.h"
 #include "tests/support/test_files.h"

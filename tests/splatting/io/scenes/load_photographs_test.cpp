@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "splatting/io/scenes/photographs.h"

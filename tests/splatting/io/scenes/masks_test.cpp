@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/io/scenes/masks.h"
-
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
+#include "splatting/io/scenes/photographs.h"
 #include "tests/splatting/io/nine_views.h"
 
 namespace vesta::gs {

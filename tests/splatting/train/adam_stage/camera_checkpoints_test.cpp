@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "splatting/train/adam_stage/adam_stage_state.h"
+#include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/session/checkpoint.h"
 #include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"

@@ -122,7 +122,7 @@ TEST_F(TrainedModels, BasesGoWithTheirGaussians) {
 }
 
 TEST_F(TrainedModels, DegreesAreHandedDown) {
-  const SplatModel model = WithDegrees(test::RandomModel(kCount, 3, 5), RandomDegrees(kCount, 7));
+  const SplatModel model = test::WithDegrees(test::RandomModel(kCount, 3, 5), RandomDegrees(kCount, 7));
   // Neither clones nor splits change the constant of the colour, by which a Gaussian is known.
   std::map<float, Index> known;
   for (Index i = 0; i < kCount; ++i) known[model.attribute(splat::kSh)[i]] = i;

@@ -10,6 +10,68 @@
 namespace vesta::gs {
 namespace {
 
+TEST(GrowthForecast, FollowsWhatHasGrown) {
+  GrowthForecast growth;
+  EXPECT_FALSE(growth.is_known());
+  EXPECT_GT(growth.After(1000, 9), 2000) << "what is usual";
+  EXPECT_EQ(growth.After(1000, 0), 1000);
+  for (const Index after : {1200, 1300, 1400}) growth.Observe(1000, after);
+  EXPECT_FALSE(growth.is_known());
+  growth.Observe(1000, 1500);
+  ASSERT_TRUE(growth.is_known());
+  const double fall = (growth.After(1000, 1) / 1000 - 1) / 0.5;
+  EXPECT_GT(fall, 0.7);
+  EXPECT_LT(fall, 0.9);
+  EXPECT_NEAR(growth.After(1000, 3), 1000 * (1 + 0.5 * fall) * (1 + 0.5 * fall * fall) * (1 + 0.5 * fall * fall * fall),
+              1e-9);
+}
+
+TEST(GrowthForecast, OfAModelThatDoesNotGrow) {
+  GrowthForecast growth;
+  for (int k = 0; k < 4; ++k) growth.Observe(1000, k == 1 ? 900 : 1000);
+  EXPECT_TRUE(growth.is_known());
+  EXPECT_EQ(growth.After(1000, 5), 1000);
+}
+
+TEST(StagePace, FirstIterationsDoNotCount) {
+  StagePace pace;
+  EXPECT_FALSE(pace.is_known());
+  pace.Observe(true, 100, 10);
+  EXPECT_FALSE(pace.is_known());
+  pace.Observe(true, 100, 0.1);
+  EXPECT_TRUE(pace.is_known());
+  EXPECT_DOUBLE_EQ(pace.Seconds(true, 100), 0.1);
+  EXPECT_GT(pace.Seconds(true, 200), 0.15) << "more Gaussians take longer";
+  EXPECT_LE(pace.Seconds(true, 200), 0.2);
+  EXPECT_GT(pace.Seconds(false, 100), 0.1) << "what is usual";
+  pace.SetFullBeyondCoarse(0.2);
+  EXPECT_DOUBLE_EQ(pace.Seconds(false, 100), 0.3) << "foreseen";
+  pace.Observe(false, 100, 10);
+  pace.Observe(false, 100, 0.4);
+  EXPECT_DOUBLE_EQ(pace.Seconds(false, 100), 0.4) << "measured";
+}
+
+TEST(StagePace, FollowsIterationsThatBecomeSlower) {
+  StagePace pace;
+  for (int it = 0; it < 100; ++it) pace.Observe(false, 100, 0.1);
+  for (int it = 0; it < 100; ++it) pace.Observe(false, 100, 0.3);
+  EXPECT_NEAR(pace.Seconds(false, 100), 0.3, 0.002);
+}
+
+TEST(StagePace, LeavesOutWhatOtherWorkHeldUp) {
+  StagePace pace;
+  for (int it = 0; it < 100; ++it) pace.Observe(false, 100, it % 20 == 7 ? 50 : 0.1);
+  EXPECT_NEAR(pace.Seconds(false, 100), 0.1, 1e-6);
+}
+
+TEST(StagePace, OfChangesIsInProportionToTheGaussians) {
+  StagePace pace;
+  EXPECT_EQ(pace.ChangeSeconds(1000), 0);
+  pace.ObserveChange(1000, 2);
+  pace.ObserveChange(3000, 6);
+  EXPECT_DOUBLE_EQ(pace.ChangeSeconds(5000), 10);
+}
+
 // 100 Gaussians of 150 at most, with so much of the stage behind.
 StageProgress After(double done, bool has_coarse_views = true) {
   return {.span = {done, done}, .gaussians = 100, .max_gaussians = 150, .has_coarse_views = has_coarse_views};
@@ -104,4 +166,5 @@ TEST(ForecastStage, EndsTheStageInTime) {
 }
 
 }  // namespace
+
 }  // namespace vesta::gs

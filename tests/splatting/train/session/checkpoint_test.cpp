@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"
@@ -104,7 +103,7 @@ TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
   std::vector<std::uint8_t> degrees;
   degrees.reserve(60);
   for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
-  const SplatModel start = WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), degrees);
+  const SplatModel start = test::WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), degrees);
   const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(scene_, start, Options(), {}, callbacks); };
   const TrainResult whole = refine({});
   EXPECT_FALSE(whole.model.is_uniform());

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/session/saved_stage.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "splatting/train/session/checkpoint.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::gs {

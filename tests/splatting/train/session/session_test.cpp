@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "splatting/train/session/interim_output.h"
 #include "tests/splatting/train/training_scene.h"
 
 namespace vesta::gs {
@@ -27,5 +28,28 @@ TEST(TrainingSession, EvaluationsBeforeABreakAreTimeToo) {
   EXPECT_TRUE(session.early_end().ShouldStop(20));
 }
 
+using test::TrainingScene;
+
+// What is saved every so many minutes is due so many after where a training goes on, not at once.
+TEST(InterimOutput, IntervalsBeginWhereATrainingGoesOn) {
+  const Scene scene = TrainingScene();
+  Checkpoint checkpoint;
+  checkpoint.run.scene = FingerprintOf(scene);
+  checkpoint.run.seconds = 1000;
+  TrainCallbacks callbacks;
+  callbacks.resume = &checkpoint;
+  int taken = 0;
+  callbacks.snapshot = [&](Stage, int, const splat::Model<float>&) { ++taken; };
+  const auto take = [&](double minutes) {
+    callbacks.snapshot_every.minutes = minutes;
+    TrainingSession session(scene, TrainOptions(), 0, callbacks);
+    session.interim().SnapshotWhereDue(Stage::kAdam, 1, [] { return splat::Model<float>(); });
+    return taken;
+  };
+  EXPECT_EQ(take(10), 0);
+  EXPECT_EQ(take(1e-9), 1);
+}
+
 }  // namespace
+
 }  // namespace vesta::gs

@@ -8,7 +8,7 @@
 
 #include "kernels/core/error.h"
 #include "splatting/train/settings/coarse_views.h"
-#include "splatting/train/settings/resolved_plan.h"
+#include "splatting/train/settings/training_plan.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/throws_error.h"
 

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splatting/train/settings/training_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/check.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "problems/gaussian_splatting/model/initialize.h"
+#include "splatting/adam/adam_options.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
+#include "splatting/density/density_options.h"
+#include "splatting/parsimony/parsimony_options.h"
+
+namespace vesta::gs {
+namespace {
+
+// The part of the stage after which one more band of the harmonics comes, each time. Harmonics can show exposures that
+// differ from side to side as well. So where exposures are found, bands come later, but before it is decided which
+// bands gain too little (ParsimonyOptions::begin).
+double BandEvery(const TrainOptions& options) {
+  constexpr double kLater = 2;
+  return FreeBy(options.cameras.refine).color ? kLater * options.adam.sh_band_every : options.adam.sh_band_every;
+}
+
+}  // namespace
+
+double IterationsFor(Index training_views) {
+  constexpr double kLeast = 4000, kEpochs = 76;
+  return std::max(kLeast, kEpochs * static_cast<double>(training_views));
+}
+
+TrainOptions FitToScene(TrainOptions options, Index training_views) {
+  ValidateOptions(options);
+  AdamOptions& adam = options.adam;
+  constexpr double kMost = 1e7;
+  if (!adam.iterations) {
+    const double all = options.time_limit > 0 ? kMost : std::round(IterationsFor(training_views) * adam.length);
+    adam.iterations = static_cast<int>(std::clamp(all, 1.0, kMost));
+  }
+  if (adam.runs() && adam.views_per_iteration > std::max<Index>(training_views, 1)) {
+    Fail(kBadArgument, "adam.views_per_iteration={}: the scene has {} training views; give it no more than these",
+         adam.views_per_iteration, training_views);
+  }
+  if (!options.sh_degree) options.sh_degree = DefaultShDegree(training_views);
+  return options;
+}
+
+int TrainingSchedule::iterations() const { return NumIterations(options_.adam); }
+
+IterationPlan TrainingSchedule::At(const StageSpan& span) const {
+  const bool observes = Observes(options_.density, span);
+  return {.span = span,
+          .is_coarse = IsCoarse(options_.adam, span),
+          .most_sh_degree = ActiveShDegree(BandEvery(options_), splat::kMaxShDegree, span),
+          .lr_factor = RateFactor(options_.adam, span),
+          .is_recorded = span.is_last() || span.Reaches(1.0 / options_.adam.evaluations),
+          .observes = observes,
+          .densifies = Densifies(options_.density, span),
+          .resets_opacity = observes && ResetsOpacity(options_.density, span),
+          .prunes_unseen = ChecksSupport(options_.parsimony, span),
+          .lowers_sh_degrees = LowersDegrees(options_.parsimony, span),
+          .prunes = Prunes(options_.parsimony, span),
+          .pruning_done = PartDone(options_.parsimony, span)};
+}
+
+bool TrainingSchedule::Averages(const StageSpan& span, int iteration) const {
+  return gs::Averages(options_.adam, span, iteration);
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splatting/io/images/image_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "tests/splatting/io/test_images.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+TEST(Exif, TellsTheOrientationInBothByteOrders) {
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    for (const bool big_endian : {false, true}) {
+      EXPECT_EQ(ExifOrientation(WithOrientation(ExampleJpeg(6, 4), orientation, big_endian)), orientation);
+    }
+  }
+}
+
+TEST(Exif, IsUprightWhereNothingIsSaid) {
+  EXPECT_EQ(ExifOrientation(ExampleJpeg(6, 4)), 1);
+  EXPECT_EQ(ExifOrientation(""), 1);
+  EXPECT_EQ(ExifOrientation("\x89PNG"), 1);
+  EXPECT_EQ(ExifOrientation(WithOrientation(ExampleJpeg(6, 4), 9)), 1);
+  const std::string whole = WithOrientation(ExampleJpeg(6, 4), 6);
+  for (std::size_t length = 0; length < 60; ++length) {
+    const int orientation = ExifOrientation(whole.substr(0, length));
+    EXPECT_TRUE(orientation == 1 || orientation == 6) << length;
+  }
+}
+
+// a b c
+// d e f
+TEST(Exif, TurnsUpright) {
+  Image image(3, 2);
+  for (std::size_t i = 0; i < 6; ++i) image.plane(1)[i] = static_cast<float>(i);
+  const auto turned = [&](int orientation) {
+    const Image upright = TurnedUpright(image, orientation);
+    EXPECT_EQ(upright.width, orientation < 5 ? 3 : 2);
+    std::string letters;
+    for (std::size_t i = 0; i < 6; ++i) letters += static_cast<char>('a' + static_cast<int>(upright.plane(1)[i]));
+    return letters;
+  };
+  EXPECT_EQ(turned(1), "abcdef");
+  EXPECT_EQ(turned(3), "abcdef") << "sides that are not swapped stay";
+  EXPECT_EQ(turned(5), "adbecf");
+  EXPECT_EQ(turned(6), "daebfc") << "a quarter turn clockwise";
+  EXPECT_EQ(turned(7), "fcebda");
+  EXPECT_EQ(turned(8), "cfbead") << "a quarter turn counterclockwise";
+}
+
+TEST(GrayPng, HoldsEveryLevelAndTheComment) {
+  const TempFolder folder;
+  const std::string path = folder / "depth.png";
+  std::vector<std::uint16_t> values(256 * 256);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i);
+  SaveGrayPng(path, {256, 256}, values, "what the levels mean");
+  const Image image = LoadImage(path);
+  ASSERT_EQ(image.width, 256);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    ASSERT_EQ(image.plane(1)[i], static_cast<float>(values[i]) / 65535.0f) << i;
+  }
+  const std::string bytes = ReadBytes(path), chunk("tEXtComment\0what the levels mean", 32);
+  EXPECT_NE(bytes.find(chunk), std::string::npos);
+}
+
+TEST(GrayPng, OtherNumbersOfValuesAreRefused) {
+  const TempFolder folder;
+  EXPECT_THAT([&] { SaveGrayPng(folder / "a.png", {2, 2}, {1, 2, 3}, ""); }, ThrowsError(kBadArgument, "3", "2"));
+  EXPECT_THAT([&] { SaveGrayPng(folder / "none/a.png", {1, 1}, {1}, ""); }, ThrowsError(kCannotWrite, "none/a.png"));
+}
+
+}  // namespace
+
+}  // namespace vesta::gs

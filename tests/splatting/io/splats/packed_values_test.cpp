@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splatting/io/splats/packed_values.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "kernels/math/quaternion.h"
+#include "kernels/math/spherical_harmonics.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr std::array<double, 3> kTurn = {1, -1, -1};  // the turn as a matrix: its diagonal
+
+TEST(HalfTurn, TurnsMeans) {
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(HalfTurnSign(splat::kMean + k), kTurn[static_cast<std::size_t>(k)]);
+    EXPECT_EQ(HalfTurnSign(splat::kLogScale + k), 1);
+  }
+  EXPECT_EQ(HalfTurnSign(splat::kOpacity), 1);
+}
+
+// The covariance's axes: the same up to their signs, which it does not depend on.
+TEST(HalfTurn, TurnsRotations) {
+  const std::array<double, 4> q = {0.3, -0.7, 0.5, 0.9};
+  std::array<double, 4> turned;
+  for (std::size_t k = 0; k < 4; ++k) turned[k] = HalfTurnSign(splat::kQuaternion + static_cast<int>(k)) * q[k];
+  std::array<double, 9> R, R_turned;
+  RotationFromQuaternion(q.data(), R.data());
+  RotationFromQuaternion(turned.data(), R_turned.data());
+  for (std::size_t column = 0; column < 3; ++column) {
+    double product = 0;
+    for (std::size_t row = 0; row < 3; ++row) product += kTurn[row] * R[3 * row + column] * R_turned[3 * row + column];
+    EXPECT_NEAR(std::abs(product), 1, 1e-12) << column;
+  }
+}
+
+// A splat that was turned shows in the turned direction the colours that it showed before.
+TEST(HalfTurn, TurnsHarmonics) {
+  for (const std::array<double, 3>& d :
+       {std::array<double, 3>{0.48, 0.6, 0.64}, {-0.36, 0.48, -0.8}, {0, 0.6, 0.8}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+    std::array<double, kMaxShCoefficients> basis, turned;
+    ShBasis<3>(d[0], d[1], d[2], basis.data());
+    ShBasis<3>(d[0] * kTurn[0], d[1] * kTurn[1], d[2] * kTurn[2], turned.data());
+    for (std::size_t k = 0; k < basis.size(); ++k) {
+      for (int channel = 0; channel < 3; ++channel) {
+        const double sign = HalfTurnSign(splat::kSh + 3 * static_cast<int>(k) + channel);
+        EXPECT_NEAR(sign * turned[k], basis[k], 1e-12) << k;
+      }
+    }
+  }
+}
+
+double Opacity(float logit) { return 1 / (1 + std::exp(-static_cast<double>(logit))); }
+
+TEST(OpacityByte, IsTheNearestOfWhatIsSeen) {
+  EXPECT_EQ(OpacityByte(0), 128);
+  for (float logit = -9; logit < 5.5f; logit += 0.01f) {
+    const double opacity = Opacity(logit), again = Opacity(OpacityLogit(OpacityByte(logit)));
+    EXPECT_NEAR(again, opacity, (opacity < 1 / 255.0 ? 1 : 0.5) / 255 + 1e-6) << logit;
+    if (opacity < 1 / 255.0) {
+      EXPECT_LT(again, 1 / 255.0) << logit;
+    }
+  }
+  for (int byte = 2; byte < 255; ++byte) {
+    EXPECT_EQ(OpacityByte(OpacityLogit(static_cast<std::uint8_t>(byte))), byte);
+  }
+}
+
+TEST(OpacityByte, HasNoInfiniteLogits) {
+  for (const float large : {50.0f, 1e30f}) {
+    EXPECT_EQ(OpacityByte(large), 254);
+    EXPECT_EQ(OpacityByte(-large), 0);
+  }
+  EXPECT_GT(OpacityLogit(255), OpacityLogit(254));
+  EXPECT_LT(OpacityLogit(0), OpacityLogit(1));
+  EXPECT_LT(OpacityLogit(255), 7.0f);
+  EXPECT_GT(OpacityLogit(0), -7.0f);
+}
+
+TEST(SmallestThree, GivesTheRotationBack) {
+  std::mt19937 random(3);
+  for (int trial = 0; trial < 1000; ++trial) {
+    std::array<double, 4> q;
+    double norm2 = 0;
+    for (double& value : q) {
+      value = static_cast<double>(random() % 2001) / 1000 - 1;
+      norm2 += value * value;
+    }
+    if (norm2 == 0) continue;
+    const SmallestThree three = ToSmallestThree(q);
+    for (const double value : three.rest) EXPECT_LE(std::abs(value), kLargestOfSmallest + 1e-12);
+    const std::array<double, 4> again = FromSmallestThree(three);
+    EXPECT_GE(again[static_cast<std::size_t>(three.largest)], 0.5);
+    const double sign = std::copysign(1.0, q[static_cast<std::size_t>(three.largest)]);
+    for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(again[k], sign * q[k] / std::sqrt(norm2), 1e-12);
+  }
+}
+
+TEST(SmallestThree, NumbersOfNoRotationHaveNoLargest) {
+  EXPECT_EQ(FromSmallestThree({1, {0.7, 0.7, -0.7}}), (std::array<double, 4>{0.7, 0, 0.7, -0.7}));
+}
+
+}  // namespace
+
+}  // namespace vesta::gs
