@@ -76,7 +76,7 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
 // damping of 1e-6 (a radius of 1e6 in Ceres's terms), since the residuals are close to linear. On graphs that start
 // near their minimum this takes fewer iterations than 1e-4, and ends in the same minima. Where the first step is
 // refused the start is far, and the damping begins anew at 1: torus3D and sphere_bignoise then reach their lowest known
-// minima (docs/results/2026-11-24-torus3d.md).
+// minima (docs/decisions/pose-graph-damping.md).
 LmOptions PoseGraphOptions();
 
 }  // namespace vesta::pose_graph

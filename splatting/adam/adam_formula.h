@@ -19,7 +19,7 @@ namespace vesta::gs {
 inline namespace VESTA_ISA {
 
 // beta1 is usually 0.9: over the steps that pull at a Gaussian alone, a shorter mean follows better
-// (docs/results/2026-11-22-sparse-adam.md).
+// (docs/decisions/sparse-adam.md).
 inline constexpr float kAdamBeta1 = 0.7f, kAdamBeta2 = 0.999f;
 // No second moment that is used is less: its root takes the part of Adam's epsilon. And none becomes a denormal number,
 // which would cost a hundred times the work.
@@ -77,7 +77,7 @@ inline namespace VESTA_ISA {
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
 // Second moments are taken to be at least this part of their sum: in directions that are hardly ever pulled at, steps
-// are at most about thirty times as long for the same pull (docs/results/2026-11-22-block-adam.md).
+// are at most about thirty times as long for the same pull (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
 // Q and C of a Gaussian are 187 numbers. Those of 16 Gaussians lie together, number by number: a vector of them is

@@ -15,7 +15,7 @@ namespace vesta::gs {
 // By K views at once a step is longer by the root of K. Where views differ by more than they agree, the root of the
 // second moment of their sum grows with the root of K and the sum with K, so that K views lead as far as they would
 // have one by one (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). The second
-// moments decay as they would have, the first as ever (docs/results/2026-11-25-views-an-iteration.md).
+// moments decay as they would have, the first as ever (docs/decisions/batch-size.md).
 class AdamRule {
  public:
   // views: that each step is by.

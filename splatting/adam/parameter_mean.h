@@ -15,7 +15,7 @@ template <class B>
 class ParameterMean {
  public:
   // The t-th of T terms weighs about as t to this power; nearly all is in the last T / 3 or so. 0 would be the plain
-  // mean. (docs/results/2026-11-23-weighted-mean.md)
+  // mean. (docs/decisions/parameter-averaging.md)
   static constexpr int kExponent = 8;
 
   bool empty() const { return terms_ == 0; }

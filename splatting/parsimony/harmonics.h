@@ -7,7 +7,7 @@
 // own, differences weighed by the curvature of the cost (least squares: one small system for each Gaussian and degree).
 // What then becomes of the cost is asked of the cost itself, exactly
 // (kernels/gaussian_splatting/raster/loss_of_change.h), all other Gaussians being as they are. Coefficients do not
-// follow the slope of the cost: neighbours would all correct the same errors (docs/results/2026-11-25-degrees.md).
+// follow the slope of the cost: neighbours would all correct the same errors (docs/decisions/automatic-size.md).
 #pragma once
 
 #include <array>

@@ -74,7 +74,7 @@ inline double PartDone(const ParsimonyOptions& parsimony, const StageSpan& span)
 
 // Of a time limit the part that may go into judging who is worth its price; what would take more is left out. A stage
 // of 15 s that judged as often as others spent most of it so, at a loss of 2.8 dB
-// (docs/results/2026-11-26-time-limits.md).
+// (docs/decisions/time-limit.md).
 inline constexpr double kJudgingPart = 0.2;
 
 // The price after it: by and by the whole.
@@ -90,7 +90,7 @@ inline Index CountAfter(const ParsimonyOptions& parsimony, const StageSpan& span
 }
 
 // How many are likely to be left after it. What a price leaves is not known before: on most scenes about six tenths
-// (docs/results/2026-11-25-parsimony.md).
+// (docs/decisions/automatic-size.md).
 inline double ExpectedAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
   constexpr double kPartWorthItsPrice = 0.6;
   ParsimonyOptions expected = parsimony;

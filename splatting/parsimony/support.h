@@ -13,7 +13,7 @@
 namespace vesta::gs {
 
 // What none of the training views shows, no photograph has asked for; it stands before cameras that come later
-// (docs/results/2026-11-22-veils.md). In units of an image's area; opacity, and what stands before it, count in
+// (docs/decisions/coverage-pruning.md). In units of an image's area; opacity, and what stands before it, count in
 // neither.
 struct Support {
   double shown = 0;  // the sum over views of the integral of its falloff over the image

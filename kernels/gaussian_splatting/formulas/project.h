@@ -30,7 +30,7 @@ inline constexpr double kGuardBand = 2;
 
 // How deep a Gaussian may be whose mean lies beyond the image (by more than 15 %, where the clamp is): its standard
 // deviation along the optical axis over its depth. One that is deeper reaches to the side of the camera, where the
-// linear projection makes veils and streaks of it that no other view confirms (docs/results/2026-11-22-veils.md).
+// linear projection makes veils and streaks of it that no other view confirms (docs/decisions/projection-limits.md).
 inline constexpr double kDepthSpread = 0.5;
 
 // The largest determinant of a screen covariance, pixels^4: beyond it a float cannot hold the determinant's derivative.

@@ -60,7 +60,7 @@ struct SplatMetricOptions {
 struct LmStageOptions : SplatMetricOptions {
   int iterations = 0;
   // The stage ends sooner where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
-  // next to nothing to gain (docs/results/2026-11-23-weighted-mean.md).
+  // next to nothing to gain (docs/decisions/lm-is-optional.md).
   double min_gain = 0.006;
   int pcg_iterations = 4;
   int batches = 1;
@@ -75,7 +75,7 @@ struct LmStageOptions : SplatMetricOptions {
   double pcg_tolerance = 0;
   StepRule step_control = StepRule::kCeres;
   // Views that are held shorten an iteration by a quarter and take several times the memory of all else
-  // (docs/results/2026-11-22-lm-memory.md).
+  // (docs/decisions/lm-jacobian-on-the-fly.md).
   JacobianKind jacobian = JacobianKind::kRebuild;
   bool line_search = false;
   double line_search_views = 0.3;

@@ -25,7 +25,7 @@ inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
 
 // The metric of the learning rates: entry a is D of attribute a, 1.2 c / rate^2 with c the mean over Gaussians of
 // diag(H) of the opacity times its rate squared, before LengthMetric completes it. In it parameters that no view sees
-// well are held too. Two attributes have a factor besides (docs/results/2026-11-29-lm-rules.md):
+// well are held too. Two attributes have a factor besides (docs/decisions/lm-rules.md):
 // * the means 5, as they move splats past each other in the order of depth, which the linear model does not see;
 // * the bands of the harmonics above the constant 0.02, as their rate is a twentieth of the constant's, so that D would
 //   be 400 times as large and slow all other steps down.

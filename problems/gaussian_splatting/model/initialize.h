@@ -24,7 +24,7 @@ SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_
 
 // The degree of spherical harmonics that so many training views bear: 2 for fewer than 24, else 3. Degree 3 has 16
 // coefficients a channel, and with 17 and 21 views those of degree 2 gave the better test views
-// (docs/results/2026-11-23-sh-degree.md).
+// (docs/decisions/sh-degree.md).
 int DefaultShDegree(Index training_views);
 
 // Gaussians in an order in which neighbours in memory are neighbours in space.

@@ -39,7 +39,7 @@ class WithStepCounts {
 // Whether kAuto considers dense QR of a J of this size: below this it is fast, and exact at any conditioning.
 bool DenseQrFits(double residuals, double columns);
 
-// Nanoseconds of one core, by rates that hold within a factor of two (docs/results/2026-11-24-auto.md).
+// Nanoseconds of one core, by rates that hold within a factor of two (docs/decisions/automatic-linear-solver.md).
 double DenseQrCost(const StepCounts& counts);
 double FactorCost(const StepCounts::Factor& factor, const StepCounts& counts);
 // How many iterations there would be is a guess: so many a hop.

@@ -22,7 +22,7 @@ namespace vesta::gs {
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
 // Until when the mean turn of all cameras is held (RemoveCommonTurn). Gaussians that are blurred by more than the
 // photographs are, far ones as near ones, pull at it; so with a narrower filter it may move sooner
-// (docs/results/2026-11-28-low-pass.md).
+// (docs/decisions/mean-camera-rotation.md).
 inline double MeanTurnFree(double low_pass) {
   constexpr double kSoonest = 0.45, kLater = 0.2;
   return kSoonest + kLater * std::min(low_pass / splat::kLowPass, 1.0);
@@ -107,7 +107,7 @@ struct CameraEvidence {
   double exposure = 0;
 
   // What it speaks for, poses or nothing. The bound lies between what scenes with poses by bundle adjustment say and
-  // what the same say with cameras that are off (docs/results/2026-11-25-cameras-in-training.md). Exposures are not
+  // what the same say with cameras that are off (docs/decisions/refine-cameras-auto.md). Exposures are not
   // chosen: a view whose own is not known is rendered worse with the mean one than with its neighbours'.
   CameraChoice Choice() const;
   std::string Words() const;

@@ -22,8 +22,8 @@ void RemoveCommonExposure(std::vector<ViewUnknowns>* found);
 
 // Takes out the mean turn of all views in their own axes, about their centres. Photographs hardly tell of it where
 // cameras stand in a ring: that all tilt, and the scene sinks, is nearly the same. So the errors of a splat that is not
-// finished go into it, and come out slowly (docs/results, cameras-in-training). The mean of the turns by which cameras
-// are wrong, each by its own, is small.
+// finished go into it, and come out slowly (docs/decisions/mean-camera-rotation.md). The mean of the turns by which
+// cameras are wrong, each by its own, is small.
 void RemoveCommonTurn(std::vector<ViewUnknowns>* found);
 
 // What holds the freedoms that no photograph tells of where cameras, exposures and splats are found at once:

@@ -35,7 +35,7 @@ void WriteCompressedPly(const std::string& path, const SplatModel& model);
 // An order in which the bounds of each `chunk` of Gaussians in turn (the last may be shorter) are narrow: old indices
 // in their new order. The means are finite. A curve through space leaves chunks where it leaps; here the Gaussians are
 // parted by planes across an axis, again and again, each where the squares of the bounds' sides, summed over Gaussians,
-// become least: on a trained scene 0.07 dB of PSNR (docs/results/2026-11-25-compact-formats.md).
+// become least: on a trained scene 0.07 dB of PSNR (docs/decisions/compact-formats.md).
 std::vector<Index> ChunkOrder(const SplatModel& model, Index chunk);
 
 }  // namespace vesta::gs

@@ -61,7 +61,7 @@ class StagePace {
 
  private:
   static constexpr std::size_t kLatest = 40;
-  // Eight trainings have 0.6 to 1.05 as the exponent (docs/results/2026-11-24-forecast.md).
+  // Eight trainings have 0.6 to 1.05 as the exponent (docs/decisions/forecast.md).
   static double Growth(double gaussians) {
     constexpr double kExponent = 0.87;
     return std::pow(std::max(1.0, gaussians), kExponent);
@@ -91,7 +91,7 @@ class StagePace {
 
 // How many Gaussians a training will end with, from how they have grown so far.
 // Each change of the model adds a smaller part than the one before. From the fourth on the parts fall by nearly the
-// same factor on every scene measured (docs/results/2026-11-24-forecast.md).
+// same factor on every scene measured (docs/decisions/forecast.md).
 class GrowthForecast {
  public:
   // One change of the model.

@@ -119,7 +119,7 @@ JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::
 }
 
 // From cameras that are off, views eliminated come further by as many products, which take a fifth longer
-// (docs/results/2026-11-25-joint-cameras.md).
+// (docs/decisions/joint-camera-lm.md).
 vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header) {
   vesta::LmOptions engine = LmEngineOptions(session.plan().lm);
   engine.batch_mode = BatchMode::kExact;

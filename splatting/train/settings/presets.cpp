@@ -9,7 +9,7 @@
 namespace vesta::gs {
 namespace {
 
-// Single views gain more for their work than LM wherever that was measured (docs/results/2026-11-24-length.md).
+// Single views gain more for their work than LM wherever that was measured (docs/decisions/lm-is-optional.md).
 TrainOptions Balanced() { return {}; }
 
 TrainOptions Fast() {
@@ -29,7 +29,7 @@ TrainOptions Best() {
 
 // 3DGS-LM (Höllein et al. 2025): 20,000 iterations as INRIA's, densification until 15,000, then 5 LM iterations of
 // 8 PCG iterations on up to 4 batches of 25 images, merged, with a line search on 30 % of the images. What differs, and
-// why: docs/results/2026-11-21-lm-options.md.
+// why: docs/decisions/3dgs-lm-presets.md.
 TrainOptions Paper() {
   TrainOptions options;
   AdamOptions& adam = options.adam;

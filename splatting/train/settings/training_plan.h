@@ -10,7 +10,7 @@
 namespace vesta::gs {
 
 // Iterations of Adam that this many training views require: 4,000, as long as each view has its turn 76 times, and
-// else as many as that takes (docs/results/2026-11-24-length.md).
+// else as many as that takes (docs/decisions/training-length.md).
 double IterationsFor(Index training_views);
 
 // The options with every std::optional filled in: iterations and degree of the harmonics. Under a time limit time alone
