@@ -72,6 +72,23 @@ std::vector<std::string> ArgumentsOf(const AtomicFile& file, gs::ImageSize size,
           "+faststart", "-f", "mp4", "file:" + file.temporary()};
 }
 
+// A view's name as that of a file: folders become part of the name, with_extension keeps ".jpg" before ".png".
+std::string FileName(const gs::View& view, bool with_extension) {
+  std::string name = view.name;
+  if (!with_extension) name = std::filesystem::path(name).replace_extension().string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name + ".png";
+}
+
+using Files = std::vector<std::string>;
+
+// Adds them, unless one of them is there.
+bool AddAll(const Files& files, std::set<std::string>* taken) {
+  if (std::ranges::any_of(files, [&](const std::string& file) { return taken->contains(file); })) return false;
+  taken->insert(files.begin(), files.end());
+  return true;
+}
+
 }  // namespace
 
 void CheckFilm(const std::string& file) {
@@ -152,27 +169,6 @@ void Film::FailWithReason() {
   if (reason.ends_with('\n')) reason.pop_back();
   Fail(kCannotWrite, "{}: ffmpeg failed: {}", Given("film", file_.path()), reason);
 }
-
-namespace {
-
-// A view's name as that of a file: folders become part of the name, with_extension keeps ".jpg" before ".png".
-std::string FileName(const gs::View& view, bool with_extension) {
-  std::string name = view.name;
-  if (!with_extension) name = std::filesystem::path(name).replace_extension().string();
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name + ".png";
-}
-
-using Files = std::vector<std::string>;
-
-// Adds them, unless one of them is there.
-bool AddAll(const Files& files, std::set<std::string>* taken) {
-  if (std::ranges::any_of(files, [&](const std::string& file) { return taken->contains(file); })) return false;
-  taken->insert(files.begin(), files.end());
-  return true;
-}
-
-}  // namespace
 
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
                                    const std::function<Files(const std::string&)>& files_of) {

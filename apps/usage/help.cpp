@@ -97,23 +97,6 @@ std::string HelpOf(const CommandInfo& command, bool all) {
   return text;
 }
 
-}  // namespace
-
-std::string HelpText(const std::vector<std::string>& topic) {
-  if (topic.empty() || topic[0] == "help") return Overview();
-  if (topic[0] == "version") return VersionText();
-  if (topic[0] == "--man") return ManPage();
-  if (topic[0].starts_with("--completion=")) return CompletionScript(topic[0].substr(topic[0].find('=') + 1));
-  const CommandInfo* command = FindCommand(topic[0]);
-  if (!command) RefuseCommand(topic[0]);
-  if (topic.size() > 1 && topic[1] != "--all") {
-    throw UsageError(fmt::format("{}: too much; the form is `vesta help COMMAND [--all]`", topic[1]));
-  }
-  return HelpOf(*command, topic.size() > 1);
-}
-
-namespace {
-
 // Text within a line: a hyphen is one that can be copied, and no line becomes a request.
 std::string Roff(std::string_view text) {
   std::string escaped = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
@@ -165,6 +148,19 @@ std::string OptionsOfTraining() {
 }
 
 }  // namespace
+
+std::string HelpText(const std::vector<std::string>& topic) {
+  if (topic.empty() || topic[0] == "help") return Overview();
+  if (topic[0] == "version") return VersionText();
+  if (topic[0] == "--man") return ManPage();
+  if (topic[0].starts_with("--completion=")) return CompletionScript(topic[0].substr(topic[0].find('=') + 1));
+  const CommandInfo* command = FindCommand(topic[0]);
+  if (!command) RefuseCommand(topic[0]);
+  if (topic.size() > 1 && topic[1] != "--all") {
+    throw UsageError(fmt::format("{}: too much; the form is `vesta help COMMAND [--all]`", topic[1]));
+  }
+  return HelpOf(*command, topic.size() > 1);
+}
 
 std::string ManPage() {
   std::string text = fmt::format(".TH VESTA 1 \"\" \"vesta {}\" \"User Commands\"\n", VersionNumber());

@@ -28,78 +28,12 @@ double WidestGap(std::vector<double> angles) {
   return widest;
 }
 
-}  // namespace
-
-Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames) {
-  VESTA_CHECK(frames > 0, "{} frames", frames);
-  const Point3 at = PointLookedAt(scene), upwards = UpOf(scene.views);
-  const Eigen::Vector3d point(at.data()), up(upwards.data());
-  const Eigen::Vector3d first = up.unitOrthogonal(), second = up.cross(first);
-  std::vector<double> radii, heights, angles;
-  for (const View& view : scene.views) {
-    const Point3 center = CameraCenter(view);
-    const Eigen::Vector3d from = Eigen::Vector3d(center.data()) - point;
-    heights.push_back(from.dot(up));
-    radii.push_back(from.cross(up).norm());
-    angles.push_back(std::atan2(from.dot(second), from.dot(first)));
-  }
-  const double begin = angles.front(), radius = Median(std::move(radii)), height = Median(std::move(heights));
-  Orbit orbit;
-  for (int k = 0; k < frames; ++k) {
-    const double angle = begin + kTurn * k / frames;
-    const Eigen::Vector3d center = point + height * up + radius * (std::cos(angle) * first + std::sin(angle) * second);
-    orbit.views.push_back(LookingAt(camera, {center[0], center[1], center[2]}, at, upwards));
-  }
-  orbit.unseen_degrees = WidestGap(std::move(angles)) * 360 / kTurn;
-  return orbit;
-}
-
-namespace {
-
 // How far nine tenths of the values are from 0.
 double ReachOf(std::vector<double> values) {
   for (double& value : values) value = std::abs(value);
   std::ranges::sort(values);
   return values[static_cast<std::size_t>(0.9 * static_cast<double>(values.size() - 1))];
 }
-
-}  // namespace
-
-std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames) {
-  constexpr double kLeastAgreement = 0.5;  // within 60 degrees of one direction, if all are as far from it
-  VESTA_CHECK(frames > 0, "{} frames", frames);
-  const Point3 mean = MeanDirection(scene.views), up = UpOf(scene.views);
-  if (Eigen::Vector3d(mean.data()).norm() < kLeastAgreement) {
-    Fail(
-        kBadArgument,
-        "the cameras face different ways, and a spiral is for those that face one; take the path orbit or photographs");
-  }
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const View& view : scene.views) middle += Eigen::Vector3d(CameraCenter(view).data());
-  middle /= static_cast<double>(scene.views.size());
-  const Eigen::Vector3d focus = middle + 2 * scene.extent * Eigen::Vector3d(mean.data()).normalized();
-  const auto at = [](const Eigen::Vector3d& v) { return Point3{v[0], v[1], v[2]}; };
-  const View average = LookingAt(camera, at(middle), at(focus), up);
-
-  std::vector<double> offsets[3];
-  for (const View& view : scene.views) {
-    const Point3 offset = InCamera(average, CameraCenter(view));
-    for (std::size_t k = 0; k < 3; ++k) offsets[k].push_back(offset[k]);
-  }
-  // Along the way that all look, no nearer to what they look at than half of the distance.
-  const Eigen::Vector3d reach(ReachOf(offsets[0]), ReachOf(offsets[1]), std::min(ReachOf(offsets[2]), scene.extent));
-  const Eigen::Matrix3d axes = Eigen::Map<const Eigen::Matrix3d>(average.rotation.data());  // columns, in the world
-  std::vector<View> views;
-  for (int k = 0; k < frames; ++k) {
-    const double turn = 2 * std::numbers::pi * k / frames;
-    const Eigen::Vector3d on(std::cos(2 * turn), std::sin(2 * turn), std::sin(turn));
-    const Eigen::Vector3d center = middle + axes * reach.cwiseProduct(on);
-    views.push_back(LookingAt(camera, at(center), at(focus), up));
-  }
-  return views;
-}
-
-namespace {
 
 using Order = std::vector<std::size_t>;
 
@@ -150,21 +84,6 @@ void Untangle(const Steps& step, Order& order) {
     }
   }
 }
-
-}  // namespace
-
-Tour TourOf(const std::vector<View>& views, double length_unit) {
-  constexpr double kJumps = 1.5;
-  const Steps step(views, length_unit);
-  Order given(views.size());
-  std::iota(given.begin(), given.end(), std::size_t{0});
-  Order other = ToTheNearest(step, given);
-  Untangle(step, other);
-  if (step.Length(given) <= kJumps * step.Length(other)) return {std::move(given), false};
-  return {std::move(other), true};
-}
-
-namespace {
 
 // Centre, then quaternion.
 using Pose = Eigen::Matrix<double, 7, 1>;
@@ -228,6 +147,75 @@ class Spline {
 };
 
 }  // namespace
+
+Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames) {
+  VESTA_CHECK(frames > 0, "{} frames", frames);
+  const Point3 at = PointLookedAt(scene), upwards = UpOf(scene.views);
+  const Eigen::Vector3d point(at.data()), up(upwards.data());
+  const Eigen::Vector3d first = up.unitOrthogonal(), second = up.cross(first);
+  std::vector<double> radii, heights, angles;
+  for (const View& view : scene.views) {
+    const Point3 center = CameraCenter(view);
+    const Eigen::Vector3d from = Eigen::Vector3d(center.data()) - point;
+    heights.push_back(from.dot(up));
+    radii.push_back(from.cross(up).norm());
+    angles.push_back(std::atan2(from.dot(second), from.dot(first)));
+  }
+  const double begin = angles.front(), radius = Median(std::move(radii)), height = Median(std::move(heights));
+  Orbit orbit;
+  for (int k = 0; k < frames; ++k) {
+    const double angle = begin + kTurn * k / frames;
+    const Eigen::Vector3d center = point + height * up + radius * (std::cos(angle) * first + std::sin(angle) * second);
+    orbit.views.push_back(LookingAt(camera, {center[0], center[1], center[2]}, at, upwards));
+  }
+  orbit.unseen_degrees = WidestGap(std::move(angles)) * 360 / kTurn;
+  return orbit;
+}
+
+std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames) {
+  constexpr double kLeastAgreement = 0.5;  // within 60 degrees of one direction, if all are as far from it
+  VESTA_CHECK(frames > 0, "{} frames", frames);
+  const Point3 mean = MeanDirection(scene.views), up = UpOf(scene.views);
+  if (Eigen::Vector3d(mean.data()).norm() < kLeastAgreement) {
+    Fail(
+        kBadArgument,
+        "the cameras face different ways, and a spiral is for those that face one; take the path orbit or photographs");
+  }
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const View& view : scene.views) middle += Eigen::Vector3d(CameraCenter(view).data());
+  middle /= static_cast<double>(scene.views.size());
+  const Eigen::Vector3d focus = middle + 2 * scene.extent * Eigen::Vector3d(mean.data()).normalized();
+  const auto at = [](const Eigen::Vector3d& v) { return Point3{v[0], v[1], v[2]}; };
+  const View average = LookingAt(camera, at(middle), at(focus), up);
+
+  std::vector<double> offsets[3];
+  for (const View& view : scene.views) {
+    const Point3 offset = InCamera(average, CameraCenter(view));
+    for (std::size_t k = 0; k < 3; ++k) offsets[k].push_back(offset[k]);
+  }
+  // Along the way that all look, no nearer to what they look at than half of the distance.
+  const Eigen::Vector3d reach(ReachOf(offsets[0]), ReachOf(offsets[1]), std::min(ReachOf(offsets[2]), scene.extent));
+  const Eigen::Matrix3d axes = Eigen::Map<const Eigen::Matrix3d>(average.rotation.data());  // columns, in the world
+  std::vector<View> views;
+  for (int k = 0; k < frames; ++k) {
+    const double turn = 2 * std::numbers::pi * k / frames;
+    const Eigen::Vector3d on(std::cos(2 * turn), std::sin(2 * turn), std::sin(turn));
+    const Eigen::Vector3d center = middle + axes * reach.cwiseProduct(on);
+    views.push_back(LookingAt(camera, at(center), at(focus), up));
+  }
+  return views;
+}
+
+Tour TourOf(const std::vector<View>& views, double length_unit) {
+  constexpr double kJumps = 1.5;
+  const Steps step(views, length_unit);
+  Order given(views.size());
+  std::iota(given.begin(), given.end(), std::size_t{0});
+  Order other = ToTheNearest(step, given);
+  Untangle(step, other);
+  if (step.Length(given) <= kJumps * step.Length(other)) return {std::move(given), false};
+  return {std::move(other), true};
+}
 
 double StepBetween(const View& from, const View& to, double length_unit) {
   const auto a = CameraCenter(from), b = CameraCenter(to);

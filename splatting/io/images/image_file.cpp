@@ -16,7 +16,6 @@
 #include "splatting/io/images/image_codecs.h"
 
 namespace vesta::gs {
-
 namespace {
 
 using Decoder = InterleavedImage (*)(const std::string& path, std::string_view bytes, bool size_only);
@@ -42,54 +41,7 @@ InterleavedImage Decode(const std::string& path, bool size_only) {
   return decoder(path, bytes, size_only);
 }
 
-}  // namespace
-
-Image LoadImage(const std::string& path, const std::array<float, 3>& background, double* work_bytes) {
-  const InterleavedImage samples = Decode(path, false);
-  if (work_bytes) *work_bytes = static_cast<double>(samples.bytes.size());
-  return ToPlanes(samples, background);
-}
-
-ImageSize ReadImageSize(const std::string& path) { return Decode(path, true).size; }
-
-void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size) {
-  constexpr double kMaxPixels = 1 << 28;
-  // Deflate packs at most 1032 bytes into one, so 8256 black and white pixels; a JPEG needs more.
-  constexpr double kMaxPixelsPerByte = 8320;
-  const double pixels = size.pixels();
-  if (size.width <= 0 || size.height <= 0) FailDamagedImage(path, "it has no pixels");
-  if (pixels > kMaxPixels) {
-    Fail(kUnsupported, "{}: {} x {} pixels are more than the 268 million that are read; downscale it", path, size.width,
-         size.height);
-  }
-  if (pixels > kMaxPixelsPerByte * static_cast<double>(num_bytes)) {
-    FailDamagedImage(path, "it is too short for the size in its header");
-  }
-}
-
-void FailDamagedImage(const std::string& path, const char* message) {
-  Fail(kBadFile, "{}: cut short or damaged ({}); copy or export it again", path, message);
-}
-
-void SavePng(const std::string& path, const Image& image) {
-  VESTA_CHECK(image.width > 0 && image.height > 0, "{}: an image without pixels", path);
-  const std::vector<std::uint8_t> interleaved = InterleavedBytes(image);
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = PNG_FORMAT_RGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-  std::string bytes(size, '\0');
-  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, interleaved.data(), 0, nullptr) == 0) {
-    Fail(kCannotWrite, "{}: cannot be encoded as PNG: {}", path, png.message);
-  }
-  WriteFileAtomically(path, std::string_view(bytes).substr(0, size));
-}
-
 // By libpng, whose errors leave by longjmp: the function that may fail holds no object with a destructor.
-namespace {
-
 class Encoder {
  public:
   Encoder() {
@@ -137,27 +89,6 @@ class Encoder {
   char message_[256] = "out of memory";
 };
 
-}  // namespace
-
-void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std::uint16_t>& values,
-                 const std::string& comment) {
-  VESTA_CHECK(size.width > 0 && size.height > 0 &&
-                  values.size() == static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height),
-              "{}: {} values for {} x {}", path, values.size(), size.width, size.height);
-  std::string key = "Comment", text = comment;
-  png_text chunk{};
-  chunk.compression = PNG_TEXT_COMPRESSION_NONE;
-  chunk.key = key.data();
-  chunk.text = text.data();
-  chunk.text_length = text.size();
-  Encoder encoder;
-  if (!encoder.Encode(size, values.data(), &chunk))
-    Fail(kCannotWrite, "{}: cannot be encoded as PNG: {}", path, encoder.message());
-  WriteFileAtomically(path, encoder.bytes());
-}
-
-namespace {
-
 // Numbers of 2 or 4 bytes in one of the two byte orders; 0 beyond the end.
 struct Bytes {
   std::string_view bytes;
@@ -192,6 +123,66 @@ int OrientationOf(std::string_view tiff) {
 }
 
 }  // namespace
+
+Image LoadImage(const std::string& path, const std::array<float, 3>& background, double* work_bytes) {
+  const InterleavedImage samples = Decode(path, false);
+  if (work_bytes) *work_bytes = static_cast<double>(samples.bytes.size());
+  return ToPlanes(samples, background);
+}
+
+ImageSize ReadImageSize(const std::string& path) { return Decode(path, true).size; }
+
+void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size) {
+  constexpr double kMaxPixels = 1 << 28;
+  // Deflate packs at most 1032 bytes into one, so 8256 black and white pixels; a JPEG needs more.
+  constexpr double kMaxPixelsPerByte = 8320;
+  const double pixels = size.pixels();
+  if (size.width <= 0 || size.height <= 0) FailDamagedImage(path, "it has no pixels");
+  if (pixels > kMaxPixels) {
+    Fail(kUnsupported, "{}: {} x {} pixels are more than the 268 million that are read; downscale it", path, size.width,
+         size.height);
+  }
+  if (pixels > kMaxPixelsPerByte * static_cast<double>(num_bytes)) {
+    FailDamagedImage(path, "it is too short for the size in its header");
+  }
+}
+
+void FailDamagedImage(const std::string& path, const char* message) {
+  Fail(kBadFile, "{}: cut short or damaged ({}); copy or export it again", path, message);
+}
+
+void SavePng(const std::string& path, const Image& image) {
+  VESTA_CHECK(image.width > 0 && image.height > 0, "{}: an image without pixels", path);
+  const std::vector<std::uint8_t> interleaved = InterleavedBytes(image);
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::string bytes(size, '\0');
+  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, interleaved.data(), 0, nullptr) == 0) {
+    Fail(kCannotWrite, "{}: cannot be encoded as PNG: {}", path, png.message);
+  }
+  WriteFileAtomically(path, std::string_view(bytes).substr(0, size));
+}
+
+void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std::uint16_t>& values,
+                 const std::string& comment) {
+  VESTA_CHECK(size.width > 0 && size.height > 0 &&
+                  values.size() == static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height),
+              "{}: {} values for {} x {}", path, values.size(), size.width, size.height);
+  std::string key = "Comment", text = comment;
+  png_text chunk{};
+  chunk.compression = PNG_TEXT_COMPRESSION_NONE;
+  chunk.key = key.data();
+  chunk.text = text.data();
+  chunk.text_length = text.size();
+  Encoder encoder;
+  if (!encoder.Encode(size, values.data(), &chunk))
+    Fail(kCannotWrite, "{}: cannot be encoded as PNG: {}", path, encoder.message());
+  WriteFileAtomically(path, encoder.bytes());
+}
 
 int ExifOrientation(std::string_view jpeg) {
   using std::string_view_literals::operator""sv;

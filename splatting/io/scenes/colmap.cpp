@@ -18,10 +18,9 @@
 #include "splatting/io/scenes/load_scene.h"
 
 namespace vesta::gs {
+namespace {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 template <std::size_t N>
 bool AllFinite(const std::array<double, N>& values) {
@@ -54,6 +53,62 @@ void CheckModel(const ColmapModel& model, const std::string& folder) {
       Fail(kBadFile, "{}: image {} occurs twice; export the model again", folder, image.name);
     }
   }
+}
+
+bool IsText(const std::string& folder) {
+  return !FileExists(folder + "/cameras.bin") && FileExists(folder + "/cameras.txt");
+}
+
+std::vector<std::string> ModelFiles(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const char* name : {"/cameras", "/images", "/points3D"}) {
+    files.push_back(folder + name + (IsText(folder) ? ".txt" : ".bin"));
+  }
+  return files;
+}
+
+// " of 12 images", by the count that a binary file begins with; empty where there is none.
+std::string OfImages(const std::string& folder) {
+  std::ifstream file(folder + "/images.bin", std::ios::binary);
+  std::uint64_t count = 0;
+  file.read(reinterpret_cast<char*>(&count), sizeof(count));
+  constexpr std::uint64_t kMost = 1'000'000'000;
+  return file && count <= kMost ? fmt::format(" of {} images", count) : std::string();
+}
+
+// A mapper that cannot join all images writes several models, and the first need not be the largest.
+void NoteOtherModels(const std::string& folder, Scene* scene) {
+  std::vector<std::string> others;
+  std::error_code ignored;
+  for (fs::directory_iterator it(fs::path(folder).parent_path(), ignored), end; !ignored && it != end;
+       it.increment(ignored)) {
+    const std::string other = it->path().string();
+    if (it->path().filename() == fs::path(folder).filename()) continue;
+    if (FileExists(other + "/images.bin") || FileExists(other + "/images.txt")) others.push_back(other);
+  }
+  std::sort(others.begin(), others.end());
+  for (const std::string& other : others) {
+    scene->notes.push_back(fmt::format("the model in {}{} is passed over; read is that in {}{}", other, OfImages(other),
+                                       folder, OfImages(folder)));
+  }
+}
+
+// The model that has all that the lens has.
+ColmapCameraModel ModelOf(const BentCamera& bent) {
+  if (bent.distortion.is_fisheye) return ColmapCameraModel::kOpenCvFisheye;
+  if (!bent.distortion.is_none()) return ColmapCameraModel::kFullOpenCv;
+  return bent.camera.lens.fx == bent.camera.lens.fy ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole;
+}
+
+// The id of the camera, which is added where there is no such one.
+std::uint32_t IdOf(const BentCamera& bent, std::vector<ColmapCamera>* cameras) {
+  const auto same = std::ranges::find_if(*cameras, [&](const ColmapCamera& other) {
+    return BentCamera{other.camera, other.distortion} == bent;
+  });
+  if (same != cameras->end()) return same->id;
+  const auto id = static_cast<std::uint32_t>(cameras->size() + 1);
+  cameras->push_back({.id = id, .model = ModelOf(bent), .camera = bent.camera, .distortion = bent.distortion});
+  return id;
 }
 
 }  // namespace
@@ -109,48 +164,6 @@ void FailCameraModel(const std::string& folder, const std::string& where, const 
        "--input_path {} --output_path {}_undistorted",
        where, model, scene.string(), folder, scene.string());
 }
-
-namespace {
-
-bool IsText(const std::string& folder) {
-  return !FileExists(folder + "/cameras.bin") && FileExists(folder + "/cameras.txt");
-}
-
-std::vector<std::string> ModelFiles(const std::string& folder) {
-  std::vector<std::string> files;
-  for (const char* name : {"/cameras", "/images", "/points3D"}) {
-    files.push_back(folder + name + (IsText(folder) ? ".txt" : ".bin"));
-  }
-  return files;
-}
-
-// " of 12 images", by the count that a binary file begins with; empty where there is none.
-std::string OfImages(const std::string& folder) {
-  std::ifstream file(folder + "/images.bin", std::ios::binary);
-  std::uint64_t count = 0;
-  file.read(reinterpret_cast<char*>(&count), sizeof(count));
-  constexpr std::uint64_t kMost = 1'000'000'000;
-  return file && count <= kMost ? fmt::format(" of {} images", count) : std::string();
-}
-
-// A mapper that cannot join all images writes several models, and the first need not be the largest.
-void NoteOtherModels(const std::string& folder, Scene* scene) {
-  std::vector<std::string> others;
-  std::error_code ignored;
-  for (fs::directory_iterator it(fs::path(folder).parent_path(), ignored), end; !ignored && it != end;
-       it.increment(ignored)) {
-    const std::string other = it->path().string();
-    if (it->path().filename() == fs::path(folder).filename()) continue;
-    if (FileExists(other + "/images.bin") || FileExists(other + "/images.txt")) others.push_back(other);
-  }
-  std::sort(others.begin(), others.end());
-  for (const std::string& other : others) {
-    scene->notes.push_back(fmt::format("the model in {}{} is passed over; read is that in {}{}", other, OfImages(other),
-                                       folder, OfImages(folder)));
-  }
-}
-
-}  // namespace
 
 ColmapModel ReadColmapModel(const std::string& folder) {
   ColmapModel model = IsText(folder) ? ReadColmapText(folder) : ReadColmapBinary(folder);
@@ -217,28 +230,6 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   PlaceInScene(points, &scene);
   return scene;
 }
-
-namespace {
-
-// The model that has all that the lens has.
-ColmapCameraModel ModelOf(const BentCamera& bent) {
-  if (bent.distortion.is_fisheye) return ColmapCameraModel::kOpenCvFisheye;
-  if (!bent.distortion.is_none()) return ColmapCameraModel::kFullOpenCv;
-  return bent.camera.lens.fx == bent.camera.lens.fy ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole;
-}
-
-// The id of the camera, which is added where there is no such one.
-std::uint32_t IdOf(const BentCamera& bent, std::vector<ColmapCamera>* cameras) {
-  const auto same = std::ranges::find_if(*cameras, [&](const ColmapCamera& other) {
-    return BentCamera{other.camera, other.distortion} == bent;
-  });
-  if (same != cameras->end()) return same->id;
-  const auto id = static_cast<std::uint32_t>(cameras->size() + 1);
-  cameras->push_back({.id = id, .model = ModelOf(bent), .camera = bent.camera, .distortion = bent.distortion});
-  return id;
-}
-
-}  // namespace
 
 ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views) {
   ColmapModel model;

@@ -30,16 +30,6 @@ void ChooseListed(const std::string& path, std::vector<View>* views) {
   }
 }
 
-}  // namespace
-
-void ChooseTestViews(const TestViews& choice, std::vector<View>* views) {
-  if (choice.every && !choice.list.empty()) Fail(kBadArgument, "--test_every and --test_list: give only one of them");
-  if (choice.every) SplitByCount(*choice.every, views);
-  if (!choice.list.empty()) ChooseListed(choice.list, views);
-}
-
-namespace {
-
 Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
   if (!FolderExists(path)) Fail(kNotFound, "{}: no such scene folder", path);
   const std::string& images = options.image_folder;
@@ -84,6 +74,12 @@ void NoteDistortion(Scene* scene) {
 }
 
 }  // namespace
+
+void ChooseTestViews(const TestViews& choice, std::vector<View>* views) {
+  if (choice.every && !choice.list.empty()) Fail(kBadArgument, "--test_every and --test_list: give only one of them");
+  if (choice.every) SplitByCount(*choice.every, views);
+  if (!choice.list.empty()) ChooseListed(choice.list, views);
+}
 
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   const ScopedPhase phase("load scene");

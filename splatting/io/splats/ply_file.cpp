@@ -38,6 +38,32 @@ bool TakeLine(std::string_view* text, std::string_view* line) {
   return true;
 }
 
+double Value(const char* bytes, PlyType type) {
+  const auto read = [bytes](auto value) {
+    std::memcpy(&value, bytes, sizeof(value));
+    return static_cast<double>(value);
+  };
+  switch (type) {
+    case PlyType::kInt8:
+      return read(std::int8_t{});
+    case PlyType::kUint8:
+      return read(std::uint8_t{});
+    case PlyType::kInt16:
+      return read(std::int16_t{});
+    case PlyType::kUint16:
+      return read(std::uint16_t{});
+    case PlyType::kInt32:
+      return read(std::int32_t{});
+    case PlyType::kUint32:
+      return read(std::uint32_t{});
+    case PlyType::kDouble:
+      return read(double{});
+    case PlyType::kFloat:
+      break;
+  }
+  return read(float{});
+}
+
 }  // namespace
 
 std::string PlyRows(std::string_view element) {
@@ -105,36 +131,6 @@ void PlyFile::ReadProperty(std::string_view words) {
 bool PlyFile::Has(std::string_view element) const {
   return std::any_of(elements_.begin(), elements_.end(), [&](const PlyElement& e) { return e.name == element; });
 }
-
-namespace {
-
-double Value(const char* bytes, PlyType type) {
-  const auto read = [bytes](auto value) {
-    std::memcpy(&value, bytes, sizeof(value));
-    return static_cast<double>(value);
-  };
-  switch (type) {
-    case PlyType::kInt8:
-      return read(std::int8_t{});
-    case PlyType::kUint8:
-      return read(std::uint8_t{});
-    case PlyType::kInt16:
-      return read(std::int16_t{});
-    case PlyType::kUint16:
-      return read(std::uint16_t{});
-    case PlyType::kInt32:
-      return read(std::int32_t{});
-    case PlyType::kUint32:
-      return read(std::uint32_t{});
-    case PlyType::kDouble:
-      return read(double{});
-    case PlyType::kFloat:
-      break;
-  }
-  return read(float{});
-}
-
-}  // namespace
 
 PlyTable::PlyTable(const PlyFile& file, std::string_view name) : path_(file.path()), holds_doubles_(file.is_ascii()) {
   for (const PlyElement& element : file.elements()) {
