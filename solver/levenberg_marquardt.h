@@ -122,7 +122,7 @@ class LmStepper {
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;
   std::unique_ptr<BatchedSystem<B>> system_;  // null when x_ has moved
-  std::string frozen_gradient_;               // BatchedSystem::frozen_gradient() at the last linearization
+  std::string zero_column_gradient_;          // BatchedSystem::zero_column_gradient() at the last linearization
   LmSummary summary_;
   Profile profile_{ReadClocksOf<typename B::Space>};  // of the steps of this object, not of those before it was saved
 };

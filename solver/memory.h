@@ -13,12 +13,12 @@ struct ProblemMemory {
   double linearization = 0;  // of one batch, for as long as it is there
   // What it keeps from DiagJTJ for BlockGram, which lets go of it; and what either works in where it has to measure.
   double gram = 0, gram_work = 0;
-  bool keeps_gram = false;       // all the same, since a group is eliminated and what is left has blocks by the damping
-  double blocks = 0;             // the values of a BlockDiagonal of block_groups(); 0: none
-  double cost_work = 0;          // while the cost of a trial is evaluated
-  double between = 0;            // what the caller works in between iterations
-  bool has_own_descent = false;  // WithOwnDescent
-  bool has_own_metric = false;   // WithDampingMetric, which works in nothing worth mentioning
+  bool keeps_gram = false;  // all the same, since a group is eliminated and what is left has blocks by the damping
+  double blocks = 0;        // the values of a BlockDiagonal of block_groups(); 0: none
+  double cost_work = 0;     // while the cost of a trial is evaluated
+  double between = 0;       // what the caller works in between iterations
+  bool has_own_right_hand_side = false;  // WithOwnRightHandSide
+  bool has_own_metric = false;           // WithDampingMetric, which works in nothing worth mentioning
 };
 
 // Linearizations that are there at once, of so many batches.

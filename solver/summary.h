@@ -23,12 +23,12 @@ enum class LmStatus {
   kStoppedByCallback,
   kNoDecrease,  // lambda is at its upper bound, too many rejects in a row, or no step kept what the model promised
   // Failed: the problem, or the x given, is not what a solve needs; the message says what to do.
-  kInfeasible,       // the x given violates a bound
-  kNonFinite,        // the x given, or the derivatives at an x with a finite cost, hold NaN or infinity
-  kBadDiagonal,      // DiagJTJ gives what no sum of squares can be: negative, NaN, infinite
-  kFrozenGradient,   // nothing else is left to gain, but a column that DiagJTJ says is zero has a gradient
-  kDegenerateStart,  // at the x given no step leads anywhere (a quaternion of zeros)
-  kCheckFailed,      // LmOptions::check_derivatives has found a fault
+  kInfeasible,            // the x given violates a bound
+  kNonFinite,             // the x given, or the derivatives at an x with a finite cost, hold NaN or infinity
+  kBadDiagonal,           // DiagJTJ gives what no sum of squares can be: negative, NaN, infinite
+  kGradientInZeroColumn,  // nothing else is left to gain, but a column that DiagJTJ says is zero has a gradient
+  kDegenerateStart,       // at the x given no step leads anywhere (a quaternion of zeros)
+  kCheckFailed,           // LmOptions::check_derivatives has found a fault
 };
 const char* ToString(LmStatus status);
 // One of the three tolerances was met.
@@ -62,7 +62,7 @@ struct LmSummary {
   Index num_tangent = 0;
   Index num_residuals = 0;
   int num_batches = 0;
-  Index num_frozen = 0;  // columns without a positive entry of DiagJTJ in any batch at the last linearization
+  Index num_zero_columns = 0;  // columns without a positive entry of DiagJTJ in any batch at the last linearization
   int num_accepted = 0;
   int num_rejected = 0;
   int num_linearizations = 0;    // of a batch
@@ -86,9 +86,9 @@ struct LmSummary {
   template <class Archive>
   void Visit(Archive& archive) {
     archive(status, message, initial_cost, final_cost, num_parameters, num_tangent, num_residuals, num_batches,
-            num_frozen, num_accepted, num_rejected, num_linearizations, num_cost_evaluations, num_subset_evaluations,
-            num_pcg_iterations, num_products, linearize_seconds, linear_solve_seconds, cost_seconds, total_seconds,
-            linear_solver, configuration, iterations);
+            num_zero_columns, num_accepted, num_rejected, num_linearizations, num_cost_evaluations,
+            num_subset_evaluations, num_pcg_iterations, num_products, linearize_seconds, linear_solve_seconds,
+            cost_seconds, total_seconds, linear_solver, configuration, iterations);
   }
 
   // One line.

@@ -37,20 +37,20 @@ def splat_rooms():
         "render": "",
         "distributed": "density",
         "evaluate": "distributed",
-        "parsimony": "distributed",
+        "pruning": "distributed",
         "cameras/unknowns": "",
         "cameras/derivatives": "cameras/unknowns",
         "cameras/alignment": "cameras/unknowns cameras/derivatives evaluate",
         "cameras/training": "cameras/unknowns cameras/derivatives cameras/alignment adam",
         "cameras/joint": "cameras/unknowns cameras/derivatives",
-        "memory": "adam density evaluate parsimony cameras",
-        "train/settings": "adam density parsimony cameras/unknowns memory",
+        "memory": "adam density evaluate pruning cameras",
+        "train/settings": "adam density pruning cameras/unknowns memory",
         "train/session": "train/settings cameras/unknowns distributed evaluate memory",
-        "train/forecast": "train/settings train/session adam density parsimony",
-        "train/adam_stage": "train/settings train/session train/forecast adam density distributed evaluate parsimony cameras "
+        "train/forecast": "train/settings train/session adam density pruning",
+        "train/adam_stage": "train/settings train/session train/forecast adam density distributed evaluate pruning cameras "
                             "memory",
         "train/lm_stage": "train/settings train/session cameras distributed evaluate memory",
-        "train": "train adam cameras density distributed evaluate memory parsimony",
+        "train": "train adam cameras density distributed evaluate memory pruning",
     }
     return {SPLATS + room: [SPLATS + below for below in lower.split()] + base for room, lower in rooms.items()}
 

@@ -13,9 +13,9 @@ bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option) {
   if (command.command & (kTrain | kConfig)) return true;
   if (!(command.command & (kRefine | kPrune))) return false;
   // These are the model's, or of growth, of which there is none; who refines takes none out.
-  if (option.name.starts_with("parsimony.") && command.command != kPrune) return false;
+  if (option.name.starts_with("pruning.") && command.command != kPrune) return false;
   return !option.name.starts_with("density.") && option.name != "train.sh_degree" &&
-         option.name != "train.background" && option.name != "train.low_pass";
+         option.name != "train.background" && option.name != "train.eps2d";
 }
 
 namespace {
@@ -155,9 +155,9 @@ const FlagTable& ProgramFlags() {
           {kRefines | kViews,
            {"background", &O::background, {0, 1}, "colour behind everything; auto: the splat's, else black"}},
           {kRefines | kViews,
-           {"low_pass",
-            &O::low_pass,
-            {splat::kLeastLowPass, splat::kMostLowPass},
+           {"eps2d",
+            &O::eps2d,
+            {splat::kMinEps2d, splat::kMaxEps2d},
             "variance of the filter that Gaussians are blurred by, pixels^2; auto: the splat's, else 0.3"},
            kRefines | kViews},
           {kViews | kDoctor, {"downscale", &O::downscale, {1, 64}, "divide the images' width and height by this"}},

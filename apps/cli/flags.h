@@ -83,7 +83,7 @@ struct Flags {
   std::string set;  // never filled: CommandLine::options has them
   bool fixed_model = false;
   std::optional<std::array<double, 3>> background;  // none: what the splat states
-  std::optional<double> low_pass;                   // likewise
+  std::optional<double> eps2d;                      // likewise
   int downscale = 1;
   // How a scene is read (apps/inputs/scene_and_splat.h).
   std::string images = "images", test_list;

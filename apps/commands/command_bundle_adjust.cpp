@@ -116,7 +116,7 @@ Adjusted SolveOverRanks(const bundle::BundleProblemOptions& problem_options, con
                         bundle::BundleData& data, const LmCallback& callback) {
   constexpr int kParts = 64;
   bundle::BundleParts parts(data, kParts, problem_options);
-  DistributedProblem<Cpu> problem(WorldRanks(), parts);
+  DistributedProblem<Cpu> problem(WorldCommunicator(), parts);
   const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
   const auto rms_error = [&] {
     std::vector<double> mine;

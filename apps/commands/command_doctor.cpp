@@ -9,7 +9,7 @@
 #include "apps/cli/process.h"
 #include "apps/commands/commands.h"
 #include "apps/device/device.h"
-#include "apps/doctor/scene_doubts.h"
+#include "apps/doctor/scene_warnings.h"
 #include "apps/inputs/scene_and_splat.h"
 #include "apps/settings/train_settings.h"
 #include "kernels/core/process_memory.h"
@@ -81,7 +81,7 @@ int RunDoctor(const CommandLine& line) {
   CheckSceneFolder(path);
   const gs::Scene scene = gs::LoadScene(path, SceneOptions(line.flags, settings.options));
   PrintWhatItIs(path, scene);
-  const std::vector<std::string> doubts = SceneDoubts(scene);
+  const std::vector<std::string> doubts = SceneWarnings(scene);
   Print("{}", doubts.empty() ? "Nothing odd is seen\n" : "To look at:\n");
   for (const std::string& doubt : doubts) Print("  {}\n", OneLine(doubt));
   std::fflush(stdout);

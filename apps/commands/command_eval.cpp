@@ -5,7 +5,7 @@
 #include "apps/cli/outputs.h"
 #include "apps/cli/print.h"
 #include "apps/commands/commands.h"
-#include "apps/inputs/doubts.h"
+#include "apps/inputs/input_warnings.h"
 #include "apps/inputs/scene_and_splat.h"
 #include "apps/training/metrics_json.h"
 #include "kernels/core/files.h"
@@ -63,7 +63,7 @@ int RunEval(const CommandLine& line) {
   const std::optional<gs::AlignedEvaluation> aligned = MeasureAligned(posed, flags.align);
   if (aligned) PrintAligned(*aligned);
   Print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
-  Print("{}", DoubtOfScene(evaluation.train.psnr));
+  Print("{}", WarningOfScene(evaluation.train.psnr));
   if (!flags.json.empty()) {
     WriteFileAtomically(
         flags.json, EvaluationJson(evaluation, aligned ? &*aligned : nullptr, posed.model, {.threads = NumThreads()}));

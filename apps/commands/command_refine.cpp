@@ -19,7 +19,7 @@
 #include "kernels/core/process_memory.h"
 #include "splatting/adam/adam_options.h"
 #include "splatting/io/splats/ply.h"
-#include "splatting/parsimony/prune.h"
+#include "splatting/pruning/prune.h"
 #include "splatting/train/trainer.h"
 
 namespace vesta::app {
@@ -47,7 +47,7 @@ bool IsGiven(const CommandLine& line, const char* option) {
 void CheckOneGoal(const CommandLine& line, const gs::TrainOptions& options) {
   const Flags& flags = line.flags;
   const int own = (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
-  const bool keeps = own == 0 ? options.parsimony.prunes() : IsGiven(line, "parsimony.keep");
+  const bool keeps = own == 0 ? options.pruning.prunes() : IsGiven(line, "pruning.keep_fraction");
   if (own + (keeps ? 1 : 0) == 0) {
     throw UsageError("how much is to go? Give --keep=PART, under 1, --max_loss or --size_mib");
   }
@@ -67,17 +67,17 @@ std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedMo
   const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
   if (!line.flags.max_loss && !is_short) return "";
   const Index before = posed.model.count;
-  gs::PruneOptions prune{.goal = {}, .supported = options.parsimony.supported};
+  gs::PruneOptions prune{.goal = {}, .prune_unseen = options.pruning.prune_unseen};
   if (line.flags.max_loss) {
     prune.goal.max_rise = line.flags.max_loss;
   } else {
-    const double kept = std::floor(options.parsimony.keep * static_cast<double>(before));
+    const double kept = std::floor(options.pruning.keep_fraction * static_cast<double>(before));
     prune.goal.count = std::max<Index>(1, static_cast<Index>(kept));
   }
   gs::PruneResult result =
       gs::Prune(std::move(posed.model), gs::TrainingViewsOf(posed.scene, options.background), prune);
   posed.model = std::move(result.model);
-  options.parsimony.keep = 1;
+  options.pruning.keep_fraction = 1;
   return fmt::format("pruned from {} to {} Gaussians in {} rounds; cost of the training views {:.3f} times what it was",
                      before, posed.model.count, result.rounds, result.cost_after / result.cost_before);
 }
@@ -103,7 +103,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
     files.Check();
     return loaded;
   });
-  options.background = ToDouble(posed.model.background), options.low_pass = posed.model.low_pass;
+  options.background = ToDouble(posed.model.background), options.eps2d = posed.model.eps2d;
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   const std::string note = change(settings.options, posed);
@@ -134,8 +134,8 @@ int RunRefine(const CommandLine& line) {
 int RunPrune(const CommandLine& line) {
   CheckOneGoal(line, SettingsOf(line).options);
   return RefineChanged(line, [&](gs::TrainOptions& options, PosedModel& posed) {
-    if (line.flags.size_mib) options.parsimony.keep = PartIn(*line.flags.size_mib, posed.model);
-    const std::string goal = GoalText(line.flags, options.parsimony.keep);
+    if (line.flags.size_mib) options.pruning.keep_fraction = PartIn(*line.flags.size_mib, posed.model);
+    const std::string goal = GoalText(line.flags, options.pruning.keep_fraction);
     const std::string now = PruneNow(line, options, posed);
     return now.empty() ? fmt::format("pruned by and by from {} Gaussians, as {} asks", posed.model.count, goal)
                        : fmt::format("{}, as {} asks", now, goal);

@@ -61,7 +61,7 @@ class FinishedRuns {
     gs::LoadSceneOptions how = SceneOptions(flags, options);
     LoadFor(model_, &how);
     const std::string key = fmt::format("{} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
-                                        how.low_pass, flag_texts, how.hold_out);
+                                        how.eps2d, flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {
       scene_.reset();  // before the next one takes its room
       scene_ = gs::LoadScene(run.scene, how);

@@ -3,7 +3,7 @@
 #include "apps/device/device.h"
 #include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "splatting/train/session/stage_runners.h"
 
 namespace vesta::app {

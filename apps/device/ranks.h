@@ -6,13 +6,13 @@
 #include <memory>
 #include <string>
 
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 
 namespace vesta::app {
 
 // All processes, where mpirun or alike started several; else this one alone. The first call begins MPI. Throws Error
 // where processes were started together by a program that was built without MPI.
-Ranks& WorldRanks();
+Communicator& WorldCommunicator();
 // Whether another process has said the same, so that it need not be said again.
 bool IsKnownToOthers(const std::string& why);
 // Where there are others, tells them why this process ends, unless they know, and ends it at once, since MPI would wait
@@ -24,13 +24,13 @@ void MeetAtEnd();
 std::string RankPrefix();
 
 // The first of the processes prints and writes files.
-inline bool IsFirstRank() { return WorldRanks().rank() == 0; }
+inline bool IsFirstRank() { return WorldCommunicator().rank() == 0; }
 // What body gives, of the first process before the others begin: what is wrong for all is said once.
 template <class Body>
 auto FirstRankFirst(const Body& body) {
-  if (!IsFirstRank()) OnAnyRank(WorldRanks(), false);
+  if (!IsFirstRank()) OnAnyRank(WorldCommunicator(), false);
   auto result = body();
-  if (IsFirstRank()) OnAnyRank(WorldRanks(), false);
+  if (IsFirstRank()) OnAnyRank(WorldCommunicator(), false);
   return result;
 }
 

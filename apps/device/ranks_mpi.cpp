@@ -7,18 +7,18 @@
 
 #include "apps/cli/print.h"
 #include "apps/device/ranks.h"
-#include "kernels/mpi/mpi_ranks.h"
+#include "kernels/mpi/mpi_communicator.h"
 
 namespace vesta::app {
 namespace {
 
-std::unique_ptr<Ranks> world;
+std::unique_ptr<Communicator> world;
 
 void Warn(const std::string& line) { PrintText(stderr, "vesta: " + line + "\n"); }
 
 }  // namespace
 
-Ranks& WorldRanks() {
+Communicator& WorldCommunicator() {
   if (!world) {
     if (IsStartedInRanks()) {
       world = StartMpi({.warn = Warn});
@@ -31,7 +31,7 @@ Ranks& WorldRanks() {
 
 bool IsKnownToOthers(const std::string& why) {
   try {
-    return WorldRanks().IsKnown(why);
+    return WorldCommunicator().IsKnown(why);
   } catch (const Error&) {
     return false;  // without MPI each says its own
   }

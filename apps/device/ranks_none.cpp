@@ -5,7 +5,7 @@
 
 namespace vesta::app {
 
-Ranks& WorldRanks() {
+Communicator& WorldCommunicator() {
   static SoloRank alone;
   if (NumStartedRanks() > 1) {
     Fail(kUnavailable,

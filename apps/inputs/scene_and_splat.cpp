@@ -12,7 +12,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
 #include "kernels/core/process_memory.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 
 namespace vesta::app {
@@ -91,11 +91,11 @@ void PrintScene(const gs::Scene& scene) {
 
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model) {
   if (flags.background) model->background = ToFloat(*flags.background);
-  if (flags.low_pass) model->low_pass = *flags.low_pass;
+  if (flags.eps2d) model->eps2d = *flags.eps2d;
 }
 
 void LoadFor(const gs::SplatModel& model, gs::LoadSceneOptions* options) {
-  options->background = model.background, options->low_pass = model.low_pass;
+  options->background = model.background, options->eps2d = model.eps2d;
 }
 
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,

@@ -33,7 +33,7 @@ void PrintScene(const gs::Scene& scene);
 
 // A splat and the scene it shows: what refine, eval and render start from.
 struct PosedModel {
-  gs::SplatModel model;  // in the frame of the scene; its background and low_pass are those to render with
+  gs::SplatModel model;  // in the frame of the scene; its background and eps2d are those to render with
   gs::Scene scene;
 };
 

@@ -19,7 +19,7 @@
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/scenes/load_scene.h"
-#include "splatting/parsimony/support.h"
+#include "splatting/pruning/coverage.h"
 
 namespace vesta::app {
 namespace {
@@ -64,13 +64,13 @@ gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, Run
   if (flags.scene.empty()) return gs::FindFloaters(model, nullptr);
   gs::LoadSceneOptions options;
   UseSceneFlags(flags, 0, &options);
-  options.low_pass = model.low_pass;
+  options.eps2d = model.eps2d;
   const gs::Scene scene = gs::LoadScene(flags.scene, options);
   files->ReadsScene(flags.scene, scene);
   files->Check();
   gs::SplatModel moved = model;
   gs::MoveToScene(scene, &moved);
-  const gs::JudgingViews judges = gs::TrainingViewsOf(scene, ToDouble(model.background));
+  const gs::ScoringViews judges = gs::TrainingViewsOf(scene, ToDouble(model.background));
   return gs::FindFloaters(moved, &judges);
 }
 

@@ -119,6 +119,9 @@ void ConfigFile::Apply(gs::TrainOptions& options) const {
       const std::string name = fmt::format("{}.{}", room, key);
       const schema::Field<gs::TrainOptions>* field = schema::Find(gs::TrainFields(), name);
       if (!field) {
+        if (const std::string renamed = gs::RenamedOption(name); !renamed.empty()) {
+          Fail(kBadFile, "{}: {}: this option is now called {}", path_, name, renamed);
+        }
         const std::vector<std::string> nearest = schema::Nearest(name, schema::Names(gs::TrainFields()));
         Fail(kBadFile, "{}: {}: no such option; {}`vesta config` prints all", path_, Printable(name),
              nearest.empty() ? "" : fmt::format("nearest: {}; ", fmt::join(nearest, ", ")));
@@ -152,12 +155,12 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
   if (line.command->command == kRefine) {  // a file may ask for what refining does not do
-    settings.options.parsimony = PresetOf(*line.command, settings.preset, flags.method).parsimony;
+    settings.options.pruning = PresetOf(*line.command, settings.preset, flags.method).pruning;
   }
   if (flags.fixed_model) {
     settings.options.density.enabled = false;
-    settings.options.parsimony = gs::ParsimonyOptions::None();
-    settings.options.adam.sh_band_every = 0;
+    settings.options.pruning = gs::PruningOptions::None();
+    settings.options.adam.sh_degree_interval = 0;
   }
   gs::ValidateOptions(settings.options);
   return settings;
@@ -168,7 +171,7 @@ gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& op
   UseSceneFlags(flags, options.memory.budget_gib, &scene);
   scene.downscale = options.downscale;
   scene.background = ToFloat(options.background);
-  scene.low_pass = options.low_pass;
+  scene.eps2d = options.eps2d;
   scene.random_points.seed = options.seed;
   scene.hold_out = options.target_psnr > 0;
   return scene;

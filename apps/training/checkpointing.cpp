@@ -16,15 +16,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // What the model, its photographs or the saved state are made of.
-constexpr const char* kFixed[] = {"adam.metric",     "adam.views_per_iteration", "cameras.refine",   "train.sh_degree",
-                                  "train.downscale", "train.low_pass",           "train.background", "train.seed"};
+constexpr const char* kFixed[] = {"adam.second_moment", "adam.batch_size", "cameras.refine",   "train.sh_degree",
+                                  "train.downscale",    "train.eps2d",     "train.background", "train.seed"};
 
 bool IsFixed(const std::string& name, gs::Stage stage) {
   for (const char* fixed : kFixed) {
     if (name == fixed) return true;
   }
   return stage == gs::Stage::kLm &&
-         (name.starts_with("adam.") || name.starts_with("density.") || name.starts_with("rates."));
+         (name.starts_with("adam.") || name.starts_with("density.") || name.starts_with("lr."));
 }
 
 }  // namespace
@@ -92,7 +92,7 @@ void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& befor
   const gs::AdamOptions& adam = now.options.adam;
   if (adam.iterations && gs::NumIterations(adam) <= done) {
     Fail(kBadArgument, "{}: {} iterations of Adam are done; --iterations={} must be more", checkpoint.path,
-         done * adam.views_per_iteration, *adam.iterations);
+         done * adam.batch_size, *adam.iterations);
   }
 }
 

@@ -46,7 +46,7 @@ Json ToJson(const gs::AlignedEvaluation& aligned) {
   return json;
 }
 
-Json ToJson(const Ranks& ranks) {
+Json ToJson(const Communicator& ranks) {
   constexpr double kBytesInMib = 1 << 20;
   const RankTraffic& traffic = ranks.traffic();
   return {{"count", ranks.size()},
@@ -166,7 +166,7 @@ std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEv
   if (aligned != nullptr) json["aligned"] = ToJson(*aligned);
   json["train"] = ToJson(evaluation.train);
   json["cost"] = evaluation.cost;
-  json["low_pass"] = model.low_pass;
+  json["eps2d"] = model.eps2d;
   AddModel(model, &json);
   json["device"] = facts.device;
   json["threads"] = facts.threads;

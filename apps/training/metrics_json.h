@@ -8,7 +8,7 @@
 
 #include "apps/settings/train_settings.h"
 #include "kernels/core/profile.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "splatting/cameras/alignment/align_view.h"
 #include "splatting/train/session/train_result.h"
 
@@ -24,8 +24,8 @@ struct RunFacts {
   double peak_memory_mib = 0;
   const char* device = "cpu";
   int threads = 0;
-  const Ranks* ranks = nullptr;        // null: not started by MPI
-  std::vector<PhaseRow> profile = {};  // of --profile
+  const Communicator* ranks = nullptr;  // null: not started by MPI
+  std::vector<PhaseRow> profile = {};   // of --profile
 };
 
 // Fields as docs/guide/metrics.md lists them. test, train and held_out

@@ -15,7 +15,7 @@
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/device/ranks.h"
-#include "apps/inputs/doubts.h"
+#include "apps/inputs/input_warnings.h"
 #include "apps/inputs/scene_and_splat.h"
 #include "apps/report/report.h"
 #include "apps/training/checkpointing.h"
@@ -44,12 +44,12 @@ void RemarkOnOrigin(const gs::SplatModel& model, Remarks* remarks) {
       o[0], o[1], o[2]));
 }
 
-void RemarkOnLowPass(const gs::SplatModel& model, Remarks* remarks) {
-  if (model.low_pass == splat::kLowPass) return;
+void NoteEps2d(const gs::SplatModel& model, Remarks* remarks) {
+  if (model.eps2d == splat::kEps2d) return;
   remarks->push_back(fmt::format(
       "the splat is made for a low-pass filter of {} pixels^2; other viewers blur by {}: the guide says what "
       "that costs",
-      model.low_pass, splat::kLowPass));
+      model.eps2d, splat::kEps2d));
 }
 
 // Memory is foreseen, and what is foreseen can be wrong.
@@ -103,7 +103,7 @@ void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
 }
 
 // Null where the program was started alone.
-Ranks* RanksOfTraining() { return IsStartedInRanks() ? &WorldRanks() : nullptr; }
+Communicator* TrainingCommunicator() { return IsStartedInRanks() ? &WorldCommunicator() : nullptr; }
 
 // Trains, and shows and saves what the flags ask for on the way. Adam's result is written before LM begins. view: of
 // the page of --view, or null.
@@ -111,7 +111,7 @@ gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, Training
   const Flags& flags = job.line.flags;
   ProgressLine progress(stdout);
   gs::TrainCallbacks callbacks = CallbacksShownOn(&progress, job.settings.options.lm.iterations > 0, flags.log_lm);
-  callbacks.ranks = RanksOfTraining();
+  callbacks.ranks = TrainingCommunicator();
   SaveOnTheWay(flags, job.scene, job.settings.options, *job.out, &callbacks);
   if (view) view->monitor().Follow(&callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
@@ -146,7 +146,7 @@ void SaveResults(const TrainingJob& job, const gs::TrainResult& result, Training
                              .peak_memory_mib = PeakMemoryMib(),
                              .device = job.stages.device.c_str(),
                              .threads = NumThreads(),
-                             .ranks = RanksOfTraining(),
+                             .ranks = TrainingCommunicator(),
                              .profile = Profile::Current() ? Profile::Current()->Rows() : std::vector<PhaseRow>()},
                             job.settings));
 }
@@ -157,9 +157,9 @@ void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const s
   Print("{}", cameras);
   if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
     if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
-    Print("{}", DoubtOfScene(result.history.front().train.psnr));
+    Print("{}", WarningOfScene(result.history.front().train.psnr));
   } else if (!result.stopped) {
-    Print("{}", DoubtOfTraining(job.scene, result.history.back().train.psnr));
+    Print("{}", WarningOfTraining(job.scene, result.history.back().train.psnr));
   }
 }
 
@@ -178,7 +178,7 @@ void WriteOwnReport(const TrainingJob& job, const TrainingResults& results, gs::
 void TrainWithOthers(const TrainRun& run) {
   gs::TrainCallbacks callbacks;
   callbacks.stop = Interrupted;
-  callbacks.ranks = RanksOfTraining();
+  callbacks.ranks = TrainingCommunicator();
   run(callbacks);
 }
 
@@ -224,7 +224,7 @@ void LogIteration(const gs::TrainProgress& p) {
 std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat) {
   Remarks remarks;
   RemarkOnOrigin(result.model, &remarks);
-  RemarkOnLowPass(result.model, &remarks);
+  NoteEps2d(result.model, &remarks);
   RemarkOnMemory(job.settings.options.memory, result.memory, &remarks);
   RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
   return remarks;

@@ -77,6 +77,7 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
 
 [[noreturn]] void RefuseFlag(const GivenFlag& flag, const CommandInfo& command) {
   const std::string& name = flag.name;
+  if (name == "low_pass") throw UsageError("--low_pass: this flag is now called --eps2d");
   std::vector<const char*> takers;
   for (const CommandInfo& other : Commands()) {
     GivenFlag copy = flag;
@@ -91,6 +92,8 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
 }
 
 [[noreturn]] void RefuseKey(const std::string& key, const CommandInfo& command) {
+  const std::string renamed = gs::RenamedOption(key);
+  if (!renamed.empty()) throw UsageError(fmt::format("--set {}: this option is now called {}", key, renamed));
   std::vector<std::string> known;
   for (const ListedFlag& option : OptionsOf(command)) known.push_back(option.name);
   const std::vector<std::string> nearest = schema::Nearest(key, known);
@@ -159,7 +162,7 @@ void CheckArguments(const CommandLine& line) {
 }
 
 // Of the flags that set options, those that few need.
-constexpr std::string_view kRareFlags[] = {"low_pass"};
+constexpr std::string_view kRareFlags[] = {"eps2d"};
 
 }  // namespace
 

@@ -28,8 +28,8 @@ constexpr schema::Choice<FrameKind> kKinds[] = {{FrameKind::kRender, "render"},
                                                 {FrameKind::kMedianDepth, "median_depth"},
                                                 {FrameKind::kNormals, "normals"},
                                                 {FrameKind::kCount, "count"},
-                                                {FrameKind::kWorth, "worth"},
-                                                {FrameKind::kSupport, "support"}};
+                                                {FrameKind::kRemovalCost, "removal_cost"},
+                                                {FrameKind::kCoverage, "coverage"}};
 static_assert(schema::EachOnce(kKinds));
 
 constexpr schema::Range kSide{16, 4096}, kFocal{0.05, 50}, kCoordinate{-1e12, 1e12};
@@ -53,7 +53,8 @@ FrameKind KindOf(const std::string& name) {
   for (const auto& choice : kKinds) {
     if (name == choice.name) return choice.value;
   }
-  Fail(kBadArgument, "kind: must be render, truth, difference, depth, median_depth, normals, count, worth or support");
+  Fail(kBadArgument,
+       "kind: must be render, truth, difference, depth, median_depth, normals, count, removal_cost or coverage");
 }
 
 gs::View FreeView(const HttpQuery& query, gs::ImageSize size) {
@@ -107,7 +108,7 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   const splat::Model<float> kernel_model = gs::ToKernelModel(model);
   splat::PosedCamera posed = gs::ToPosedCamera(request.view, gs::NearPlane(scene_));
   // Cameras that the page makes have none of their own, nor has a splat that is being trained.
-  posed.low_pass = scene_.views.empty() ? model.low_pass : scene_.views.front().camera.low_pass;
+  posed.eps2d = scene_.views.empty() ? model.eps2d : scene_.views.front().camera.eps2d;
   splats_.Build(kernel_model, posed, background_.data(), workspace_);
   switch (request.kind) {
     case FrameKind::kCount:
@@ -118,8 +119,8 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
       return DepthImage(kernel_model, gs::DepthKind::kMedian);
     case FrameKind::kNormals:
       return gs::NormalColors(gs::NormalsOf(splats_, kernel_model, workspace_));
-    case FrameKind::kWorth:
-    case FrameKind::kSupport:
+    case FrameKind::kRemovalCost:
+    case FrameKind::kCoverage:
       return ValueImage(*places);
     default:
       break;
@@ -160,7 +161,7 @@ FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, c
   FrameRequest request;
   request.kind = KindOf(TextOf(query, "kind"));
   if (ShowsValues(request.kind) && scene.views.empty())
-    Fail(kBadArgument, "kind: worth and support are to views; there is no scene");
+    Fail(kBadArgument, "kind: removal_cost and coverage are to views; there is no scene");
   const bool shows_photo = request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference;
   gs::ImageSize size{ValueOf<int>(query, "width", kSide), ValueOf<int>(query, "height", kSide)};
   if (!query.contains("photo")) {

@@ -7,11 +7,11 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/unknowns/moved_view.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 
 namespace vesta::app {
 
-std::vector<float> PlacesOfWorth(const std::vector<double>& rise) {
+std::vector<float> RemovalCostColors(const std::vector<double>& rise) {
   std::vector<double> positive;
   for (const double r : rise) {
     if (r > 0) positive.push_back(r);
@@ -23,10 +23,10 @@ std::vector<float> PlacesOfWorth(const std::vector<double>& rise) {
   return places;
 }
 
-std::vector<float> PlacesOfSupport(const std::vector<gs::Support>& support) {
+std::vector<float> CoverageColors(const std::vector<gs::Coverage>& support) {
   std::vector<float> places;
   places.reserve(support.size());
-  for (const gs::Support& s : support) {
+  for (const gs::Coverage& s : support) {
     places.push_back(s.shown > 0 ? static_cast<float>(s.shown / (s.shown + s.body)) : 0.0f);
   }
   return places;
@@ -66,11 +66,11 @@ void GaussianValues::MeasureInto(State& state, GaussianValue value, const ShownM
 
 std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel::Shown& shown) const {
   const std::vector<gs::View> views = TrainingViews(shown);
-  gs::JudgingViews judges{.views = {}, .background = background_, .near = gs::NearPlane(scene_)};
+  gs::ScoringViews judges{.views = {}, .background = background_, .near = gs::NearPlane(scene_)};
   for (const gs::View& view : views) judges.views.push_back(&view);
   const splat::Model<float> model = gs::ToKernelModel(*shown.model);
-  if (value == GaussianValue::kSupport) return PlacesOfSupport(gs::MeasureSupport(model, judges));
-  return PlacesOfWorth(gs::MeasureWorth(model, judges).rise);
+  if (value == GaussianValue::kCoverage) return CoverageColors(gs::MeasureCoverage(model, judges));
+  return RemovalCostColors(gs::MeasureRemovalCost(model, judges).rise);
 }
 
 std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& shown) const {

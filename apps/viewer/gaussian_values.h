@@ -15,17 +15,17 @@
 #include "apps/viewer/training_monitor.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/parsimony/support.h"
+#include "splatting/pruning/coverage.h"
 
 namespace vesta::app {
 
-enum class GaussianValue { kWorth, kSupport };
+enum class GaussianValue { kRemovalCost, kCoverage };
 
 // By Gaussian a place on a scale from 0 to 1. Of what the cost rises by without it: 0 where it does not rise, in the
 // middle the median of all others.
-std::vector<float> PlacesOfWorth(const std::vector<double>& rise);
+std::vector<float> RemovalCostColors(const std::vector<double>& rise);
 // 0 where the views show nothing of it, in the middle where they show as much of it as one image could hold of all.
-std::vector<float> PlacesOfSupport(const std::vector<gs::Support>& support);
+std::vector<float> CoverageColors(const std::vector<gs::Coverage>& support);
 
 struct MeasuredValues {
   ShownModel::Shown of;

@@ -65,8 +65,8 @@ std::string_view ViewerPage() {
       <label><input type="radio" name="kind" value="median_depth">median depth</label>
       <label><input type="radio" name="kind" value="normals">normals</label>
       <label><input type="radio" name="kind" value="count">count</label>
-      <label class="of-scene"><input type="radio" name="kind" value="worth">worth</label>
-      <label class="of-scene"><input type="radio" name="kind" value="support">support</label>
+      <label class="of-scene"><input type="radio" name="kind" value="removal_cost">worth</label>
+      <label class="of-scene"><input type="radio" name="kind" value="coverage">support</label>
       <label class="of-photo"><input type="radio" name="kind" value="truth">truth</label>
       <label class="of-photo"><input type="radio" name="kind" value="difference">difference</label>
     </div>

@@ -177,8 +177,8 @@ HttpReply Viewer::Frame(const HttpQuery& query) {
 }
 
 HttpReply Viewer::FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown) {
-  const bool is_worth = request.kind == FrameKind::kWorth;
-  const auto values = values_.Ask(is_worth ? GaussianValue::kWorth : GaussianValue::kSupport, shown);
+  const bool is_removal_cost = request.kind == FrameKind::kRemovalCost;
+  const auto values = values_.Ask(is_removal_cost ? GaussianValue::kRemovalCost : GaussianValue::kCoverage, shown);
   constexpr int kAccepted = 202;
   if (!values) return {kAccepted, "text/plain", "what the Gaussians are to the training views is being measured\n"};
   return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->places), values->of);

@@ -46,7 +46,7 @@ StepCost AdamIterationCost(const Workload& workload, int repeats) {
   device::ResetPeak();
   const std::vector<gs::TargetView<Gpu>> targets = TargetsOf(workload);
   const int degree = workload.model.sh_degree, attributes = splat::NumAttributes(degree);
-  gs::TrainedModel<Gpu> trained(workload.model, gs::Adam<Gpu>(gs::LearningRates(), gs::AdamMetric::kBlock),
+  gs::TrainedModel<Gpu> trained(workload.model, gs::Adam<Gpu>(gs::LearningRates(), gs::SecondMoment::kBlock),
                                 gs::DensityControl<Device>(gs::DensityOptions(), workload.extent, 1), workload.views,
                                 workload.extent);
   DevicePhotometricLoss loss{PhotometricWeights{.l1_floor = 0}};
@@ -66,7 +66,7 @@ StepCost AdamIterationCost(const Workload& workload, int repeats) {
     loss.Gradient(image, target.truth, shape, image_gradient);
     view.AddJT(x, image.data(), image_gradient.data(), trained.gradient(attributes), workspace);
     trained.density().Observe(
-        gs::density::PullsOf(view, workspace.splat_sums.data(), static_cast<double>(shape.NumValues())));
+        gs::density::Grad2dOf(view, workspace.splat_sums.data(), static_cast<double>(shape.NumValues())));
     static_cast<void>(loss.Value());
     trained.Step(attributes, 1);
   };
@@ -84,7 +84,7 @@ StepCost LmIterationCost(const Workload& workload) {
   gs::SplatProblemOptions options;
   options.count = workload.model.count;
   options.sh_degree = workload.model.sh_degree;
-  options.view_agreement = 0;
+  options.gradient_shrinkage = 0;
   gs::SplatProblem<Gpu> problem(options, targets);
   LmOptions engine;
   engine.max_iterations = 2;

@@ -145,7 +145,7 @@ class Bench {
     }
     gs::SplatProblemOptions options;
     options.count = workload_.model.count;
-    options.view_agreement = 0;
+    options.gradient_shrinkage = 0;
     gs::SplatProblem<CpuBackend<float>> problem(options, targets);
     const auto size = static_cast<Index>(workload_.model.data.size());
     const HostSpan<const float> x(workload_.model.data.data(), size);

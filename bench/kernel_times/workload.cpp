@@ -19,7 +19,7 @@ Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
   workload.name = "photographs";
   workload.model = gs::ReadSplatPly(ply);
   gs::LoadSceneOptions loading;
-  loading.low_pass = workload.model.low_pass;
+  loading.eps2d = workload.model.eps2d;
   const gs::Scene scene = gs::LoadScene(scene_path, loading);
   workload.extent = scene.extent;
   for (const gs::View& view : scene.views) {
@@ -54,7 +54,7 @@ Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views
   constexpr double kOpacity = 0.5;
   const double support = std::log2(kOpacity / splat::kAlphaFloor) / (splat::kWhitening * splat::kWhitening);
   const double variance = overlap * width * height / (static_cast<double>(gaussians) * 3.14159265358979 * support);
-  const double sigma = std::sqrt(std::max(variance - splat::kLowPass, 0.05));
+  const double sigma = std::sqrt(std::max(variance - splat::kEps2d, 0.05));
   CounterRandom random(7, 0);
   workload.model.Resize(3, gaussians);
   for (Index i = 0; i < gaussians; ++i) {

@@ -22,7 +22,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
-#include "kernels/mpi/mpi_ranks.h"
+#include "kernels/mpi/mpi_communicator.h"
 #include "problems/bundle_adjustment/bundle_parts.h"
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
@@ -45,7 +45,7 @@ struct Heard {
   double exchanges = 0, mib = 0, gathered_mib = 0;
 };
 template <class Body>
-Heard HeardIn(const Ranks& ranks, const Body& body) {
+Heard HeardIn(const Communicator& ranks, const Body& body) {
   const RankTraffic before = ranks.traffic();
   body();
   return {static_cast<double>(ranks.traffic().exchanges - before.exchanges),
@@ -55,7 +55,7 @@ Heard HeardIn(const Ranks& ranks, const Body& body) {
 
 // Of one problem at x. distributed: null for one that has no parts.
 template <Backend B>
-Row Measure(Ranks& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstVectorView x,
+Row Measure(Communicator& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstVectorView x,
             const LmOptions& lm, int repeats) {
   B backend;
   const ProblemAdaptor<B> all(problem);
@@ -119,7 +119,7 @@ int Whole(const Arguments& arguments, const char* flag, const char* fallback) {
   return std::stoi(arguments.Flag(flag, fallback));
 }
 
-Row MeasureBundle(Ranks& ranks, const Arguments& arguments) {
+Row MeasureBundle(Communicator& ranks, const Arguments& arguments) {
   bundle::BundleData data = bundle::Generate({.num_cameras = Whole(arguments, "cameras", "200"),
                                               .num_points = Whole(arguments, "points", "100000"),
                                               .mean_track = std::stod(arguments.Flag("track", "8"))});
@@ -135,12 +135,12 @@ Row MeasureBundle(Ranks& ranks, const Arguments& arguments) {
   return Measure<Cpu>(ranks, problem, &problem, x, bundle::BundleLmOptions(), repeats);
 }
 
-Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
+Row MeasureSplats(Communicator& ranks, const Arguments& arguments) {
   if (arguments.positional.size() != 3) Fail(kBadArgument, "the form is `scaling splats SCENE SPLAT.ply`");
   gs::LoadSceneOptions loading;
   loading.downscale = Whole(arguments, "downscale", "1");
   const gs::SplatModel model = gs::ReadSplatPly(arguments.positional[2]);
-  loading.low_pass = model.low_pass;
+  loading.eps2d = model.eps2d;
   const gs::Scene scene = gs::LoadScene(arguments.positional[1], loading);
   using Cpu = CpuBackend<float>;
   std::vector<const gs::View*> views = gs::TrainingViews(scene.views);
@@ -165,7 +165,7 @@ int Main(int argc, char** argv) {
   const Arguments arguments(
       argc, argv, {"cameras", "points", "track", "threads", "repeats", "parts", "plain", "views", "downscale", "json"});
   SetNumThreads(Whole(arguments, "threads", "1"));
-  const std::unique_ptr<Ranks> ranks = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
+  const std::unique_ptr<Communicator> ranks = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
   const std::string what = arguments.positional.empty() ? "" : arguments.positional[0];
   if (what != "bal" && what != "splats") Fail(kBadArgument, "`scaling bal` or `scaling splats SCENE SPLAT.ply`");
   try {

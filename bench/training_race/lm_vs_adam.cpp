@@ -119,7 +119,7 @@ const Outcome* SameAdam(const std::vector<Outcome>& outcomes, const Outcome& our
   for (const Outcome& outcome : outcomes) {
     if (outcome.method.kind == MethodKind::kAdam &&
         outcome.method.options.adam.iterations == ours.method.options.adam.iterations &&
-        outcome.method.options.adam.rate_factor == ours.method.options.adam.rate_factor) {
+        outcome.method.options.adam.lr_scale == ours.method.options.adam.lr_scale) {
       return &outcome;
     }
   }

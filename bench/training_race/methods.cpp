@@ -40,10 +40,10 @@ Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
   Method method{fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, ours};
   method.options.lm.iterations = 0;
   gs::AdamOptions& adam = method.options.adam;
-  adam.metric = gs::AdamMetric::kDiagonal;
-  adam.coarse_part = 0;
+  adam.second_moment = gs::SecondMoment::kDiagonal;
+  adam.half_resolution_until = 0;
   adam.iterations = iterations;
-  adam.rate_factor = factor;
+  adam.lr_scale = factor;
   return method;
 }
 
@@ -52,8 +52,8 @@ Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   gs::LmStageOptions& lm = method.options.lm;
-  lm.min_gain = 0;
-  lm.view_agreement = 0;
+  lm.function_tolerance = 0;
+  lm.gradient_shrinkage = 0;
   lm.initial_lambda = 0.004;
   return method;
 }
@@ -69,7 +69,7 @@ Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {
 std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views) {
   const int shortest = std::max(*ours.adam.iterations, kEpochs * training_views);
   const std::vector<int> lengths = Counts(arguments, "lengths", {shortest, 2 * shortest, 4 * shortest});
-  const std::vector<double> factors = RateFactors(arguments, ours.adam.rate_factor);
+  const std::vector<double> factors = RateFactors(arguments, ours.adam.lr_scale);
   std::vector<Method> methods;
   for (const std::string& group : SplitAtCommas(arguments.Flag("methods", "ours,paper,adam"))) {
     if (group == "ours") {
@@ -82,10 +82,10 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
       for (const int length : lengths) {
         for (const double factor : factors) {
           methods.push_back(AdamMethod(ours, length, factor));
-          has_ours = has_ours || (length == ours.adam.iterations && factor == ours.adam.rate_factor);
+          has_ours = has_ours || (length == ours.adam.iterations && factor == ours.adam.lr_scale);
         }
       }
-      if (!has_ours) methods.push_back(AdamMethod(ours, *ours.adam.iterations, ours.adam.rate_factor));
+      if (!has_ours) methods.push_back(AdamMethod(ours, *ours.adam.iterations, ours.adam.lr_scale));
     } else {
       Fail(kBadArgument, "--methods={}: choose among ours, paper, adam", group);
     }

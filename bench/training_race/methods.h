@@ -12,7 +12,7 @@ namespace vesta::bench {
 
 enum class MethodKind {
   kOurs,  // Adam, then LM, as the flags after "--" have it
-  // our LM stage to its last iteration, whatever it gains, and by the whole gradient (lm.view_agreement 0),
+  // our LM stage to its last iteration, whatever it gains, and by the whole gradient (lm.gradient_shrinkage 0),
   // from the state at which ours begins its own
   kOurLm,
   kPublishedLm,  // an LM stage as published, from the state at which ours begins its own

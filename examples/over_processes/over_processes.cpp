@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/mpi/mpi_ranks.h"
+#include "kernels/mpi/mpi_communicator.h"
 #include "solver/distributed/block_parts.h"
 #include "solver/distributed/distributed_problem.h"
 #include "solver/levenberg_marquardt.h"
@@ -45,7 +45,7 @@ void AddNetwork(vesta::BlockProblem& problem) {
   }
 }
 
-int Solve(vesta::Ranks& ranks) {
+int Solve(vesta::Communicator& ranks) {
   vesta::BlockProblem network;
   AddNetwork(network);
   std::vector<double> heights(kMarks, TrueHeight(0));
@@ -70,7 +70,7 @@ int Solve(vesta::Ranks& ranks) {
 }  // namespace
 
 int main() {
-  const std::unique_ptr<vesta::Ranks> ranks = vesta::StartMpi();
+  const std::unique_ptr<vesta::Communicator> ranks = vesta::StartMpi();
   try {
     return Solve(*ranks);
   } catch (const vesta::Error& error) {

@@ -134,7 +134,7 @@ Index BlockDiagonal<B>::Factorize() {
       Index count = 0;
       for (Index first = begin; first < end; first += kLanes) {
         const int used = static_cast<int>(std::min<Index>(kLanes, end - first));
-        Lanes<int> lanes_treated{};
+        Lanes16<int> lanes_treated{};
         LoadBlocks(group, values, first, used, a);
         FactorizeLanes(size, a, root, scale, left, lanes_treated);
         StoreBlocks(group, a, first, used, values);

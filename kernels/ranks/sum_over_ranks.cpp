@@ -10,7 +10,7 @@ namespace vesta {
 namespace {
 
 // The supports of all terms, which their ranks know.
-std::vector<Support> GatherSupports(Ranks& ranks, Index terms, const std::vector<Support>& mine) {
+std::vector<Support> GatherSupports(Communicator& ranks, Index terms, const std::vector<Support>& mine) {
   std::vector<Index> counts;
   counts.reserve(mine.size());
   std::vector<EntryRange> ranges;
@@ -32,13 +32,14 @@ std::vector<Support> GatherSupports(Ranks& ranks, Index terms, const std::vector
 
 }  // namespace
 
-void CheckTerms(Index terms, const Ranks& ranks) {
+void CheckTerms(Index terms, const Communicator& ranks) {
   if (ranks.size() > terms) {
     Fail(kBadArgument, "{} processes for a problem of {} parts; start at most {}", ranks.size(), terms, terms);
   }
 }
 
-SumPlan::SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine, std::vector<Support> finished)
+SumPlan::SumPlan(Communicator& ranks, Index terms, Index size, const std::vector<Support>& mine,
+                 std::vector<Support> finished)
     : ranks_(ranks), terms_(terms), size_(size), finished_(std::move(finished)) {
   CheckTerms(terms, ranks);
   if (finished_.empty()) {
@@ -150,7 +151,7 @@ void SumOverRanks<S>::FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
 // The sum of all terms at the entries that this rank finishes, compact.
 template <class S>
 HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
-  Ranks& ranks = plan_.ranks();
+  Communicator& ranks = plan_.ranks();
   const int size = ranks.size();
   if (size == 1) return sum.TakeWhole();
   std::vector<std::size_t> send_sizes(static_cast<std::size_t>(size)), receive_sizes(send_sizes);

@@ -9,19 +9,19 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "kernels/ranks/sum_tree.h"
 #include "kernels/ranks/support.h"
 
 namespace vesta {
 
 // The terms that a rank forms.
-inline TreeNode TermsOf(Index terms, const Ranks& ranks, int rank) {
+inline TreeNode TermsOf(Index terms, const Communicator& ranks, int rank) {
   const Share share = ShareOf(terms, ranks.size(), rank);
   return {share.begin, share.end};
 }
 // Throws Error where there are more ranks than terms.
-void CheckTerms(Index terms, const Ranks& ranks);
+void CheckTerms(Index terms, const Communicator& ranks);
 
 // What of a sum's exchange is known beforehand: who sends whom which entries. Each rank first adds up what the tree
 // lets it (at most two vectors a level are left), then collects its share of all entries from the others and finishes
@@ -30,11 +30,12 @@ class SumPlan {
  public:
   // Sums of `terms` vectors of `size` entries; mine: where those of this rank (TermsOf) may differ from zero.
   // finished: the entries that each rank finishes, each entry once; empty: of each a share of [0, size).
-  SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine, std::vector<Support> finished);
+  SumPlan(Communicator& ranks, Index terms, Index size, const std::vector<Support>& mine,
+          std::vector<Support> finished);
 
   Index terms() const { return terms_; }
   Index size() const { return size_; }
-  Ranks& ranks() const { return ranks_; }
+  Communicator& ranks() const { return ranks_; }
   // Of a node that arises on the way: all of it, and within the entries that this rank finishes.
   const Support& Of(const TreeNode& node) const { return supports_.at({node.begin, node.end}); }
   const Support& OfMine(const TreeNode& node) const { return mine_.at({node.begin, node.end}); }
@@ -55,7 +56,7 @@ class SumPlan {
   Index ReceivedValues(int rank) const;
 
  private:
-  Ranks& ranks_;
+  Communicator& ranks_;
   Index terms_, size_;
   std::map<std::pair<Index, Index>, Support> supports_, mine_;
   std::vector<std::vector<TreeNode>> nodes_;
@@ -69,7 +70,7 @@ class SumPlan {
 template <class S>
 class SumOverRanks {
  public:
-  SumOverRanks(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine,
+  SumOverRanks(Communicator& ranks, Index terms, Index size, const std::vector<Support>& mine,
                std::vector<Support> finished = {})
       : plan_(ranks, terms, size, mine, std::move(finished)) {}
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "kernels/core/check.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 
 namespace vesta {
 namespace {

@@ -16,7 +16,7 @@ DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& pro
     const ConstVectorView at = part.parameters.template Local<S>(x, x_.back());
     linearizations_.push_back(part.problem.CheckedLinearize(at, 0));
     residuals += linearizations_.back()->num_residuals();
-    has_own_descent_ = linearizations_.back()->has_own_descent();
+    has_own_right_hand_side_ = linearizations_.back()->has_own_right_hand_side();
   }
   for (const Index of_rank : GatherValues(problem.ranks(), std::vector<Index>{residuals})) num_residuals_ += of_rank;
 }
@@ -66,7 +66,7 @@ template <Backend B>
 void DistributedLinearization<B>::SumGradients() {
   const Index n = num_parameters();
   gradient_.ResizeForOverwrite(n);
-  if (!has_own_descent_) {
+  if (!has_own_right_hand_side_) {
     SumParts(
         [](LinearizationAdaptor<B>& linearization, const OwnPart<B>&, VectorView to) { linearization.Gradient(to); },
         gradient_);
@@ -98,15 +98,15 @@ template <Backend B>
 void DistributedLinearization<B>::Gradient(VectorView g) {
   if (gradient_.empty()) SumGradients();
   B().Copy(gradient_, g);
-  if (!has_own_descent_) gradient_ = {};
+  if (!has_own_right_hand_side_) gradient_ = {};
 }
 
 template <Backend B>
-void DistributedLinearization<B>::Descent(VectorView d) {
-  VESTA_CHECK(has_own_descent_, "the descent of parts without one of their own");
+void DistributedLinearization<B>::RightHandSide(VectorView d) {
+  VESTA_CHECK(has_own_right_hand_side_, "the descent of parts without one of their own");
   if (gradient_.empty()) SumGradients();
   B().Copy(squares_, d);
-  linearizations_.front()->DescentOf(problem_.num_units(), gradient_, d);
+  linearizations_.front()->RightHandSideOf(problem_.num_units(), gradient_, d);
   gradient_ = {}, squares_ = {};
 }
 

@@ -20,7 +20,7 @@ class DistributedLinearization final : public Linearization<B>,
                                        public WithBlocks<B>,
                                        public WithReducedSystem<B>,
                                        public WithShardedSystem<B>,
-                                       public WithOwnDescent<B> {
+                                       public WithOwnRightHandSide<B> {
  public:
   using Base = Linearization<B>;
   using typename Base::ConstVectorView;
@@ -40,8 +40,8 @@ class DistributedLinearization final : public Linearization<B>,
   void ApplyW(ConstVectorView u, VectorView Wu) override;
 
   void Gradient(VectorView g) override;
-  bool has_own_descent() const override { return has_own_descent_; }
-  void Descent(VectorView d) override;
+  bool has_own_right_hand_side() const override { return has_own_right_hand_side_; }
+  void RightHandSide(VectorView d) override;
   void DiagJTJ(VectorView d) override;
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   double Curvature(ConstVectorView v) override;
@@ -79,7 +79,7 @@ class DistributedLinearization final : public Linearization<B>,
   std::vector<typename B::Vector> x_;  // of parts that do not see all of x
   std::vector<std::unique_ptr<LinearizationAdaptor<B>>> linearizations_;
   Index num_residuals_ = 0;
-  bool has_own_descent_ = false;
+  bool has_own_right_hand_side_ = false;
   typename B::Vector gradient_, squares_;  // until someone asks for them; the second: of the units' gradients
   // In this process's shard, between the diagonal and the blocks, where they come from one pass.
   std::optional<BlockDiagonal<B>> blocks_;

@@ -13,7 +13,7 @@
 namespace vesta {
 
 template <Backend B>
-DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts)
+DistributedProblem<B>::DistributedProblem(Communicator& ranks, ProblemParts<B>& parts)
     : ranks_(ranks), parts_(parts), geometry_(parts.geometry()) {
   const int count = parts.num_parts();
   CheckTerms(count, ranks);

@@ -54,7 +54,7 @@ class DistributedProblem final : public Problem<B>,
 
   // Makes the parts of this process; called by all. ranks and parts must outlive it. Throws Error where there are more
   // processes than parts, and where parts do not fit the whole.
-  DistributedProblem(Ranks& ranks, ProblemParts<B>& parts);
+  DistributedProblem(Communicator& ranks, ProblemParts<B>& parts);
 
   Index num_parameters() const override { return parts_.num_parameters(); }
   Index num_tangent() const override { return parts_.num_tangent(); }
@@ -87,7 +87,7 @@ class DistributedProblem final : public Problem<B>,
   // Of the first part that has something to say.
   std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
 
-  Ranks& ranks() { return ranks_; }
+  Communicator& ranks() { return ranks_; }
   ProblemParts<B>& parts() { return parts_; }
   std::span<OwnPart<B>> own() { return own_; }
   TreeNode own_terms() const { return TermsOf(parts_.num_parts(), ranks_, ranks_.rank()); }
@@ -111,7 +111,7 @@ class DistributedProblem final : public Problem<B>,
   // Once.
   void CheckSameStart(ConstVectorView x);
 
-  Ranks& ranks_;
+  Communicator& ranks_;
   ProblemParts<B>& parts_;
   ProblemAdaptor<B> geometry_;
   std::vector<OwnPart<B>> own_;

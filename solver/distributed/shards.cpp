@@ -31,7 +31,7 @@ void AddEntries(const BlockGroup& group, Share blocks, std::vector<EntryRange>* 
 
 }  // namespace
 
-Shards::Shards(Ranks& ranks, Index size, const std::vector<BlockGroup>& groups, int num_pieces)
+Shards::Shards(Communicator& ranks, Index size, const std::vector<BlockGroup>& groups, int num_pieces)
     : ranks_(ranks), size_(size), whole_groups_(groups), num_pieces_(num_pieces) {
   VESTA_CHECK(num_pieces >= ranks.size(), "{} pieces for {} processes", num_pieces, ranks.size());
   of_ranks_.reserve(static_cast<std::size_t>(ranks.size()));

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "kernels/ranks/sum_tree.h"
 #include "kernels/ranks/support.h"
 #include "solver/linear_operator.h"
@@ -20,9 +20,9 @@ namespace vesta {
 class Shards {
  public:
   // groups cover `size` entries, each once. num_pieces: at least as many as there are processes.
-  Shards(Ranks& ranks, Index size, const std::vector<BlockGroup>& groups, int num_pieces);
+  Shards(Communicator& ranks, Index size, const std::vector<BlockGroup>& groups, int num_pieces);
 
-  Ranks& ranks() const { return ranks_; }
+  Communicator& ranks() const { return ranks_; }
   // The entries of each process's shard, in the whole.
   const std::vector<Support>& of_ranks() const { return of_ranks_; }
   const Support& own() const { return of_ranks_[static_cast<std::size_t>(ranks_.rank())]; }
@@ -50,7 +50,7 @@ class Shards {
   Support EntriesOf(Share pieces) const;
   BlockGroup WithinOwn(const BlockGroup& group) const;
 
-  Ranks& ranks_;
+  Communicator& ranks_;
   Index size_;
   std::vector<BlockGroup> whole_groups_, groups_;
   int num_pieces_;

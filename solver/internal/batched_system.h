@@ -25,8 +25,9 @@ class BatchedSystem {
 
   // Of the first system that has one.
   const SystemFault& fault() const { return fault_; }
-  // DescribeFrozenGradient of the first system that has one above the gradient tolerance and what underflow explains.
-  const std::string& frozen_gradient() const { return frozen_gradient_; }
+  // DescribeZeroColumnGradient of the first system that has one above the gradient tolerance and what underflow
+  // explains.
+  const std::string& zero_column_gradient() const { return zero_column_gradient_; }
   // -g of all batches.
   typename B::ConstVectorView negative_gradient() const {
     return whole() ? whole()->negative_gradient() : negative_gradient_.view();
@@ -62,7 +63,7 @@ class BatchedSystem {
   std::vector<std::unique_ptr<NormalSystem<B>>> systems_;  // null where made anew at each use
   typename B::Vector negative_gradient_, diagonal_;        // sums over the systems; empty where there is one
   SystemFault fault_;
-  std::string frozen_gradient_;
+  std::string zero_column_gradient_;
 };
 
 }  // namespace vesta

@@ -24,8 +24,8 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAda
   for (int s = 0; s < systems; ++s) {
     auto system = MakeSystem(s, systems == 1 ? batches : 1);
     if (fault_.kind == SystemFault::Kind::kNone) fault_ = system->fault();
-    if (fault_.kind == SystemFault::Kind::kNone && frozen_gradient_.empty()) {
-      frozen_gradient_ = system->DescribeFrozen(
+    if (fault_.kind == SystemFault::Kind::kNone && zero_column_gradient_.empty()) {
+      zero_column_gradient_ = system->DescribeZeroColumn(
           x_, std::max(options.gradient_tolerance, UnderflownGradient<B>(system->num_residuals(), summary.final_cost)));
     }
     if (systems > 1) {
@@ -37,7 +37,7 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAda
   }
   if (fault_.kind != SystemFault::Kind::kNone) return;
   const typename B::ConstVectorView diagonal = whole() ? whole()->diagonal() : diagonal_.view();
-  summary.num_frozen = whole() ? whole()->num_frozen() : backend.CountNonPositive(diagonal);
+  summary.num_zero_columns = whole() ? whole()->num_zero_columns() : backend.CountNonPositive(diagonal);
   if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal);
   for (auto& system : systems_) {
     if (!system) continue;

@@ -279,10 +279,10 @@ bool ProblemChecker<B>::CheckProducts(int batch, LinearizationAdaptor<B>& linear
     linearization.ApplyJT(linearization.residuals(), other);
     Same("Gradient and ApplyJT(residuals()) must be the same where weighted() is false", g, other, entry);
   }
-  if (!linearization.has_own_descent()) {
-    linearization.Descent(other);
+  if (!linearization.has_own_right_hand_side()) {
+    linearization.RightHandSide(other);
     backend_.Axpby(-1.0, other, 0.0, other);
-    Same("-Descent and Gradient must be the same where has_own_descent() is false", other, g, entry);
+    Same("-RightHandSide and Gradient must be the same where has_own_right_hand_side() is false", other, g, entry);
   }
   if (options_.exact_blocks) CheckBlocks(linearization);
   return true;

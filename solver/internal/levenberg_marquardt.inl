@@ -123,8 +123,8 @@ double LmStepper<B>::DoubtfulGain() const {
 template <Backend B>
 void LmStepper<B>::StopConverged(LmStatus status, std::string message, const std::string& doubt) {
   if (!doubt.empty()) return Stop(LmStatus::kNoDecrease, "no step lowers the cost as it should, however short" + doubt);
-  if (frozen_gradient_.empty()) return Stop(status, std::move(message));
-  Stop(LmStatus::kFrozenGradient, frozen_gradient_);
+  if (zero_column_gradient_.empty()) return Stop(status, std::move(message));
+  Stop(LmStatus::kGradientInZeroColumn, zero_column_gradient_);
 }
 
 template <Backend B>
@@ -162,7 +162,7 @@ bool LmStepper<B>::Linearize() {
   const lm_internal::Stopwatch watch(summary_.linearize_seconds, "LM linearise");
   problem_.OnNewPoint(turn_++);
   system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
-  frozen_gradient_ = system_->frozen_gradient();
+  zero_column_gradient_ = system_->zero_column_gradient();
   if (const SystemFault& fault = system_->fault(); fault.kind != SystemFault::Kind::kNone) {
     if (fault.kind == SystemFault::Kind::kDiagonal) {
       Stop(LmStatus::kBadDiagonal, fault.message);

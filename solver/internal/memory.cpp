@@ -56,7 +56,7 @@ double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem) {
   const double step = vector, beside = held ? 0 : step;
 
   // A system's gradient, diagonal and, if it is another, descent; of batches that are summed one's part of them.
-  const double slopes = (problem.has_own_descent ? 2 : 1) * vector;
+  const double slopes = (problem.has_own_right_hand_side ? 2 : 1) * vector;
   const double linearizing =
       linearized + systems * (slopes + vector) + (summed ? vector : 0) + grams + problem.gram_work + beside;
   // The same with the metric, one system after the other.

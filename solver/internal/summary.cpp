@@ -31,7 +31,7 @@ const char* ToString(LmStatus status) {
       return "failed (not finite)";
     case LmStatus::kBadDiagonal:
       return "failed (diagonal of H)";
-    case LmStatus::kFrozenGradient:
+    case LmStatus::kGradientInZeroColumn:
       return "failed (a frozen column has a gradient)";
     case LmStatus::kDegenerateStart:
       return "failed (degenerate start)";
@@ -48,7 +48,7 @@ bool IsConverged(LmStatus status) {
 
 bool IsFailure(LmStatus status) {
   return status == LmStatus::kInfeasible || status == LmStatus::kNonFinite || status == LmStatus::kBadDiagonal ||
-         status == LmStatus::kFrozenGradient || status == LmStatus::kDegenerateStart ||
+         status == LmStatus::kGradientInZeroColumn || status == LmStatus::kDegenerateStart ||
          status == LmStatus::kCheckFailed;
 }
 
@@ -64,7 +64,8 @@ std::string LmSummary::FullReport() const {
   fmt::format_to(out, "Levenberg-Marquardt: {}\n{}\n", ToString(status), message);
   for (const std::string& note : notes) fmt::format_to(out, "note: {}\n", note);
   text += '\n';
-  fmt::format_to(out, "parameters        {:>12}   tangent {}, frozen {}\n", num_parameters, num_tangent, num_frozen);
+  fmt::format_to(out, "parameters        {:>12}   tangent {}, frozen {}\n", num_parameters, num_tangent,
+                 num_zero_columns);
   fmt::format_to(out, "residuals         {:>12}   in {} batches\n", num_residuals, num_batches);
   fmt::format_to(out, "linear solver     {}\n", linear_solver);
   fmt::format_to(out, "parts             {}\n", configuration);

@@ -20,7 +20,7 @@ class Adam {
   using Vector = typename B::Vector;
 
   // views: that each step is by (AdamRule).
-  explicit Adam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal, int views = 1)
+  explicit Adam(const LearningRates& rates, SecondMoment metric = SecondMoment::kDiagonal, int views = 1)
       : rule_(rates, metric, views) {}
 
   // The unit of length of each Gaussian of the model (model/length_units.h), to be set anew when those change; without

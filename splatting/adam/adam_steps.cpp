@@ -10,9 +10,9 @@
 
 namespace vesta::gs {
 
-AdamRule::AdamRule(const LearningRates& rates, AdamMetric metric, int views)
+AdamRule::AdamRule(const LearningRates& rates, SecondMoment metric, int views)
     : rates_(rates),
-      blocks_(metric == AdamMetric::kBlock),
+      blocks_(metric == SecondMoment::kBlock),
       views_(views),
       beta2_(static_cast<float>(std::pow(double{kAdamBeta2}, views))) {}
 

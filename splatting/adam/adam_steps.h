@@ -19,7 +19,7 @@ namespace vesta::gs {
 class AdamRule {
  public:
   // views: that each step is by.
-  AdamRule(const LearningRates& rates, AdamMetric metric, int views);
+  AdamRule(const LearningRates& rates, SecondMoment metric, int views);
 
   bool has_blocks() const { return blocks_; }
   // Attributes below this one are stepped in blocks, those from it on each parameter by itself.

@@ -21,7 +21,7 @@ template <class Space>
 struct DensityPlan {
   Buffer<std::uint32_t, Space> source;
   Buffer<std::uint8_t, Space> kept;
-  Buffer<Fate, Space> fate;  // by Gaussian of the old model
+  Buffer<DensifyAction, Space> fate;  // by Gaussian of the old model
   Index count = 0;
   bool changes = false;  // without, source is empty: the model stays as it is
 };
@@ -46,9 +46,9 @@ class DensityControl {
     seen_ = GatherNumbers(seen_, source);
   }
 
-  // Adds what one view, after its gradient, tells of where Gaussians are missing. pulls: PullsOf that view. On a device
-  // it does not wait.
-  void Observe(const density::ScreenPulls& pulls) {
+  // Adds what one view, after its gradient, tells of where Gaussians are missing. pulls: Grad2dOf that view. On a
+  // device it does not wait.
+  void Observe(const density::Grad2dView& pulls) {
     const ScopedPhase phase("density statistics");
     ForEach<Space>(pull_.size(), 4096, density::Observe{pulls, pull_.data(), seen_.data()});
   }
@@ -65,7 +65,7 @@ class DensityControl {
   // Makes clones and splits of what are copies so far. x: of the new model; iteration: keys the random offsets.
   void Renew(const DensityPlan<Space>& plan, int iteration, float* x) const {
     ForEach<Space>(plan.count, kGrain,
-                   density::RenewHeir{plan.count, plan.source.data(), plan.fate.data(), seed_, iteration, x});
+                   density::InitChild{plan.count, plan.source.data(), plan.fate.data(), seed_, iteration, x});
   }
   // Opacities of `count` Gaussians come down to 0.01 where they are higher.
   static void LowerOpacities(float* x, Index count) {
@@ -100,7 +100,7 @@ class FateSums {
   explicit FateSums(Index count) : count_(count), counts_(count + 1), begin_(count + 1) {}
 
   // The sum over all, and by Gaussian, in begin(), over those before it.
-  Index Sum(const Buffer<Fate, Space>& fate, const FateNumbers& numbers) {
+  Index Sum(const Buffer<DensifyAction, Space>& fate, const DensifyNumbers& numbers) {
     ForEach<Space>(count_ + 1, 4096, CountFate{count_, fate.data(), numbers, counts_.data()});
     return Sorting<Space>::RunningSum(counts_, begin_);
   }
@@ -113,7 +113,7 @@ class FateSums {
 
 // Candidates that find no room are kept as they are: the weakest, and of two alike the later.
 template <class Space>
-void HoldBackTheWeakest(const Observed& observed, Index candidates, Index room, Fate* fate) {
+void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* fate) {
   Buffer<std::uint32_t, Space> keys, indices;
   keys.ResizeForOverwrite(observed.count);
   indices.ResizeForOverwrite(observed.count);
@@ -145,7 +145,7 @@ DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) co
   Index candidates = sums.Sum(plan.fate, kGrowing);
   const Index room = std::max<Index>(std::min(options_.max_gaussians, most_) - kept, 0);
   if (candidates > room) {
-    density::HoldBackTheWeakest<Space>(observed, candidates, room, plan.fate.data());
+    density::LimitToBudget<Space>(observed, candidates, room, plan.fate.data());
     candidates = room;
   }
   plan.count = kept + candidates;
@@ -153,10 +153,10 @@ DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) co
   if (!plan.changes) return plan;
   plan.source.ResizeForOverwrite(plan.count);
   plan.kept.ResizeForOverwrite(plan.count);
-  sums.Sum(plan.fate, kHeirs);
+  sums.Sum(plan.fate, kChildren);
   ForEach<Space>(
       count, kGrain,
-      density::PlaceHeirs{kKeepingMoments, plan.fate.data(), sums.begin(), plan.source.data(), plan.kept.data()});
+      density::PlaceChildren{kKeepingMoments, plan.fate.data(), sums.begin(), plan.source.data(), plan.kept.data()});
   return plan;
 }
 

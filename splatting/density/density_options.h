@@ -15,10 +15,10 @@ struct DensityOptions {
   double end = 0.6;
   // As a part of the stage too: a longer training has more time for the same Gaussians, not more Gaussians.
   double every = 0.05;
-  double gradient_threshold = 7e-4;  // mean norm of d loss / d mean in normalised device coordinates
-  double split_above = 0.01;         // standard deviation, in scene extents: split above, clone below
-  double prune_opacity = 0.005;
-  double prune_size = 0;             // standard deviation, in scene extents; 0: no limit
+  double grow_grad2d = 7e-4;   // mean norm of d loss / d mean in normalised device coordinates
+  double grow_scale3d = 0.01;  // standard deviation, in scene extents: split above, clone below
+  double prune_opa = 0.005;
+  double prune_scale3d = 0;          // standard deviation, in scene extents; 0: no limit
   double opacity_reset_every = 0.0;  // 0: never
   Index max_gaussians = 500000;      // hard cap
 };
@@ -31,10 +31,10 @@ inline bool Observes(const DensityOptions& density, const StageSpan& span) {
 }
 // Whether clone, split and prune follow it.
 inline bool Densifies(const DensityOptions& density, const StageSpan& span) {
-  return Observes(density, span) && span.Reaches(density.every) && span.HasReached(density.begin);
+  return Observes(density, span) && span.CrossesMultipleOf(density.every) && span.HasReached(density.begin);
 }
 inline bool ResetsOpacity(const DensityOptions& density, const StageSpan& span) {
-  return span.Reaches(density.opacity_reset_every);
+  return span.CrossesMultipleOf(density.opacity_reset_every);
 }
 
 }  // namespace vesta::gs

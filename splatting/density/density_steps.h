@@ -25,8 +25,7 @@ inline namespace VESTA_ISA {
 // How strongly an image pulls at the place of a splat: the norm of the view-space positional gradient, the score of
 // adaptive density control (Kerbl et al. 2023, section 5.2). In normalised device coordinates; called its pull.
 // |d loss / d (u, v)| with u in units of half_width and v of half_height pixels. w: the splat's cotangent.
-VESTA_HD inline float ScreenPull(const splat::Splat<float>& splat, const float* w, float half_width,
-                                 float half_height) {
+VESTA_HD inline float Grad2d(const splat::Splat<float>& splat, const float* w, float half_width, float half_height) {
   using std::hypot;
   float by_u, by_v;
   splat::ScreenMeanAdjoint(splat.r, splat.s, splat.beta, w, by_u, by_v);
@@ -35,24 +34,24 @@ VESTA_HD inline float ScreenPull(const splat::Splat<float>& splat, const float* 
 
 }  // namespace VESTA_ISA
 
-enum class Fate : std::uint8_t { kKeep, kPrune, kClone, kSplit };
+enum class DensifyAction : std::uint8_t { kKeep, kPrune, kClone, kSplit };
 
 inline namespace VESTA_ISA {
 
 // A number for each fate. (To kernels of a device the constants below are handed over: it does not see the host's.)
-struct FateNumbers {
+struct DensifyNumbers {
   int keep, prune, clone, split;
-  VESTA_HD constexpr int operator()(Fate fate) const {
-    if (fate == Fate::kKeep) return keep;
-    if (fate == Fate::kPrune) return prune;
-    return fate == Fate::kClone ? clone : split;
+  VESTA_HD constexpr int operator()(DensifyAction fate) const {
+    if (fate == DensifyAction::kKeep) return keep;
+    if (fate == DensifyAction::kPrune) return prune;
+    return fate == DensifyAction::kClone ? clone : split;
   }
 };
 // Those that are not pruned; those that become two.
-inline constexpr FateNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
+inline constexpr DensifyNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
 // What a Gaussian leaves in the new model, side by side in its own place, so that neighbours in memory stay neighbours
 // in space: the first keeps the moments unless the Gaussian was split.
-inline constexpr FateNumbers kHeirs{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
+inline constexpr DensifyNumbers kChildren{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
 
 inline constexpr float kSplitShrink = 1.6f;         // children of a split are smaller by this factor
 inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01
@@ -74,24 +73,24 @@ VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
 
 // The fate of each Gaussian where there is room for all that are to become two.
 struct FateRule {
-  double prune_opacity, gradient_threshold;
-  float prune_size, split_above;  // world units; prune_size 0: no limit
+  double prune_opa, grow_grad2d;
+  float prune_scale3d, grow_scale3d;  // world units; prune_scale3d 0: no limit
   bool prunes = true;
 
   FateRule(const DensityOptions& options, double extent)
-      : prune_opacity(options.prune_opacity),
-        gradient_threshold(options.gradient_threshold),
-        prune_size(static_cast<float>(options.prune_size * extent)),
-        split_above(static_cast<float>(options.split_above * extent)) {}
+      : prune_opa(options.prune_opa),
+        grow_grad2d(options.grow_grad2d),
+        prune_scale3d(static_cast<float>(options.prune_scale3d * extent)),
+        grow_scale3d(static_cast<float>(options.grow_scale3d * extent)) {}
 
   // strength: Strength of what was observed.
-  VESTA_HD Fate operator()(const float* x, Index count, Index i, float strength) const {
+  VESTA_HD DensifyAction operator()(const float* x, Index count, Index i, float strength) const {
     if (prunes) {
-      const bool huge = prune_size > 0 && LargestScale(x, count, i) > prune_size;
-      if (huge || Opacity(x, count, i) < prune_opacity) return Fate::kPrune;
+      const bool huge = prune_scale3d > 0 && LargestScale(x, count, i) > prune_scale3d;
+      if (huge || Opacity(x, count, i) < prune_opa) return DensifyAction::kPrune;
     }
-    if (!(strength > gradient_threshold)) return Fate::kKeep;
-    return LargestScale(x, count, i) > split_above ? Fate::kSplit : Fate::kClone;
+    if (!(strength > grow_grad2d)) return DensifyAction::kKeep;
+    return LargestScale(x, count, i) > grow_scale3d ? DensifyAction::kSplit : DensifyAction::kClone;
   }
 };
 
@@ -101,8 +100,8 @@ VESTA_HD inline float Strength(float pull, int seen) {
 }
 
 // Sorts by falling strength, those that are not to grow last.
-VESTA_HD inline std::uint32_t StrengthKey(Fate fate, float strength) {
-  if (fate != Fate::kClone && fate != Fate::kSplit) return ~std::uint32_t{0};
+VESTA_HD inline std::uint32_t StrengthKey(DensifyAction fate, float strength) {
+  if (fate != DensifyAction::kClone && fate != DensifyAction::kSplit) return ~std::uint32_t{0};
   // Of floats that are not negative the bits are in their order.
   return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
 }
@@ -134,11 +133,11 @@ VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom 
 }
 
 // What becomes of Gaussian i of the new model, so far a copy of one of this fate.
-VESTA_HD inline void Renew(float* x, Index count, Index i, Fate fate, std::uint64_t seed, int iteration) {
-  if (fate == Fate::kClone) {
+VESTA_HD inline void Renew(float* x, Index count, Index i, DensifyAction fate, std::uint64_t seed, int iteration) {
+  if (fate == DensifyAction::kClone) {
     float& logit = x[splat::kOpacity * count + i];
     logit = LogitOfEachOfTwo(logit);
-  } else if (fate == Fate::kSplit) {
+  } else if (fate == DensifyAction::kSplit) {
     BecomeSample(x, count, i,
                  CounterRandom(seed, static_cast<std::uint64_t>(iteration), static_cast<std::uint64_t>(i)));
   }
@@ -162,7 +161,7 @@ struct Observed {
 };
 
 // How strongly one view pulls at the Gaussians that it sees.
-struct ScreenPulls {
+struct Grad2dView {
   const std::int32_t* rank_of;
   const splat::Splat<float>* splats;
   const splat::SplatTangent<float>* cotangents;  // by rank
@@ -171,13 +170,13 @@ struct ScreenPulls {
   // Of a Gaussian that is seen.
   VESTA_HD float Of(Index i) const {
     const std::int32_t rank = rank_of[i];
-    return ScreenPull(splats[rank], cotangents[rank].w, half_width, half_height);
+    return Grad2d(splats[rank], cotangents[rank].w, half_width, half_height);
   }
 };
 
 // splat_cotangents by rank (the workspace's splat_sums), of the loss times loss_scale.
 template <class View>
-ScreenPulls PullsOf(const View& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale) {
+Grad2dView Grad2dOf(const View& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale) {
   return {.rank_of = view.rank_of().data(),
           .splats = view.splats().data(),
           .cotangents = splat_cotangents,
@@ -185,9 +184,9 @@ ScreenPulls PullsOf(const View& view, const splat::SplatTangent<float>* splat_co
           .half_height = static_cast<float>(0.5 * view.camera().height / loss_scale)};
 }
 
-// Where Gaussian i is seen: pull += ScreenPull, seen += 1.
+// Where Gaussian i is seen: pull += Grad2d, seen += 1.
 struct Observe {
-  ScreenPulls pulls;
+  Grad2dView pulls;
   float* pull;
   int* seen;
 
@@ -201,15 +200,15 @@ struct Observe {
 struct DecideFate {
   FateRule rule;
   Observed observed;
-  Fate* fate;
+  DensifyAction* fate;
   VESTA_HD void operator()(Index i) const { fate[i] = rule(observed.x, observed.count, i, observed.StrengthOf(i)); }
 };
 
 // counts[i] = the number of fate[i], 0 for i = count.
 struct CountFate {
   Index count;
-  const Fate* fate;
-  FateNumbers numbers;
+  const DensifyAction* fate;
+  DensifyNumbers numbers;
   Index* counts;
   VESTA_HD void operator()(Index i) const { counts[i] = i < count ? numbers(fate[i]) : 0; }
 };
@@ -217,7 +216,7 @@ struct CountFate {
 // keys[i] = StrengthKey, indices[i] = i.
 struct MakeStrengthKey {
   Observed observed;
-  const Fate* fate;
+  const DensifyAction* fate;
   std::uint32_t *keys, *indices;
   VESTA_HD void operator()(Index i) const {
     keys[i] = StrengthKey(fate[i], observed.StrengthOf(i));
@@ -228,14 +227,14 @@ struct MakeStrengthKey {
 // fate[indices[rank]] = kKeep.
 struct KeepAsItIs {
   const std::uint32_t* indices;
-  Fate* fate;
-  VESTA_HD void operator()(Index rank) const { fate[indices[rank]] = Fate::kKeep; }
+  DensifyAction* fate;
+  VESTA_HD void operator()(Index rank) const { fate[indices[rank]] = DensifyAction::kKeep; }
 };
 
-// For the heirs k in [begin[i], begin[i + 1]) of Gaussian i: source[k] = i, and whether k keeps the moments.
-struct PlaceHeirs {
-  FateNumbers keeping;
-  const Fate* fate;
+// For the children k in [begin[i], begin[i + 1]) of Gaussian i: source[k] = i, and whether k keeps the moments.
+struct PlaceChildren {
+  DensifyNumbers keeping;
+  const DensifyAction* fate;
   const Index* begin;
   std::uint32_t* source;
   std::uint8_t* kept;
@@ -248,10 +247,10 @@ struct PlaceHeirs {
 };
 
 // Renew for Gaussian i of the `count` of the new model; fate by Gaussian of the old one.
-struct RenewHeir {
+struct InitChild {
   Index count;
   const std::uint32_t* source;
-  const Fate* fate;
+  const DensifyAction* fate;
   std::uint64_t seed;
   int iteration;
   float* x;

@@ -10,8 +10,8 @@ VESTA_DEVICE_FOR_EACH(gs::density::DecideFate, "fates of Gaussians")
 VESTA_DEVICE_FOR_EACH(gs::density::CountFate, "counts of fates")
 VESTA_DEVICE_FOR_EACH(gs::density::MakeStrengthKey, "keys of strength")
 VESTA_DEVICE_FOR_EACH(gs::density::KeepAsItIs, "candidates without room")
-VESTA_DEVICE_FOR_EACH(gs::density::PlaceHeirs, "sources of Gaussians")
-VESTA_DEVICE_FOR_EACH(gs::density::RenewHeir, "clones and splits")
+VESTA_DEVICE_FOR_EACH(gs::density::PlaceChildren, "sources of Gaussians")
+VESTA_DEVICE_FOR_EACH(gs::density::InitChild, "clones and splits")
 VESTA_DEVICE_FOR_EACH(gs::density::LowerLogit, "lowered opacities")
 
 }  // namespace vesta

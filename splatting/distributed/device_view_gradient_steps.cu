@@ -13,6 +13,6 @@ VESTA_DEVICE_FOR_EACH(gs::term::TakeRow, "gradient of a view")
 VESTA_DEVICE_FOR_EACH(gs::term::ObserveBlock, "pulls of a view")
 VESTA_DEVICE_FOR_EACH(gs::term::AddRow, "sum of terms")
 VESTA_DEVICE_FOR_EACH(gs::term::GiveRow, "sum of gradients")
-VESTA_DEVICE_FOR_EACH(gs::term::GivePulls, "sum of pulls")
+VESTA_DEVICE_FOR_EACH(gs::term::GiveGrad2d, "sum of pulls")
 
 }  // namespace vesta

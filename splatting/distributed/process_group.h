@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 
 namespace vesta::gs {
 
@@ -14,9 +14,9 @@ class ProcessGroup {
  public:
   ProcessGroup() = default;
   // null: this process alone.
-  explicit ProcessGroup(Ranks* ranks) : ranks_(ranks) {}
+  explicit ProcessGroup(Communicator* ranks) : ranks_(ranks) {}
 
-  Ranks* ranks() const { return ranks_; }
+  Communicator* ranks() const { return ranks_; }
   bool is_alone() const { return !ranks_ || ranks_->size() == 1; }
   bool is_first() const { return !ranks_ || ranks_->rank() == 0; }
   // Collective: whether it is so in any of them.
@@ -34,7 +34,7 @@ class ProcessGroup {
   }
 
  private:
-  Ranks* ranks_ = nullptr;
+  Communicator* ranks_ = nullptr;
 };
 
 }  // namespace vesta::gs

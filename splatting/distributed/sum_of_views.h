@@ -81,14 +81,14 @@ class ViewGradientPool {
 
   // Takes the gradient of one view out of `gradient`, laid out as the model, which is zero outside of what the view
   // sees, and everywhere afterwards. pulls: of the view; how it pulls is left out where that is not asked for.
-  Term Take(const term::Layout& layout, const density::ScreenPulls& pulls, bool asks_for_pulls, float* gradient) {
+  Term Take(const term::Layout& layout, const density::Grad2dView& pulls, bool needs_grad2d, float* gradient) {
     counts_.ResizeForOverwrite(layout.Blocks() + 1);
     ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountSeen{layout, pulls.rank_of, counts_.data()});
     Term term = TermOfCounted(layout);
     ForEachRow(layout, term, term::TakeRow{{layout, term.block()}, term.begin(), gradient, term.numbers()});
     ForEach<Space>(
         term.blocks(), kGrain,
-        term::ObserveBlock{pulls, asks_for_pulls, layout.model.count, term.block(), term.begin(), term.numbers()});
+        term::ObserveBlock{pulls, needs_grad2d, layout.model.count, term.block(), term.begin(), term.numbers()});
     return term;
   }
 
@@ -125,8 +125,8 @@ class ViewGradientPool {
     ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), to});
   }
   // Adds what was observed of each Gaussian: the sum of its pulls, and how many views saw it.
-  void GivePulls(const term::Layout& layout, Term& term, float* pull, int* seen) const {
-    ForEach<Space>(term.blocks(), kGrain, term::GivePulls{term.arrays(), layout.model.count, pull, seen});
+  void GiveGrad2d(const term::Layout& layout, Term& term, float* pull, int* seen) const {
+    ForEach<Space>(term.blocks(), kGrain, term::GiveGrad2d{term.arrays(), layout.model.count, pull, seen});
   }
   void Recycle(Term term) {
     if (term.has_memory()) spare_.push_back(std::move(term));
@@ -180,7 +180,7 @@ class SumOfViews {
   // View k of the iteration has left its gradient in `gradient`, laid out as the model, which was zero before. Where
   // there are more views it is taken from there (ViewGradientPool::Take). cost() is asked for last.
   template <class Cost>
-  void Add(Index k, const density::ScreenPulls& pulls, float* gradient, const Cost& cost) {
+  void Add(Index k, const density::Grad2dView& pulls, float* gradient, const Cost& cost) {
     if (views_ == 1) {
       if (density_) density_->Observe(pulls);
       cost_ = cost();
@@ -210,7 +210,7 @@ class SumOfViews {
     if (views_ == 1) return cost_;
     Term whole = tree_.TakeWhole();
     terms_.Give(layout_, whole, gradient);
-    if (density_) terms_.GivePulls(layout_, whole, density_->pull().data(), density_->seen().data());
+    if (density_) terms_.GiveGrad2d(layout_, whole, density_->pull().data(), density_->seen().data());
     const ViewCost cost = whole.cost();
     terms_.Recycle(std::move(whole));
     return cost;

@@ -73,7 +73,7 @@ class TermExchange {
   // Collective, once each process has added its own views to the sum (distributed/sum_of_views.h, on the host): then
   // the sum is that of all views, on every process, to the same bits as where one process has added them all.
   template <class Sum>
-  void AllGather(Ranks& ranks, Sum* sum) {
+  void AllGather(Communicator& ranks, Sum* sum) {
     const auto self = static_cast<std::size_t>(ranks.rank()), size = static_cast<std::size_t>(ranks.size());
     auto parts = sum->TakeParts();
     std::vector<HostSpan<const unsigned char>> pieces;

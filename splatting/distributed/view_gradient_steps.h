@@ -15,7 +15,7 @@ namespace vesta::gs::term {
 inline constexpr Index kLanes = 16;
 // Of each block: for each Gaussian the sum of its pulls in the views that see it (density/density_steps.h), the
 // number of these views, and the gradient by its attributes. A row is kLanes numbers.
-inline constexpr int kPulls = 0, kViews = 1, kFirstAttribute = 2;
+inline constexpr int kGrad2d = 0, kViews = 1, kFirstAttribute = 2;
 
 // What all terms of an iteration are laid out by.
 struct Layout {
@@ -136,14 +136,14 @@ struct TakeRow {
 
 // The other rows of block k: by the view whose splats `pulls` is of. Pulls that are not asked for are 0.
 struct ObserveBlock {
-  density::ScreenPulls pulls;
+  density::Grad2dView pulls;
   bool is_asked_for;
   Index count;  // of Gaussians
   const std::uint32_t *block, *begin;
   float* rows;
 
   VESTA_HD void operator()(Index k) const {
-    float *pull = rows + (begin[k] + kPulls) * kLanes, *views = rows + (begin[k] + kViews) * kLanes;
+    float *pull = rows + (begin[k] + kGrad2d) * kLanes, *views = rows + (begin[k] + kViews) * kLanes;
     for (Index lane = 0; lane < kLanes; ++lane) {
       const Index i = block[k] * kLanes + lane;
       const bool is_seen = i < count && pulls.rank_of[i] >= 0;
@@ -188,14 +188,14 @@ struct GiveRow {
 };
 
 // What was observed of the Gaussians of block k.
-struct GivePulls {
+struct GiveGrad2d {
   Arrays term;
   Index count;  // of Gaussians
   float* pull;
   int* seen;
 
   VESTA_HD void operator()(Index k) const {
-    const float *pulls = term.rows + (term.begin[k] + kPulls) * kLanes,
+    const float *pulls = term.rows + (term.begin[k] + kGrad2d) * kLanes,
                 *views = term.rows + (term.begin[k] + kViews) * kLanes;
     for (Index lane = 0, i = term.block[k] * kLanes; lane < kLanes && i < count; ++lane, ++i) {
       pull[i] += pulls[lane];

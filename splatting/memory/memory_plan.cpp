@@ -7,7 +7,7 @@
 
 #include "kernels/core/error.h"
 #include "kernels/core/process_memory.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "splatting/memory/stage_bytes.h"
 
 namespace vesta::gs {
@@ -27,7 +27,7 @@ bool MayHoldOneBatch(const LmStageOptions& lm) { return lm.batches > 1 && lm.mer
 // Of LM that takes as little as it can: each view is rebuilt when it is needed, and of batches that are merged one is
 // held at a time.
 double FrugalLmBytes(const MemoryScene& scene, LmStageOptions lm, const StageMemory& memory) {
-  lm.jacobian = JacobianKind::kRebuild;
+  lm.jacobian = JacobianKind::kOnTheFly;
   return memory.lm_bytes(scene, lm, !MayHoldOneBatch(lm));
 }
 
@@ -78,10 +78,10 @@ LmPlan PlanLm(const MemoryScene& scene, const LmStageOptions& lm, const StageMem
     return plan.bytes <= room;
   };
   const double fits = std::min(memory.bytes, memory.comfortable_bytes);
-  const bool holds = lm.jacobian == JacobianKind::kRebuild && memory.holds_views;
-  if (takes(holds ? JacobianKind::kRecompute : lm.jacobian, true, fits) || lm.iterations == 0) return plan;
-  if (takes(JacobianKind::kRecompute, true, fits) || takes(JacobianKind::kRebuild, true, memory.bytes)) return plan;
-  if (MayHoldOneBatch(lm) && takes(JacobianKind::kRebuild, false, memory.bytes)) return plan;
+  const bool holds = lm.jacobian == JacobianKind::kOnTheFly && memory.holds_views;
+  if (takes(holds ? JacobianKind::kCachedViews : lm.jacobian, true, fits) || lm.iterations == 0) return plan;
+  if (takes(JacobianKind::kCachedViews, true, fits) || takes(JacobianKind::kOnTheFly, true, memory.bytes)) return plan;
+  if (MayHoldOneBatch(lm) && takes(JacobianKind::kOnTheFly, false, memory.bytes)) return plan;
   throw Error(kOutOfMemory, memory.refusal("LM with one view at a time", plan.bytes));
 }
 
@@ -125,7 +125,7 @@ double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& op
   // Parameters, moments and bases of before Gaussians become more, in case the GPU has no room for the new ones.
   const bool grows = options.adam.runs() && options.density.enabled;
   const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
-  return (std::max(ModelBytes(scene), JudgingBytes(scene, options.parsimony)) + copies) / kMib;
+  return (std::max(ModelBytes(scene), ScoringBytes(scene, options.pruning)) + copies) / kMib;
 }
 
 double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes, double kept_bytes) {

@@ -18,7 +18,7 @@ struct StageMemory {
   double bytes = std::numeric_limits<double>::infinity();  // that the stages may take
   // Above this LM takes less where that costs nothing but time.
   double comfortable_bytes = std::numeric_limits<double>::infinity();
-  // Whether LM holds its views where they fit, though asked to build them anew (JacobianKind::kRebuild).
+  // Whether LM holds its views where they fit, though asked to build them anew (JacobianKind::kOnTheFly).
   bool holds_views = false;
   // One line for the user: that `what` needs so many bytes, and what to do.
   std::function<std::string(const char* what, double needed)> refusal;
@@ -31,7 +31,7 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 
 // How LM runs within the memory.
 struct LmPlan {
-  JacobianKind jacobian = JacobianKind::kRecompute;
+  JacobianKind jacobian = JacobianKind::kCachedViews;
   bool hold_batches = true;
   bool eliminate_views = true;  // where it finds cameras too
   double bytes = 0;             // lm_bytes of that

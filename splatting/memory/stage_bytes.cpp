@@ -19,8 +19,8 @@
 #include "splatting/adam/adam_steps.h"
 #include "splatting/cameras/derivatives/view_columns.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/parsimony/harmonics.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/harmonics.h"
+#include "splatting/pruning/scoring_views.h"
 
 namespace vesta::gs {
 namespace {
@@ -65,11 +65,11 @@ class Parts {
     return View() + Passes() + (1 + columns + std::max(free.num_moves(), weighted)) * Image() +
            Loss::ProductBytes(SsimLinearization::kQuadratic, most_.pixels);
   }
-  // On the host, wherever the stages are: a measure by the training views (parsimony/harmonics.h takes the most).
-  double Judging(const ParsimonyOptions& parsimony) const {
-    if (!parsimony.judges()) return 0;
+  // On the host, wherever the stages are: a measure by the training views (pruning/harmonics.h takes the most).
+  double Judging(const PruningOptions& pruning) const {
+    if (!pruning.judges()) return 0;
     return RenderedViewsBytes(most_, gaussians_) +
-           (parsimony.sh_price > 0 ? HarmonicsWorth::kBytes : kWorthBytes) * gaussians_;
+           (pruning.sh_aic_weight > 0 ? ShRemovalCost::kBytes : kRemovalCostBytes) * gaussians_;
   }
   // Of the session's renderer, which stays.
   double SessionWorkspace() const {
@@ -87,7 +87,7 @@ class Parts {
  private:
   static constexpr bool kIsDevice = !std::is_same_v<typename B::Space, Host>;
   // The rise by one view and by all, and the score and place of each Gaussian in an order.
-  static constexpr double kWorthBytes = 3 * sizeof(double) + sizeof(Index);
+  static constexpr double kRemovalCostBytes = 3 * sizeof(double) + sizeof(Index);
 
   double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
 
@@ -100,9 +100,9 @@ class Parts {
 // what that leaves, and one for each level below it. Each view may see nearly all.
 double TermBytes(const MemoryScene& scene, int views) {
   if (views == 1) return 0;
-  constexpr double kPullsAndViews = 2;
+  constexpr double kGrad2dAndViews = 2;
   const double held = 2 + std::ceil(std::log2(views));
-  return held * (VectorBytes(scene) + kPullsAndViews * PerGaussianBytes(scene));
+  return held * (VectorBytes(scene) + kGrad2dAndViews * PerGaussianBytes(scene));
 }
 
 template <class B>
@@ -113,14 +113,14 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const double held = parts.Truths() + 3 * vector + bases +
                       (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
   // The gradient; the image and its gradient; in the end the mean of the parameters.
-  const double step = vector + TermBytes(scene, options.adam.views_per_iteration) + parts.View() + parts.Passes() +
+  const double step = vector + TermBytes(scene, options.adam.batch_size) + parts.View() + parts.Passes() +
                       2 * parts.Image() +
                       Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
                       std::max(parts.Evaluation(), parts.CameraCurvature(options.cameras));
-  const double average = options.adam.average_part > 0 ? vector : 0;
+  const double average = options.adam.averaging_fraction > 0 ? vector : 0;
   // While views judge, what the passes of an iteration work in is free.
   const bool is_host = std::is_same_v<typename B::Space, Host>;
-  const double judging = is_host ? vector + parts.Judging(options.parsimony) : 0;
+  const double judging = is_host ? vector + parts.Judging(options.pruning) : 0;
   // Bases or a vector once more; sources and fates.
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
   return held + std::max(std::max(step, judging) + average, rearranging);
@@ -131,7 +131,7 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
   const Parts<B> parts(scene);
   using Workspace = typename Parts<B>::Workspace;
   double views_bytes = 0, rebuilt = 0;
-  if (lm.jacobian == JacobianKind::kRebuild) {
+  if (lm.jacobian == JacobianKind::kOnTheFly) {
     // One view for each linearization that is held.
     const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
     rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * parts.LinearizedView(parts.most(), lm);
@@ -151,7 +151,7 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
 template <class B>
 double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
   LmStageOptions lm = options.lm;
-  lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0, lm.line_search = false;
+  lm.jacobian = JacobianKind::kCachedViews, lm.batches = 1, lm.batch_size = 0, lm.line_search = false;
   const FreeUnknowns free = FreeBy(options.cameras.refine);
   // Columns of the pose, and of gains and offsets, of which each is of a channel. Where they are made, as they are
   // rendered and as columns, then as columns and W J, the workspace of Gram matrices is free.
@@ -250,8 +250,9 @@ double VectorBytes(const MemoryScene& scene) { return sizeof(float) * static_cas
 double PerGaussianBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.count); }
 
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
-  return options.metric == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.layout.count))
-                                              : 0;
+  return options.second_moment == SecondMoment::kBlock
+             ? sizeof(float) * static_cast<double>(BlockArraySize(scene.layout.count))
+             : 0;
 }
 
 // Packed blocks of the geometry, and the diagonal of the harmonics.
@@ -283,8 +284,8 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
                               .blocks = blocks,
                               .cost_work = passing.cost,
                               .between = passing.evaluation,
-                              .has_own_descent = lm.view_agreement > 0,
-                              .has_own_metric = lm.damping == LmDamping::kRates});
+                              .has_own_right_hand_side = lm.gradient_shrinkage > 0,
+                              .has_own_metric = lm.damping == LmDamping::kLearningRates});
 }
 
 double AdamBytes(const MemoryScene& scene, const StageOptions& options) { return AdamBytesIn<Cpu>(scene, options); }
@@ -306,8 +307,8 @@ double DeviceJointLmBytes(const MemoryScene& scene, const StageOptions& options,
   return JointLmBytesIn<Gpu>(scene, options, eliminate_views);
 }
 
-double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {
-  return Parts<Cpu>(scene).Judging(parsimony);
+double ScoringBytes(const MemoryScene& scene, const PruningOptions& pruning) {
+  return Parts<Cpu>(scene).Judging(pruning);
 }
 
 double ModelBytes(const MemoryScene& scene) {

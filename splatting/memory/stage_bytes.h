@@ -11,7 +11,7 @@
 #include "splatting/adam/adam_options.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 #include "splatting/density/density_options.h"
-#include "splatting/parsimony/parsimony_options.h"
+#include "splatting/pruning/pruning_options.h"
 
 namespace vesta::gs {
 
@@ -47,7 +47,7 @@ struct StageOptions {
   MemoryOptions memory;
   AdamOptions adam;
   DensityOptions density;
-  ParsimonyOptions parsimony;
+  PruningOptions pruning;
   CameraOptions cameras;
   LmStageOptions lm;
 };
@@ -99,7 +99,7 @@ double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool 
 // The model and what evaluating it needs: all there is between the stages.
 double ModelBytes(const MemoryScene& scene);
 // What judging Gaussians takes on the host beside the model, wherever the stages are; 0 where options ask for none.
-double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony);
+double ScoringBytes(const MemoryScene& scene, const PruningOptions& pruning);
 
 // In that of a GPU, with the truths of all views.
 double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options);

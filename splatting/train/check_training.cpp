@@ -78,12 +78,11 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
 }
 
 // A splat is rendered with one filter, that of its scene's cameras.
-void CheckLowPass(const Scene& scene, const TrainOptions& options) {
+void CheckEps2d(const Scene& scene, const TrainOptions& options) {
   for (const View& view : scene.views) {
-    if (view.camera.low_pass == options.low_pass) continue;
-    Fail(kBadArgument,
-         "train.low_pass={}: the camera of view {} has {}; load the scene with LoadSceneOptions::low_pass",
-         options.low_pass, view.name, view.camera.low_pass);
+    if (view.camera.eps2d == options.eps2d) continue;
+    Fail(kBadArgument, "train.eps2d={}: the camera of view {} has {}; load the scene with LoadSceneOptions::eps2d",
+         options.eps2d, view.name, view.camera.eps2d);
   }
 }
 
@@ -152,7 +151,7 @@ void CheckProcesses(const Scene& scene, const TrainOptions& options, const Stage
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
                    const ProcessGroup& processes) {
   CheckViews(scene);
-  CheckLowPass(scene, options);
+  CheckEps2d(scene, options);
   CheckTarget(scene, options);
   CheckCameras(scene, options, processes);
   CheckProcesses(scene, options, stages, processes);

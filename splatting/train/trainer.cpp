@@ -57,7 +57,7 @@ struct TrainingStart {
 // Where the training goes on in the stage of LM, its model.
 void GoOnFromLm(TrainingSession& session, SplatModel* model) {
   if (session.saved().first_stage() != Stage::kLm || !session.saved().state()) return;
-  *model = session.saved().OrRefuse([&] { return ModelOfLmStage(*session.saved().state()); });
+  *model = session.saved().Validate([&] { return ModelOfLmStage(*session.saved().state()); });
 }
 
 void NoteSampledEvaluations(TrainingSession& session) {
@@ -160,7 +160,7 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
 
 SplatModel ModelOfAdamStage(const std::string& saved, const TrainOptions& options) {
   using B = CpuBackend<float>;
-  AdamStageState<B> state{TrainedModel<B>(SplatModel(), Adam<B>(options.rates, options.adam.metric),
+  AdamStageState<B> state{TrainedModel<B>(SplatModel(), Adam<B>(options.lr, options.adam.second_moment),
                                           DensityControl<Host>(options.density, 1, options.seed), {}, 1),
                           ViewOrder(1, options.seed)};
   ArchiveReader reader(saved);

@@ -93,10 +93,10 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
     std::vector<std::string> tokens;
   };
   for (const auto& [flag, tokens] :
-       std::vector<Case>{{"--set=adam.metric=diagonal", {"adam.metric=block", "diagonal"}},
+       std::vector<Case>{{"--set=adam.second_moment=diagonal", {"adam.second_moment=block", "diagonal"}},
                          {"--seed=5", {"train.seed=0", "5"}},
-                         {"--low_pass=0.1", {"train.low_pass=0.3", "0.1"}},
-                         {"--set=adam.views_per_iteration=2", {"adam.views_per_iteration=1", "2"}},
+                         {"--eps2d=0.1", {"train.eps2d=0.3", "0.1"}},
+                         {"--set=adam.batch_size=2", {"adam.batch_size=1", "2"}},
                          {"--iterations=200", {"--iterations=200"}},
                          {"--preset=paper", {"--preset=paper"}}}) {
     ExpectRefusal({"train", "--resume=" + out_, flag}, kFailed, tokens);
@@ -104,16 +104,16 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
   ExpectRefusal({"train", "--resume=" + (folder_ / "none")}, kFailed, {"none/checkpoint.vesta", "--checkpoint_every"});
   ExpectRefusal(Train(whole_, {"--checkpoint_every=often"}), kUsage, {"--checkpoint_every=often"});
   // A longer LM is the resumed run's own affair.
-  EXPECT_EQ(RunProgram({"train", "--resume=" + out_, "--lm_iterations=5", "--set=lm.min_gain=0"}).status, 0);
+  EXPECT_EQ(RunProgram({"train", "--resume=" + out_, "--lm_iterations=5", "--set=lm.function_tolerance=0"}).status, 0);
 }
 
 TEST_F(KilledTraining, LeavesItsSnapshots) {
-  const ProgramOutput output = RunProgram(
-      Train(out_, {"--snapshot_every=2000", "--lm_iterations=1", "--low_pass=0.1", "--background=0.25,0.5,1"}));
+  const ProgramOutput output =
+      RunProgram(Train(out_, {"--snapshot_every=2000", "--lm_iterations=1", "--eps2d=0.1", "--background=0.25,0.5,1"}));
   ASSERT_EQ(output.status, 0) << output.err;
   for (const char* name : {"snapshot_adam_002000.ply", "snapshot_adam_004000.ply", "snapshot_lm_000001.ply"}) {
     const gs::SplatModel snapshot = gs::ReadSplat(out_ + "/" + name);
-    EXPECT_EQ(snapshot.low_pass, 0.1) << name;
+    EXPECT_EQ(snapshot.eps2d, 0.1) << name;
     EXPECT_THAT(snapshot.background, testing::ElementsAre(0.25f, 0.5f, 1.0f)) << name;
   }
   EXPECT_EQ(RunProgram({"eval", out_ + "/snapshot_adam_002000.ply", scene_}).status, 0);

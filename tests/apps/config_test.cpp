@@ -94,16 +94,16 @@ TEST_F(ConfigFiles, EveryOptionIsThereAndComesBackChanged) {
 
 TEST_F(ConfigFiles, FlagsWinOverTheFileAndTheFileOverThePreset) {
   const std::string file = Write(
-      R"({"preset": "fast", "options": {"lm": {"iterations": 7, "view_agreement": 0.5, "ssim": "root_center"}}})");
-  const json config = json::parse(Config({"--set", "lm.view_agreement=1", file, "--set=lm.view_agreement=2"}));
+      R"({"preset": "fast", "options": {"lm": {"iterations": 7, "gradient_shrinkage": 0.5, "ssim": "root_center"}}})");
+  const json config = json::parse(Config({"--set", "lm.gradient_shrinkage=1", file, "--set=lm.gradient_shrinkage=2"}));
   EXPECT_EQ(config["preset"], "fast");
-  EXPECT_EQ(OptionIn(config, "adam.length"), gs::PresetOptions("fast").adam.length);
+  EXPECT_EQ(OptionIn(config, "adam.iterations_scale"), gs::PresetOptions("fast").adam.iterations_scale);
   EXPECT_EQ(OptionIn(config, "lm.iterations"), 7);
   EXPECT_EQ(OptionIn(config, "lm.ssim"), "root_center");
-  EXPECT_EQ(OptionIn(config, "lm.view_agreement"), 2);
+  EXPECT_EQ(OptionIn(config, "lm.gradient_shrinkage"), 2);
   const json of_best = json::parse(Config({file, "--preset=best", "--lm_iterations=3"}));
   EXPECT_EQ(of_best["preset"], "best");
-  EXPECT_EQ(OptionIn(of_best, "adam.length"), gs::PresetOptions("best").adam.length);
+  EXPECT_EQ(OptionIn(of_best, "adam.iterations_scale"), gs::PresetOptions("best").adam.iterations_scale);
   EXPECT_EQ(OptionIn(of_best, "lm.iterations"), 3);
 }
 
@@ -143,7 +143,7 @@ TEST_F(ConfigFiles, ATrainingIsRepeatedFromItsMetrics) {
   const ProgramOutput output =
       RunProgram({"train", scene, "--out=" + first, "--preset=fast", "--iterations=40", "--lm_iterations=2", "--seed=3",
                   "--downscale=2", "--background=0.25,0.5,0.1", "--fixed_model", "--set", "lm.jacobian=cache32",
-                  "--set=adam.metric=diagonal"});
+                  "--set=adam.second_moment=diagonal"});
   ASSERT_EQ(output.status, 0) << output.err;
   const std::string metrics = first + "/metrics.json";
   ASSERT_EQ(RunProgram({"train", scene, "--out=" + again, "--config", metrics}).status, 0);

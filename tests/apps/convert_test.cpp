@@ -26,7 +26,7 @@ class Convert : public testing::Test {
   Convert() {
     WriteTinyScene(scene_);
     const ProgramOutput train = RunProgram({"train", scene_, "--out=" + out_, "--iterations=150", "--lm_iterations=0",
-                                            "--background=0.25,0.5,1", "--set=parsimony.sh_price=0"});
+                                            "--background=0.25,0.5,1", "--set=pruning.sh_aic_weight=0"});
     EXPECT_EQ(train.status, 0) << train.err;
   }
   // PSNR of the training views, dB, over the background that the file tells.
@@ -91,7 +91,7 @@ TEST_F(Convert, DegreesGoThroughTheProgram) {
   for (const auto& words :
        {std::vector<std::string>{"refine", ply, scene_, "--out=" + refined, "--method=both", "--iterations=5",
                                  "--lm_iterations=1"},
-        {"prune", ply, scene_, "--out=" + pruned, "--keep=0.5", "--iterations=5", "--set=parsimony.sh_price=0"}}) {
+        {"prune", ply, scene_, "--out=" + pruned, "--keep=0.5", "--iterations=5", "--set=pruning.sh_aic_weight=0"}}) {
     const ProgramOutput output = RunProgram(words);
     EXPECT_EQ(output.status, 0) << output.err;
   }

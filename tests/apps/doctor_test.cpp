@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "apps/doctor/scene_doubts.h"
+#include "apps/doctor/scene_warnings.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -59,31 +59,31 @@ void Change(gs::Image* image, const std::function<float(float)>& of) {
   for (float& value : image->rgb) value = of(value);
 }
 
-TEST(SceneDoubts, SoundSceneHasNone) { EXPECT_THAT(SceneDoubts(SoundScene()), IsEmpty()); }
+TEST(SceneWarnings, SoundSceneHasNone) { EXPECT_THAT(SceneWarnings(SoundScene()), IsEmpty()); }
 
-TEST(SceneDoubts, FewViewsAndPoints) {
+TEST(SceneWarnings, FewViewsAndPoints) {
   gs::Scene scene = SoundScene();
   scene.views.resize(5);
   scene.points.positions.resize(40);
-  EXPECT_THAT(SceneDoubts(scene), ElementsAre(StartsWith("5 views are few"), StartsWith("40 points are few")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(StartsWith("5 views are few"), StartsWith("40 points are few")));
 }
 
-TEST(SceneDoubts, ViewThatLooksAway) {
+TEST(SceneWarnings, ViewThatLooksAway) {
   gs::Scene scene = SoundScene();
   scene.views[3].rotation = {-1, 0, 0, 0, 1, 0, 0, 0, -1};  // half a turn
   scene.views[3].translation = {0.2, 0, -4};
-  EXPECT_THAT(SceneDoubts(scene), ElementsAre(HasSubstr("03.png: sees 0 of the points")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("03.png: sees 0 of the points")));
 }
 
-TEST(SceneDoubts, SamePhotographAndSamePose) {
+TEST(SceneWarnings, SamePhotographAndSamePose) {
   gs::Scene scene = SoundScene();
   scene.views[7].image = scene.views[2].image;
   scene.views[9].translation = scene.views[4].translation;
-  EXPECT_THAT(SceneDoubts(scene), ElementsAre(HasSubstr("09.png: has the pose of 04.png"),
-                                              HasSubstr("07.png: nearly the same photograph as 02.png")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("09.png: has the pose of 04.png"),
+                                                HasSubstr("07.png: nearly the same photograph as 02.png")));
 }
 
-TEST(SceneDoubts, BlurredPhotograph) {
+TEST(SceneWarnings, BlurredPhotograph) {
   gs::Scene scene = SoundScene();
   const gs::Image sharp = scene.views[5].image;
   gs::Image& blurred = scene.views[5].image;
@@ -101,42 +101,43 @@ TEST(SceneDoubts, BlurredPhotograph) {
       }
     }
   }
-  EXPECT_THAT(SceneDoubts(scene), ElementsAre(HasSubstr("05.png: blurred?")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("05.png: blurred?")));
 }
 
-TEST(SceneDoubts, ExposureThatDiffers) {
+TEST(SceneWarnings, ExposureThatDiffers) {
   gs::Scene scene = SoundScene();
   Change(&scene.views[1].image, [](float value) { return 0.6f * value; });
   Change(&scene.views[8].image, [](float value) { return 1.55f * value; });
   // A view that shows other things is none of another exposure.
   for (float& value : scene.views[4].image.rgb) value = value > 0.6f ? 0.1f : value;
-  EXPECT_THAT(SceneDoubts(scene), ElementsAre(testing::MatchesRegex("01.png: 1.[5-9] stops darker than the others"),
-                                              testing::MatchesRegex("08.png: 1.[1-6] stops lighter than the others")));
+  EXPECT_THAT(SceneWarnings(scene),
+              ElementsAre(testing::MatchesRegex("01.png: 1.[5-9] stops darker than the others"),
+                          testing::MatchesRegex("08.png: 1.[1-6] stops lighter than the others")));
 }
 
-TEST(SceneDoubts, OfOneColorAndBurnt) {
+TEST(SceneWarnings, OfOneColorAndBurnt) {
   gs::Scene scene = SoundScene();
   Change(&scene.views[0].image, [](float) { return 0.4f; });
   Change(&scene.views[6].image, [](float value) { return value > 0.5f ? 1.0f : value; });
-  EXPECT_THAT(SceneDoubts(scene), ElementsAre(StartsWith("00.png: of one colour"), HasSubstr("06.png: ")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(StartsWith("00.png: of one colour"), HasSubstr("06.png: ")));
 }
 
-TEST(SceneDoubts, TellsTheFirstFew) {
+TEST(SceneWarnings, TellsTheFirstFew) {
   gs::Scene scene = SoundScene();
   for (std::size_t i = 1; i < 12; ++i) scene.views[i].image = scene.views[0].image;
-  const std::vector<std::string> doubts = SceneDoubts(scene);
+  const std::vector<std::string> doubts = SceneWarnings(scene);
   ASSERT_EQ(doubts.size(), 6u);
   EXPECT_EQ(doubts[5], "and 6 more photographs that are nearly the same as another");
 }
 
-TEST(ViewSigns, ContrastDoesNotChangeSharpness) {
+TEST(ViewDiagnostics, ContrastDoesNotChangeSharpness) {
   const gs::Image image = Picture(0);
   gs::Image pale = image;
   Change(&pale, [](float value) { return 0.4f + 0.3f * value; });
-  EXPECT_NEAR(SignsOf(pale).sharpness / SignsOf(image).sharpness, 1, 1e-3);
-  EXPECT_EQ(ThumbnailDistance(SignsOf(image), SignsOf(image)), 0);
-  EXPECT_EQ(SignsOf(gs::Image(1, 1)).sharpness, 0);
-  EXPECT_EQ(SignsOf(gs::Image(3, 2)).thumbnail.size(), 3u * kThumbnail * kThumbnail);
+  EXPECT_NEAR(DiagnosticsOf(pale).sharpness / DiagnosticsOf(image).sharpness, 1, 1e-3);
+  EXPECT_EQ(ThumbnailDistance(DiagnosticsOf(image), DiagnosticsOf(image)), 0);
+  EXPECT_EQ(DiagnosticsOf(gs::Image(1, 1)).sharpness, 0);
+  EXPECT_EQ(DiagnosticsOf(gs::Image(3, 2)).thumbnail.size(), 3u * kThumbnail * kThumbnail);
 }
 
 TEST(Doctor, SaysWhatASceneIsAndTakes) {

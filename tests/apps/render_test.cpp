@@ -128,8 +128,8 @@ TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
     fs::copy_file(out_ + "/cameras.json", cameras, fs::copy_options::overwrite_existing);
     const std::string taken = path == "file" ? cameras : path;
     gs::SplatModel wall = Wall();
-    const auto draw = [&](const std::string& out, double low_pass, const std::vector<std::string>& flags) {
-      wall.low_pass = low_pass;
+    const auto draw = [&](const std::string& out, double eps2d, const std::vector<std::string>& flags) {
+      wall.eps2d = eps2d;
       gs::WriteSplatPly(ply_, wall);
       std::vector<std::string> words = {"render", ply_, scene_, "--out=" + out, "--path=" + taken, "--frames=2"};
       if (path == "orbit") words.push_back("--size=24x20");
@@ -138,7 +138,7 @@ TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
     };
     draw(narrow, 0.3, {}), draw(wide, 4, {});
     EXPECT_FALSE(ReadFile(narrow + "/00000.png") == ReadFile(wide + "/00000.png"));
-    draw(narrow, 0.3, {"--low_pass=4"});
+    draw(narrow, 0.3, {"--eps2d=4"});
     EXPECT_TRUE(ReadFile(narrow + "/00000.png") == ReadFile(wide + "/00000.png"));
   }
 }

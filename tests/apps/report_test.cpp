@@ -100,7 +100,7 @@ TEST_F(TinyReport, RunsWithOtherTestViewsShowTheirOwn) {
 TEST_F(TinyReport, RunsWithAnotherFilterAreDrawnWithTheirOwn) {
   WriteTinyScene(scene_);
   const std::string other = folder_ / "other", page = folder_ / "both.html";
-  Train(out_, {"--noreport"}), Train(other, {"--low_pass=2"});
+  Train(out_, {"--noreport"}), Train(other, {"--eps2d=2"});
   ASSERT_EQ(RunProgram({"report", out_, other, "--out=" + page}).status, 0);
   const std::string text = ReadFile(page);
   for (const std::string& image : AttributeValues(Page(other), "img", "src")) EXPECT_THAT(text, HasSubstr(image));

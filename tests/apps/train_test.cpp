@@ -28,7 +28,7 @@ using testing::UnorderedElementsAre;
 
 TEST_F(TinyTraining, WritesModelAndMetrics) {
   const ProgramOutput output = Train(out_, {"--iterations=40", "--lm_iterations=2", "--seed=3", "--sh_degree=1",
-                                            "--set=parsimony.price=0", "--set=parsimony.sh_price=0"});
+                                            "--set=pruning.aic_weight=0", "--set=pruning.sh_aic_weight=0"});
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_EQ(output.err, "");
   EXPECT_THAT(output.out, HasSubstr("8 views to train on, 2 to test; 60 points"));
@@ -154,13 +154,13 @@ TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
   EXPECT_NE(json::parse(ReadFile(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
 }
 
-TEST_F(TinyTraining, LowPassFilterTravelsWithTheModel) {
-  const ProgramOutput output = Train(out_, {"--iterations=20", "--lm_iterations=0", "--low_pass=0.05"});
+TEST_F(TinyTraining, Eps2dTravelsWithTheModel) {
+  const ProgramOutput output = Train(out_, {"--iterations=20", "--lm_iterations=0", "--eps2d=0.05"});
   EXPECT_THAT(output.out, HasSubstr("other viewers blur by 0.3"));
-  EXPECT_EQ(gs::ReadSplatPly(Ply(out_)).low_pass, 0.05);
+  EXPECT_EQ(gs::ReadSplatPly(Ply(out_)).eps2d, 0.05);
   ExpectEvalReproduces(out_);
   const std::string file = folder_ / "blurred.json", refined = folder_ / "refined";
-  ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--low_pass=0.3", "--json", file}).status, 0);
+  ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--eps2d=0.3", "--json", file}).status, 0);
   EXPECT_NE(json::parse(ReadFile(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
   // Refining keeps it, or leads to another.
   const auto refine = [&](const std::vector<std::string>& flags) {
@@ -171,10 +171,10 @@ TEST_F(TinyTraining, LowPassFilterTravelsWithTheModel) {
     ExpectEvalReproduces(refined);
   };
   refine({});
-  EXPECT_EQ(gs::ReadSplatPly(Ply(refined)).low_pass, 0.05);
+  EXPECT_EQ(gs::ReadSplatPly(Ply(refined)).eps2d, 0.05);
   EXPECT_NEAR(Metrics(refined)["history"][0]["train_psnr"].get<double>(), Metrics(out_)["train"]["psnr"], 1e-6);
-  refine({"--low_pass=0.3"});
-  EXPECT_EQ(gs::ReadSplatPly(Ply(refined)).low_pass, 0.3);
+  refine({"--eps2d=0.3"});
+  EXPECT_EQ(gs::ReadSplatPly(Ply(refined)).eps2d, 0.3);
   EXPECT_NEAR(Metrics(refined)["history"][0]["train_psnr"].get<double>(),
               json::parse(ReadFile(file))["train"]["psnr"].get<double>(), 1e-6);
 }
@@ -245,13 +245,13 @@ TEST_F(TinyTraining, RefineBySingleViewsKeepsTheGaussians) {
   ExpectEvalReproduces(refined);
 }
 
-TEST_F(TinyTraining, KeepsWhatIsWorthItsPrice) {
+TEST_F(TinyTraining, KeepsWhatPaysForItsParameters) {
   const std::string all = folder_ / "all";
   ASSERT_EQ(Train(out_, {"--iterations=100", "--lm_iterations=0"}).status, 0);
-  ASSERT_EQ(
-      Train(all, {"--iterations=100", "--lm_iterations=0", "--set=parsimony.price=0", "--set=parsimony.sh_price=0"})
-          .status,
-      0);
+  ASSERT_EQ(Train(all, {"--iterations=100", "--lm_iterations=0", "--set=pruning.aic_weight=0",
+                        "--set=pruning.sh_aic_weight=0"})
+                .status,
+            0);
   const json kept = Metrics(out_), before = Metrics(all);
   EXPECT_LT(kept["gaussians"], before["gaussians"]);
   EXPECT_LT(kept["parameters"].get<Index>() * before["gaussians"].get<Index>(),
@@ -261,7 +261,7 @@ TEST_F(TinyTraining, KeepsWhatIsWorthItsPrice) {
 }
 
 TEST_F(TinyTraining, PruneKeepsAPart) {
-  ASSERT_EQ(Train(out_, {"--iterations=60", "--set=parsimony.sh_price=0"}).status, 0);
+  ASSERT_EQ(Train(out_, {"--iterations=60", "--set=pruning.sh_aic_weight=0"}).status, 0);
   const Index all = Metrics(out_)["gaussians"];
   const std::string pruned = folder_ / "pruned";
   const auto prune = [&](const std::string& goal, const std::string& iterations) {
@@ -317,7 +317,7 @@ TEST_F(TinyTraining, RefineLowersTheCost) {
 // A file from elsewhere: another SH degree than the default, no word of its background.
 TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
   ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0", "--sh_degree=1", "--background=0.25,0.5,1",
-                         "--set=parsimony.sh_price=0"})
+                         "--set=pruning.sh_aic_weight=0"})
                 .status,
             0);
   gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
@@ -342,7 +342,7 @@ TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
   EXPECT_THAT(result.background, ElementsAre(0.25f, 0.5f, 1.0f));
 }
 
-TEST_F(TinyTraining, SplatOfAnotherFrameIsDoubted) {
+TEST_F(TinyTraining, WarnsOfASplatOfAnotherFrame) {
   constexpr const char* kDoubt = "in the same frame";
   ASSERT_EQ(Train(out_, {"--iterations=100", "--lm_iterations=0"}).status, 0);
   EXPECT_EQ(RunProgram({"eval", Ply(out_), scene_}).out.find(kDoubt), std::string::npos);
@@ -377,7 +377,7 @@ TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
   const std::string refined = folder_ / "refined";
   const std::vector<std::vector<std::string>> ways = {
       {"--set=lm.jacobian=cache16", "--memory_budget=1"},
-      {"--set=lm.jacobian=recompute"},
+      {"--set=lm.jacobian=cached_views"},
       {"--set=lm.preconditioner=block"},
       {"--set=lm.batches=2", "--set=lm.batch_size=2", "--set=lm.batch_choice=random", "--set=lm.merge_batches=true"},
       {"--preset=paper"},

@@ -18,7 +18,7 @@ std::vector<std::string> Names(std::vector<const char*> flags, int training_view
   const Arguments arguments(static_cast<int>(flags.size()), const_cast<char**>(flags.data()), known);
   gs::TrainOptions ours = gs::PresetOptions("balanced");
   ours.adam.iterations = 2000;
-  ours.adam.rate_factor = 5;
+  ours.adam.lr_scale = 5;
   std::vector<std::string> names;
   for (const Method& method : SelectMethods(arguments, ours, training_views)) {
     gs::ValidateOptions(method.options);

@@ -16,7 +16,7 @@ namespace {
 // Adam on both, by the same gradients.
 class Both {
  public:
-  Both(AdamMetric metric, Index gaussians, int views = 1)
+  Both(SecondMoment metric, Index gaussians, int views = 1)
       : model_(test::RandomModel(gaussians, 1, 5)), host_({}, metric, views), device_({}, metric, views) {
     x_ = vesta::test::ToDevice(model_.data);
     SetUnits();
@@ -89,7 +89,7 @@ class Both {
 class CudaAdam : public vesta::test::OnDevice {};
 
 TEST_F(CudaAdam, DiagonalStepsAreThoseOfTheHost) {
-  Both both(AdamMetric::kDiagonal, 50);
+  Both both(SecondMoment::kDiagonal, 50);
   for (int step = 0; step < 30; ++step) both.Step(step < 10 ? 14 : 23);
   both.ExpectTheSame();
   both.Rearrange({49, 3, 3, 20}, {true, true, false, true});
@@ -101,7 +101,7 @@ TEST_F(CudaAdam, DiagonalStepsAreThoseOfTheHost) {
 
 TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
   // Chunks whose bases are turned at different steps, the last one not full; each more than once.
-  Both both(AdamMetric::kBlock, 2 * kTurnChunk + 70);
+  Both both(SecondMoment::kBlock, 2 * kTurnChunk + 70);
   for (int step = 0; step < 110; ++step) both.Step(step < 10 ? 14 : 23);
   both.ExpectTheSame();
   // Gaussians that stay, have none before, and are dropped.
@@ -113,7 +113,7 @@ TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
 }
 
 TEST_F(CudaAdam, StepsBySeveralViewsAreThoseOfTheHost) {
-  Both both(AdamMetric::kBlock, 2 * kTurnChunk + 70, 4);
+  Both both(SecondMoment::kBlock, 2 * kTurnChunk + 70, 4);
   for (int step = 0; step < 30; ++step) both.Step(23);
   both.ExpectTheSame();
 }

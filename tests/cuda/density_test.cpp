@@ -46,23 +46,22 @@ const Case kCases[] = {
     // Many pulls are alike, and the cap comes between them.
     {"cap", 300, [](DensityOptions& o) { o.max_gaussians = 250; }, [](SplatModel&) {}, 250},
     {"no_room", 300, [](DensityOptions& o) { o.max_gaussians = 10; }, [](SplatModel&) {}},
-    {"all_split", 3, [](DensityOptions& o) { o.split_above = 1e-6, o.gradient_threshold = 0, o.prune_opacity = 0; },
+    {"all_split", 3, [](DensityOptions& o) { o.grow_scale3d = 1e-6, o.grow_grad2d = 0, o.prune_opa = 0; },
      [](SplatModel&) {}, 6},
-    {"huge_ones", 300, [](DensityOptions& o) { o.prune_size = 0.06; }, [](SplatModel&) {}},
-    {"nothing_to_do", 40, [](DensityOptions& o) { o.gradient_threshold = 100, o.prune_opacity = 0; },
-     [](SplatModel&) {}, 40},
+    {"huge_ones", 300, [](DensityOptions& o) { o.prune_scale3d = 0.06; }, [](SplatModel&) {}},
+    {"nothing_to_do", 40, [](DensityOptions& o) { o.grow_grad2d = 100, o.prune_opa = 0; }, [](SplatModel&) {}, 40},
     {"all_transparent", 40, [](DensityOptions&) {},
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, -9.0f); }},
     {"different_degrees", 300, [](DensityOptions&) {}, [](SplatModel& m) { m = OfDifferentDegrees(m.count); }},
     // A logit without an exponential in float.
-    {"opaque_ones", 40, [](DensityOptions& o) { o.gradient_threshold = 0, o.split_above = 1; },
+    {"opaque_ones", 40, [](DensityOptions& o) { o.grow_grad2d = 0, o.grow_scale3d = 1; },
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, 200.0f); }},
 };
 
 // A model in training on the host, and the same on the GPU.
 class Both {
  public:
-  Both(const Case& c, AdamMetric metric) {
+  Both(const Case& c, SecondMoment metric) {
     for (const View& view : scene_.views) views_.push_back(&view);
     SplatModel model = test::RandomModel(c.gaussians, 1, 5);
     c.change(model);
@@ -155,11 +154,11 @@ class Both {
 
  private:
   template <class B>
-  TrainedModel<B> Start(const Case& c, AdamMetric metric, const SplatModel& model) const {
+  TrainedModel<B> Start(const Case& c, SecondMoment metric, const SplatModel& model) const {
     DensityOptions options;
-    options.split_above = 0.05;    // of Gaussians of 0.05 to 0.2
-    options.prune_opacity = 0.45;  // of 0.3 to 0.9
-    options.gradient_threshold = 1.65e-3;
+    options.grow_scale3d = 0.05;  // of Gaussians of 0.05 to 0.2
+    options.prune_opa = 0.45;     // of 0.3 to 0.9
+    options.grow_grad2d = 1.65e-3;
     c.apply(options);
     return {model, Adam<B>({}, metric), DensityControl<typename B::Space>(options, kExtent, kSeed),
             UnitViews(views_, kNear), kExtent};
@@ -183,7 +182,7 @@ class CudaDensity : public vesta::test::OnDevice {};
 
 TEST_F(CudaDensity, ModelAndMomentsBecomeThoseOfTheHost) {
   for (const Case& c : kCases) {
-    for (const AdamMetric metric : {AdamMetric::kBlock, AdamMetric::kDiagonal}) {
+    for (const SecondMoment metric : {SecondMoment::kBlock, SecondMoment::kDiagonal}) {
       SCOPED_TRACE(c.name);
       Both both(c, metric);
       both.ExpectTheSame(0);
@@ -202,7 +201,7 @@ TEST_F(CudaDensity, ModelAndMomentsBecomeThoseOfTheHost) {
 
 TEST_F(CudaDensity, DegreesAreLoweredAsOnTheHost) {
   Both both({"", 300, [](DensityOptions&) {}, [](SplatModel& m) { m = test::RandomModel(m.count, 3, 5); }},
-            AdamMetric::kBlock);
+            SecondMoment::kBlock);
   both.SetDegrees(DegreesOf(300));
   both.ExpectTheSame(0);
   both.Step();
@@ -215,9 +214,8 @@ TEST_F(CudaDensity, DegreesAreLoweredAsOnTheHost) {
 // A new model has been observed nowhere.
 TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
   // Fewer than before, so that their numbers fit where the old ones are.
-  Both both(
-      {"", 300, [](DensityOptions& o) { o.prune_opacity = 0.7, o.gradient_threshold = 1.75e-3; }, [](SplatModel&) {}},
-      AdamMetric::kDiagonal);
+  Both both({"", 300, [](DensityOptions& o) { o.prune_opa = 0.7, o.grow_grad2d = 1.75e-3; }, [](SplatModel&) {}},
+            SecondMoment::kDiagonal);
   both.Densify();
   const Index after = both.gaussians();
   ASSERT_LT(after, 300);
@@ -244,7 +242,7 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   DensityControl<Device> control({}, kExtent, kSeed);
   control.Forget(60);
   for (int k = 0; k < 2; ++k)
-    control.Observe(density::PullsOf(view, workspace.splat_sums.data(), test::DensityScene::kLossScale));
+    control.Observe(density::Grad2dOf(view, workspace.splat_sums.data(), test::DensityScene::kLossScale));
   const std::vector<float> found = vesta::test::ToHost(control.pull());
   for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / 2, host_control.pull()[i], 1e-3 * pull[i]);
   EXPECT_EQ(vesta::test::ToHost(control.seen()), std::vector<int>(60, 2));

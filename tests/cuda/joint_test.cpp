@@ -37,7 +37,7 @@ class Asked {
       : views_(gs::TargetsIn<B>(setup.ring.views)), x_(There(Values(setup.x))) {
     gs::JointProblemOptions options = setup.options;
     options.eliminate_views = eliminates;
-    options.splats.view_agreement = 0.5;
+    options.splats.gradient_shrinkage = 0.5;
     problem_ = std::make_unique<gs::JointProblem<B>>(options, views_);
     at_ = LinearizeAt(*problem_, x_);
   }
@@ -67,8 +67,8 @@ class Asked {
   std::vector<float> Gradient() {
     return Tangent([&](auto to) { at_->Gradient(to); });
   }
-  std::vector<float> Descent() {
-    return Tangent([&](auto to) { at_->Descent(to); });
+  std::vector<float> RightHandSide() {
+    return Tangent([&](auto to) { at_->RightHandSide(to); });
   }
   std::vector<float> Diagonal() {
     return Tangent([&](auto to) { at_->DiagJTJ(to); });
@@ -191,7 +191,7 @@ void ExpectAlike(const gs::test::JointSetup<float>& setup, bool eliminates) {
   residuals(device.ApplyW(u), host.ApplyW(u), "W u");
   steps(device.ApplyH(v), host.ApplyH(v), "H v");
   steps(device.Gradient(), host.Gradient(), "gradient");
-  steps(device.Descent(), host.Descent(), "descent");
+  steps(device.RightHandSide(), host.RightHandSide(), "descent");
   steps(device.Diagonal(), host.Diagonal(), "diagonal");
   blocks(device.Blocks(), host.Blocks(), "blocks");
   if (!eliminates) return;

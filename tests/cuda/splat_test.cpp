@@ -119,9 +119,9 @@ void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   expected->Gradient(host_vector);
   found->Gradient(device_vector);
   EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), kTolerance);
-  ASSERT_EQ(found->has_own_descent(), expected->has_own_descent());
-  expected->Descent(host_vector);
-  found->Descent(device_vector);
+  ASSERT_EQ(found->has_own_right_hand_side(), expected->has_own_right_hand_side());
+  expected->RightHandSide(host_vector);
+  found->RightHandSide(device_vector);
   EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), 10 * kTolerance);
   expected->DiagJTJ(host_vector);
   found->DiagJTJ(device_vector);
@@ -177,7 +177,7 @@ TEST_F(CudaSplatProblem, ViewsBuiltAnewGiveTheBitsOfThoseThatAreHeld) {
   Random random(21);
   const DeviceBuffer<float> v = ToDevice(random.NormalVector<float>(static_cast<std::size_t>(x.size())));
   std::vector<std::vector<float>> results;
-  for (const gs::JacobianKind kind : {gs::JacobianKind::kRecompute, gs::JacobianKind::kRebuild}) {
+  for (const gs::JacobianKind kind : {gs::JacobianKind::kCachedViews, gs::JacobianKind::kOnTheFly}) {
     ring.options.jacobian = kind;
     gs::SplatProblem<CudaBackend<float>> problem(ring.options, targets);
     const auto linearization = LinearizeAt(problem, x);
@@ -213,7 +213,7 @@ TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
     void (*apply)(gs::SplatProblemOptions&);
   };
   const Variant variants[] = {
-      {"agreement of views", [](gs::SplatProblemOptions& o) { o.view_agreement = 0.3; }},
+      {"agreement of views", [](gs::SplatProblemOptions& o) { o.gradient_shrinkage = 0.3; }},
       {"cache32", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache32; }},
       {"cache16", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache16; }},
       {"batches",

@@ -16,16 +16,16 @@ gs::TrainOptions ShortDeviceTraining(int adam_iterations, int lm_iterations) {
 }
 
 // With either metric of Adam.
-class CudaTrainingByMetric : public test::OnDevice, public testing::WithParamInterface<gs::AdamMetric> {};
+class CudaTrainingByMetric : public test::OnDevice, public testing::WithParamInterface<gs::SecondMoment> {};
 INSTANTIATE_TEST_SUITE_P(Metrics, CudaTrainingByMetric,
-                         testing::Values(gs::AdamMetric::kBlock, gs::AdamMetric::kDiagonal), [](const auto& param) {
-                           return param.param == gs::AdamMetric::kBlock ? "block" : "diagonal";
+                         testing::Values(gs::SecondMoment::kBlock, gs::SecondMoment::kDiagonal), [](const auto& param) {
+                           return param.param == gs::SecondMoment::kBlock ? "block" : "diagonal";
                          });
 
 TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   const gs::Scene scene = gs::test::TrainingScene();
   gs::TrainOptions options = ShortDeviceTraining(60, 1);
-  options.adam.metric = GetParam();
+  options.adam.second_moment = GetParam();
   const gs::TrainResult host = gs::Train(scene, options, {}, {});
   const gs::TrainResult device = gs::Train(scene, options, {}, {}, gs::DeviceStages());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
@@ -34,7 +34,7 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   // its steps are small here: at full rates the instruction sets of the host differ by 0.2 dB.
   gs::TrainOptions fixed = options;
   fixed.density.enabled = false;
-  fixed.adam.rate_factor = 1;
+  fixed.adam.lr_scale = 1;
   EXPECT_NEAR(gs::Train(scene, fixed, {}, {}, gs::DeviceStages()).history.back().train.psnr,
               gs::Train(scene, fixed, {}, {}).history.back().train.psnr, 0.1);
 }
@@ -47,7 +47,7 @@ TEST_F(CudaTraining, DegreesStayWhatTheyAre) {
   for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
   const gs::SplatModel start = gs::test::WithDegrees(gs::test::RandomModel(60, 3, 8), degrees);
   gs::TrainOptions options = ShortDeviceTraining(20, 1);
-  options.adam.rate_factor = 1;
+  options.adam.lr_scale = 1;
   const gs::TrainResult host = gs::Refine(scene, start, options, {}, {}),
                         device = gs::Refine(scene, start, options, {}, {}, gs::DeviceStages());
   EXPECT_EQ(device.model.layout(), start.layout());
@@ -58,7 +58,7 @@ TEST_F(CudaTraining, RunsAreTheSameToTheBit) {
   const gs::Scene scene = gs::test::TrainingScene();
   gs::TrainOptions options = ShortDeviceTraining(30, 1);
   options.density.every = 0.3;
-  options.adam.views_per_iteration = 2;
+  options.adam.batch_size = 2;
   options.adam.iterations = 60;
   const gs::TrainResult first = gs::Train(scene, options, {}, {}, gs::DeviceStages());
   EXPECT_GT(first.model.count, scene.points.size()) << "so that density control has a part in it";

@@ -45,7 +45,7 @@ Learned Learn(const test::MadeUpViews& all) {
     const auto rank_of = CopyOf<std::int32_t, Space>(view.rank_of);
     const auto splats = CopyOf<splat::Splat<float>, Space>(view.splats);
     const auto cotangents = CopyOf<splat::SplatTangent<float>, Space>(view.cotangents);
-    density::ScreenPulls pulls = view.pulls();
+    density::Grad2dView pulls = view.pulls();
     pulls.rank_of = rank_of.data(), pulls.splats = splats.data(), pulls.cotangents = cotangents.data();
     sum.Add(static_cast<Index>(k), pulls, gradient.data(), [&] { return view.cost; });
   }

@@ -28,7 +28,7 @@ void PromiseItSurvives(const gs::SplatModel& model, const std::string& copy,
   Promise(again.count == model.count && again.sh_degree == model.sh_degree,
           "written and read again it is another splat");
   Promise(again.background == model.background && again.has_background == model.has_background &&
-              again.origin == model.origin && again.low_pass == model.low_pass,
+              again.origin == model.origin && again.eps2d == model.eps2d,
           "written and read again it lies elsewhere, or is rendered otherwise");
 }
 

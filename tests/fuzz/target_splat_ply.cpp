@@ -11,8 +11,7 @@ namespace {
 
 bool Same(const gs::SplatModel& a, const gs::SplatModel& b) {
   return a.sh_degree == b.sh_degree && a.count == b.count && a.has_background == b.has_background &&
-         a.background == b.background && a.origin == b.origin && a.low_pass == b.low_pass &&
-         a.data.size() == b.data.size() &&
+         a.background == b.background && a.origin == b.origin && a.eps2d == b.eps2d && a.data.size() == b.data.size() &&
          std::memcmp(a.data.data(), b.data.data(), a.data.size() * sizeof(float)) == 0;
 }
 

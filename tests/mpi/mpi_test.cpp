@@ -107,7 +107,7 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     const std::string out = folder_ / ("trained" + std::to_string(count));
     const ProgramOutput output =
         RunProgram(Vesta(count, {"train", folder_ / "scene", "--out=" + out, "--iterations=120", "--threads=1", "--set",
-                                 "adam.views_per_iteration=3", "--lm_iterations=1", "--noreport", "--profile"}));
+                                 "adam.batch_size=3", "--lm_iterations=1", "--noreport", "--profile"}));
     EXPECT_EQ(output.out.find("\nphase "), output.out.rfind("\nphase ")) << "the first process alone prints one";
     EXPECT_NE(output.out.find("\nphase "), std::string::npos);
     ASSERT_EQ(output.status, 0) << output.err;
@@ -122,14 +122,8 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
   // The Adam stage is the same without mpirun.
   const auto by_adam = [&](const std::string& name, bool is_under_mpi) {
     const std::string out = folder_ / name;
-    std::vector<std::string> arguments{"train",
-                                       folder_ / "scene",
-                                       "--out=" + out,
-                                       "--iterations=120",
-                                       "--threads=1",
-                                       "--set",
-                                       "adam.views_per_iteration=3",
-                                       "--noreport"};
+    std::vector<std::string> arguments{"train",       folder_ / "scene", "--out=" + out,      "--iterations=120",
+                                       "--threads=1", "--set",           "adam.batch_size=3", "--noreport"};
     if (is_under_mpi) {
       EXPECT_EQ(RunProgram(Vesta(2, arguments)).status, 0);
     } else {
@@ -200,7 +194,7 @@ TEST_F(UnderMpi, TrainsForATime) {
   WriteTinyScene(folder_ / "scene");
   const ProgramOutput output =
       RunProgram(Vesta(2, {"train", folder_ / "scene", "--out=" + (folder_ / "out"), "--time_limit=1", "--threads=1",
-                           "--set", "adam.views_per_iteration=2", "--noreport"}));
+                           "--set", "adam.batch_size=2", "--noreport"}));
   EXPECT_EQ(output.status, 0) << output.err;
   EXPECT_THAT(output.out, HasSubstr("metrics.json"));
 }

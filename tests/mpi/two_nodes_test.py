@@ -43,7 +43,7 @@ def main(kind, source, vesta, demo_scene):
         folder = Path(name)
         scene = folder / "scene"
         subprocess.run([demo_scene, f"--out={scene}", "--views=8", "--width=64", "--height=48"], check=True)
-        train = [vesta, "train", str(scene), "--iterations=60", "--set", "adam.views_per_iteration=2", "--threads=1", "--noreport"]
+        train = [vesta, "train", str(scene), "--iterations=60", "--set", "adam.batch_size=2", "--threads=1", "--noreport"]
         splats = []
         for k, way in enumerate(ways):
             status = way(Path(source) / "tools", folder, [*train, f"--out={folder / str(k)}"])

@@ -109,7 +109,7 @@ TEST_P(Extremes, RankDeficientAndZeroColumns) {
   EXPECT_LE(summary.final_cost, 1e-20);
   EXPECT_EQ(x_[2], 7);
   EXPECT_NEAR(x_[0] - x_[1], 7, 1e-6) << "the free direction does not move";
-  EXPECT_EQ(summary.num_frozen, 1);
+  EXPECT_EQ(summary.num_zero_columns, 1);
 }
 
 TEST_P(Extremes, ResidualsOf1e150) {

@@ -26,7 +26,7 @@ TEST(LmKinds, AnEmptyProblemIsSolved) {
   Cpu::Vector x = Vector({1, 2, 3});
   const LmSummary summary = SolveLm(LmOptions(), backend, free, x.view());
   EXPECT_EQ(summary.status, LmStatus::kGradientTolerance);
-  EXPECT_EQ(summary.num_frozen, 3);
+  EXPECT_EQ(summary.num_zero_columns, 3);
   EXPECT_EQ(x[1], 2);
 }
 
@@ -45,7 +45,7 @@ TEST(LmKinds, ParametersNobodyReadsStay) {
   ResidualBlocks<Rosenbrock, Cpu> problem(4, std::vector<Rosenbrock>(1), {1, 3});
   Cpu::Vector x = Vector({5, -1.2, 6, 1});
   const LmSummary summary = SolveLm(Tight(), backend, problem, x.view());
-  EXPECT_EQ(summary.num_frozen, 2);
+  EXPECT_EQ(summary.num_zero_columns, 2);
   EXPECT_EQ(x[0], 5);
   EXPECT_EQ(x[2], 6);
   EXPECT_NEAR(x[1], 1, 1e-9);

@@ -30,7 +30,7 @@ class LinearProblem final : public Problem<Cpu>, public InBatches<Cpu>, public W
   std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x) override { return LinearizeOnlyBatch(x); }
   std::unique_ptr<Linearization<Cpu>> LinearizeBatch(Cpu::ConstVectorView x, int batch) override {
     ++linearizations;
-    return std::make_unique<Rows>(batches_[static_cast<std::size_t>(batch)], x, groups, own_descent);
+    return std::make_unique<Rows>(batches_[static_cast<std::size_t>(batch)], x, groups, own_right_hand_side);
   }
   bool DampingMetric(Cpu::ConstVectorView, Cpu::ConstVectorView diag_h, Cpu::VectorView metric) override {
     if (own_metric <= 0) return false;
@@ -41,15 +41,19 @@ class LinearProblem final : public Problem<Cpu>, public InBatches<Cpu>, public W
 
   std::vector<BlockGroup> groups;
   double own_metric = 0;
-  Eigen::VectorXd own_descent;  // times -g, entry by entry; empty: none
+  Eigen::VectorXd own_right_hand_side;  // times -g, entry by entry; empty: none
   Eigen::VectorXd last_diag_h;
   int linearizations = 0;
 
  private:
-  class Rows final : public Linearization<Cpu>, public WithBlocks<Cpu>, public WithOwnDescent<Cpu> {
+  class Rows final : public Linearization<Cpu>, public WithBlocks<Cpu>, public WithOwnRightHandSide<Cpu> {
    public:
-    Rows(const Batch& batch, Cpu::ConstVectorView x, std::vector<BlockGroup> groups, Eigen::VectorXd own_descent)
-        : a_(batch.a), groups_(std::move(groups)), own_descent_(std::move(own_descent)), residuals_(batch.b.size()) {
+    Rows(const Batch& batch, Cpu::ConstVectorView x, std::vector<BlockGroup> groups,
+         Eigen::VectorXd own_right_hand_side)
+        : a_(batch.a),
+          groups_(std::move(groups)),
+          own_right_hand_side_(std::move(own_right_hand_side)),
+          residuals_(batch.b.size()) {
       AsEigen(residuals_.view()) = test::Apply(a_, AsEigen(x)) - batch.b;
     }
     Index num_residuals() const override { return a_.rows(); }
@@ -59,10 +63,10 @@ class LinearProblem final : public Problem<Cpu>, public InBatches<Cpu>, public W
     void ApplyJT(Cpu::ConstVectorView u, Cpu::VectorView g) override {
       AsEigen(g) = test::ApplyTransposed(a_, AsEigen(u));
     }
-    bool has_own_descent() const override { return own_descent_.size() > 0; }
-    void Descent(Cpu::VectorView d) override {
+    bool has_own_right_hand_side() const override { return own_right_hand_side_.size() > 0; }
+    void RightHandSide(Cpu::VectorView d) override {
       ApplyJT(residuals_, d);
-      AsEigen(d).array() *= -own_descent_.array();
+      AsEigen(d).array() *= -own_right_hand_side_.array();
     }
     void DiagJTJ(Cpu::VectorView d) override { AsEigen(d) = a_.colwise().squaredNorm().transpose(); }
     std::vector<BlockGroup> block_groups() const override { return groups_; }
@@ -84,7 +88,7 @@ class LinearProblem final : public Problem<Cpu>, public InBatches<Cpu>, public W
    private:
     const Eigen::MatrixXd& a_;
     std::vector<BlockGroup> groups_;
-    Eigen::VectorXd own_descent_;
+    Eigen::VectorXd own_right_hand_side_;
     Cpu::Vector residuals_;
   };
 

@@ -25,7 +25,7 @@ class Pairs final : public Problem<Cpu>, public InBatches<Cpu>, public WithDampi
   struct Options {
     int batches = 1;
     double held = 0, gram = 0, gram_work = 0, cost_work = 0, between = 0;  // vectors
-    bool has_own_descent = false, has_own_metric = false, has_blocks = true;
+    bool has_own_right_hand_side = false, has_own_metric = false, has_blocks = true;
     bool refuses = false;  // the first trial
   };
   explicit Pairs(const Options& options) : options_(options) {}
@@ -57,7 +57,7 @@ class Pairs final : public Problem<Cpu>, public InBatches<Cpu>, public WithDampi
                    public WithLossWeights<Cpu>,
                    public WithProductH<Cpu>,
                    public WithBlocks<Cpu>,
-                   public WithOwnDescent<Cpu> {
+                   public WithOwnRightHandSide<Cpu> {
    public:
     At(const Options& options, Cpu::ConstVectorView x) : options_(options), x_(x), held_(Vectors(options.held)) {}
     Index num_residuals() const override { return kParameters; }
@@ -75,8 +75,8 @@ class Pairs final : public Problem<Cpu>, public InBatches<Cpu>, public WithDampi
     void Gradient(Cpu::VectorView g) override {
       for (Index k = 0; k < kParameters; ++k) g[k] = 2.5 * Residual(x_, k);
     }
-    bool has_own_descent() const override { return options_.has_own_descent; }
-    void Descent(Cpu::VectorView d) override {
+    bool has_own_right_hand_side() const override { return options_.has_own_right_hand_side; }
+    void RightHandSide(Cpu::VectorView d) override {
       Gradient(d);
       Cpu().Axpby(-1, d, 0, d);
     }
@@ -127,8 +127,9 @@ const Case kCases[] = {
     {"no_blocks", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.has_blocks = false; }},
     {"block_jacobi", [](Pairs::Options&, LmOptions& lm) { Block(lm); }},
     {"scaled", [](Pairs::Options&, LmOptions& lm) { lm.column_scaling = ColumnScaling::kInverseRoot; }},
-    {"own_descent", [](Pairs::Options& p, LmOptions&) { p.has_own_descent = true; }},
-    {"own_descent_of_blocks", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.has_own_descent = true; }},
+    {"own_right_hand_side", [](Pairs::Options& p, LmOptions&) { p.has_own_right_hand_side = true; }},
+    {"own_right_hand_side_of_blocks",
+     [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.has_own_right_hand_side = true; }},
     {"costly_trials", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.cost_work = 8; }},
     {"costly_callback", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.between = 9; }},
     {"large_gram", [](Pairs::Options& p, LmOptions&) { p.gram = 7; }},
@@ -146,8 +147,8 @@ const Case kCases[] = {
     {"merged_blocks_refused",
      [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, true), Block(lm), p.refuses = true, p.gram_work = 4; }},
     {"merged_large_gram", [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, true), Block(lm), p.gram = 7; }},
-    {"merged_own_descent",
-     [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, true), p.has_own_descent = p.refuses = true; }},
+    {"merged_own_right_hand_side",
+     [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, true), p.has_own_right_hand_side = p.refuses = true; }},
     {"merged_not_held", [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, false); }},
     {"merged_blocks_not_held", [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, false), Block(lm), p.gram = 7; }},
     {"merged_not_held_costly_gram", [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, false), p.gram_work = 9; }},
@@ -190,7 +191,7 @@ TEST_P(SolveMemory, IsWhatIsForeseen) {
                                            .blocks = pairs.has_blocks ? 1.5 : 0,
                                            .cost_work = pairs.cost_work,
                                            .between = pairs.between,
-                                           .has_own_descent = pairs.has_own_descent,
+                                           .has_own_right_hand_side = pairs.has_own_right_hand_side,
                                            .has_own_metric = pairs.has_own_metric});
   EXPECT_NEAR(foreseen, memory.peak_bytes() / kVector, 0.1) << "vectors";
 }

@@ -25,7 +25,7 @@ splat::PosedCamera RandomView(Random& random, int width, int height) {
   view.lens.cx = random.Uniform(0.3, 0.7) * width, view.lens.cy = random.Uniform(0.3, 0.7) * height;
   view.near = 0.01;
   Random of_filter = random;  // what is drawn next is what it was before there were filters
-  view.low_pass = of_filter.LogUniform(0.03, 1);
+  view.eps2d = of_filter.LogUniform(0.03, 1);
   return view;
 }
 

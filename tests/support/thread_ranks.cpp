@@ -58,9 +58,9 @@ class Board {
   std::string why_;
 };
 
-class ThreadRanks final : public Ranks {
+class ThreadCommunicator final : public Communicator {
  public:
-  ThreadRanks(Board& board, int rank, int size) : board_(board), rank_(rank), size_(size) {}
+  ThreadCommunicator(Board& board, int rank, int size) : board_(board), rank_(rank), size_(size) {}
   int rank() const override { return rank_; }
   int size() const override { return size_; }
   void Abandon(const std::string& why) noexcept override {
@@ -103,7 +103,7 @@ class ThreadRanks final : public Ranks {
 
 }  // namespace
 
-void OnThreadRanks(int count, const std::function<void(Ranks&)>& body) {
+void OnThreadRanks(int count, const std::function<void(Communicator&)>& body) {
   Board board(count);
   std::mutex mutex;
   std::exception_ptr first;
@@ -111,7 +111,7 @@ void OnThreadRanks(int count, const std::function<void(Ranks&)>& body) {
   threads.reserve(static_cast<std::size_t>(count));
   for (int r = 0; r < count; ++r) {
     threads.emplace_back([&, r] {
-      ThreadRanks ranks(board, r, count);
+      ThreadCommunicator ranks(board, r, count);
       try {
         body(ranks);
       } catch (const std::exception& error) {

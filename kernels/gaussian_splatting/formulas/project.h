@@ -18,7 +18,7 @@ struct CameraConstants {
   S R[9], T[3], centre[3];
   L lens;
   S near;
-  S low_pass, low_pass_squared;
+  S eps2d, eps2d_squared;
   S width, height;           // of the image
   S u_lo, u_hi, v_lo, v_hi;  // guard band: means beyond are not seen
 };
@@ -38,8 +38,8 @@ inline constexpr double kLargestDet = 1e34;
 
 // Squared in double: what a constant would be rounded to.
 template <class S, class L>
-inline void SetLowPass(double variance, CameraConstants<S, L>& c) {
-  c.low_pass = static_cast<S>(variance), c.low_pass_squared = static_cast<S>(variance * variance);
+inline void SetEps2d(double variance, CameraConstants<S, L>& c) {
+  c.eps2d = static_cast<S>(variance), c.eps2d_squared = static_cast<S>(variance * variance);
 }
 
 // L: the lens's model.
@@ -51,7 +51,7 @@ inline CameraConstants<S, L> ConstantsOf(const PosedCamera& camera) {
   for (int i = 0; i < 3; ++i) c.centre[i] = static_cast<S>(camera.centre[i]);
   c.lens = L(camera.lens, camera.width, camera.height);
   c.near = static_cast<S>(camera.near);
-  SetLowPass(camera.low_pass, c);
+  SetEps2d(camera.eps2d, c);
   c.u_lo = static_cast<S>(-kGuardBand * camera.width), c.u_hi = static_cast<S>((1 + kGuardBand) * camera.width);
   c.v_lo = static_cast<S>(-kGuardBand * camera.height), c.v_hi = static_cast<S>((1 + kGuardBand) * camera.height);
   c.width = static_cast<S>(camera.width), c.height = static_cast<S>(camera.height);
@@ -108,11 +108,11 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   const T c0 = m[1] * n[2] - m[2] * n[1], c1 = m[2] * n[0] - m[0] * n[2], c2 = m[0] * n[1] - m[1] * n[0];
   const T mm = Fma(m[0], m[0], Fma(m[1], m[1], m[2] * m[2]));
   const T nn = Fma(n[0], n[0], Fma(n[1], n[1], n[2] * n[2]));
-  const T low_pass(camera.low_pass);
+  const T eps2d(camera.eps2d);
   state.B = Fma(m[0], n[0], Fma(m[1], n[1], m[2] * n[2]));
-  state.C = nn + low_pass;
+  state.C = nn + eps2d;
   // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, each term positive: A C - B^2 loses all digits in float on needles.
-  state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(low_pass, mm + nn, T(camera.low_pass_squared)))));
+  state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(eps2d, mm + nn, T(camera.eps2d_squared)))));
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
   shape.beta = -state.B / state.C;
@@ -168,13 +168,13 @@ VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T
 
   const T *m = state.M0, *n = state.M1;
   const T c[3] = {m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]};
-  const T two_det = T(2) * det_bar, low_pass(camera.low_pass);
+  const T two_det = T(2) * det_bar, eps2d(camera.eps2d);
   typename L::template Adjoint<T> adjoint(camera.lens.Jacobian(state.t, state.at));
   T A_bar[9];
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    const T M0_bar = Fma(two_det, n[i] * c[j] - n[j] * c[i] + low_pass * m[k], B_bar * n[k]);
-    const T M1_bar = Fma(two_det, c[i] * m[j] - c[j] * m[i] + low_pass * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
+    const T M0_bar = Fma(two_det, n[i] * c[j] - n[j] * c[i] + eps2d * m[k], B_bar * n[k]);
+    const T M1_bar = Fma(two_det, c[i] * m[j] - c[j] * m[i] + eps2d * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
     const T along0 = M0_bar * m[k], along1 = M1_bar * n[k];
     log_scale_bar[k] = along0 + along1;
     const T axis[3] = {state.A[k], state.A[3 + k], state.A[6 + k]};

@@ -17,8 +17,8 @@ inline constexpr double kAlphaCap = 0.99;
 inline constexpr double kTransmittanceStop = 1e-4;
 // Variance of the low-pass filter added to both screen axes, pixels squared: what 3DGS has (Kerbl et al. 2023), and
 // most viewers. Cameras may have another, between these bounds.
-inline constexpr double kLowPass = 0.3, kLeastLowPass = 0.01, kMostLowPass = 4;
-constexpr bool IsLowPass(double variance) { return variance >= kLeastLowPass && variance <= kMostLowPass; }
+inline constexpr double kEps2d = 0.3, kMinEps2d = 0.01, kMaxEps2d = 4;
+constexpr bool IsValidEps2d(double variance) { return variance >= kMinEps2d && variance <= kMaxEps2d; }
 
 // log2 of the alpha floor.
 inline constexpr double kLog2AlphaFloor = -7.994353436858858;
@@ -69,7 +69,7 @@ inline constexpr int kTileSize = 16;  // pixels along each side
 // Sums of more terms than this are made of parts of so many: in float, one of a million equal terms loses three digits.
 inline constexpr int kTermsOfAPart = 4096;
 
-// Splats of one view in the order of depth, and for each tile those that touch it. Ranks index `splats`.
+// Splats of one view in the order of depth, and for each tile those that touch it. Communicator index `splats`.
 template <class S>
 struct TileLists {
   const Splat<S>* splats;
@@ -111,7 +111,7 @@ struct PosedCamera {
   Lens lens;
   int width, height;  // of the image, pixels
   double near;
-  double low_pass = kLowPass;  // variance that is added to both screen axes of a Gaussian, pixels squared
+  double eps2d = kEps2d;  // variance that is added to both screen axes of a Gaussian, pixels squared
 };
 
 }  // namespace vesta::splat

@@ -41,8 +41,8 @@ struct LensRows {
                                     (B * dC / C - dB) / C};
       WhitenTangent(shape, d, w[k]);
     };
-    set(0, shape.u - lens.cx, 0, 2 * (A - camera.low_pass), B, 0);
-    set(1, 0, shape.v - lens.cy, 0, B, 2 * (C - camera.low_pass));
+    set(0, shape.u - lens.cx, 0, 2 * (A - camera.eps2d), B, 0);
+    set(1, 0, shape.v - lens.cy, 0, B, 2 * (C - camera.eps2d));
     set(2, lens.fx, 0, 0, 0, 0);
     set(3, 0, lens.fy, 0, 0, 0);
   }

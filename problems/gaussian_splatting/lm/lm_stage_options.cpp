@@ -29,10 +29,10 @@ SplatProblemOptions SplatProblemOptionsOf(const LmStageOptions& lm, const splat:
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   vesta::LmOptions engine;
   engine.max_iterations = lm.iterations;
-  engine.function_tolerance = lm.min_gain;
+  engine.function_tolerance = lm.function_tolerance;
   engine.gradient_tolerance = 0;
   engine.parameter_tolerance = 0;
-  engine.SetStepRule(lm.step_control);
+  engine.SetStepRule(lm.damping_update);
   engine.step_control.initial_lambda = lm.initial_lambda;
   engine.step_control.min_lambda = lm.min_lambda;
   engine.step_control.max_lambda = lm.max_lambda;
@@ -59,14 +59,14 @@ namespace {
 using schema::Choice;
 
 constexpr Choice<BatchChoice> kBatchChoices[] = {{BatchChoice::kStrided, "strided"}, {BatchChoice::kRandom, "random"}};
-constexpr Choice<LmDamping> kDampings[] = {{LmDamping::kRates, "rates"}, {LmDamping::kDiagonal, "diag"}};
+constexpr Choice<LmDamping> kDampings[] = {{LmDamping::kLearningRates, "lr"}, {LmDamping::kDiagonal, "diag"}};
 constexpr Choice<LmPreconditioner> kPreconditioners[] = {{LmPreconditioner::kBlock, "block"},
                                                          {LmPreconditioner::kJacobi, "jacobi"}};
 constexpr Choice<PreconditionerDamping> kPreconditionerDampings[] = {{PreconditionerDamping::kLambda, "lambda"},
                                                                      {PreconditionerDamping::kOne, "one"}};
 constexpr Choice<PcgStart> kPcgStarts[] = {{PcgStart::kZero, "zero"}, {PcgStart::kPreconditioned, "preconditioned"}};
 constexpr Choice<StepRule> kStepRules[] = {
-    {StepRule::kCeres, "ceres"}, {StepRule::k3dgsLmV2, "v2"}, {StepRule::k3dgsLmCode, "code"}};
+    {StepRule::kCeres, "ceres"}, {StepRule::k3dgsLmV2, "paper"}, {StepRule::k3dgsLmCode, "paper_code"}};
 constexpr Choice<PixelLinearization> kPixelLinearizations[] = {{PixelLinearization::kIrls, "irls"},
                                                                {PixelLinearization::kSqrt, "sqrt"},
                                                                {PixelLinearization::kHuber, "huber"},
@@ -89,7 +89,10 @@ const schema::Table<LmStageOptions>& LmStageFields() {
        {0, 1e6},
        "most iterations of Levenberg-Marquardt, all views each",
        "lm_iterations"},
-      {"min_gain", &O::min_gain, {0, 1}, "end it where an iteration lowers the cost by a smaller part; 0: never"},
+      {"function_tolerance",
+       &O::function_tolerance,
+       {0, 1},
+       "end it where an iteration lowers the cost by a smaller part; 0: never"},
       {"pcg_iterations", &O::pcg_iterations, kCount, "most conjugate-gradient iterations in each"},
       {"pcg_tolerance",
        &O::pcg_tolerance,
@@ -101,13 +104,15 @@ const schema::Table<LmStageOptions>& LmStageFields() {
       {"preconditioner_damping", &O::preconditioner_damping, kPreconditionerDampings,
        "damping within it: lambda, or one"},
       {"damping", &O::damping, kDampings, "metric of the damping: Adam's learning rates, or diag(JtJ)"},
-      {"step_control", &O::step_control, kStepRules, "rule for lambda: that of Ceres, of 3DGS-LM's paper, of its code"},
+      {"damping_update", &O::damping_update, kStepRules,
+       "rule for lambda: that of Ceres, of 3DGS-LM's paper, of its code"},
       {"initial_lambda", &O::initial_lambda, kPositive, "damping at the start"},
       {"min_lambda", &O::min_lambda, kPositive, "least damping"},
       {"max_lambda", &O::max_lambda, kPositive, "most damping"},
       {"min_diagonal", &O::min_diagonal, kFromZero, "least diag(JtJ) in the damping; 0: a millionth of the median"},
       {"max_diagonal", &O::max_diagonal, kFromZero, "most diag(JtJ) in the damping; 0: no limit"},
-      {"view_agreement", &O::view_agreement, kWeight, "how strongly gradients are shrunk where views disagree; 0: not"},
+      {"gradient_shrinkage", &O::gradient_shrinkage, kWeight,
+       "how strongly gradients are shrunk where views disagree; 0: not"},
       {"line_search", &O::line_search, "search for the best length of each step"},
       {"line_search_views", &O::line_search_views, {1e-6, 1}, "part of the views on which it searches"},
       {"batches", &O::batches, kCount, "parts into which the training views are divided"},

@@ -19,25 +19,25 @@ struct SplatProblemOptions;
 
 // What products with J take their raster part from.
 enum class JacobianKind {
-  kRecompute,  // the splats, each time
-  kCache32,    // entries kept as floats (doubles in double) or as 16 bits:
-               // kernels/gaussian_splatting/cache/jacobian_cache.h
+  kCachedViews,  // the splats, each time
+  kCache32,      // entries kept as floats (doubles in double) or as 16 bits:
+                 // kernels/gaussian_splatting/cache/jacobian_cache.h
   kCache16,
-  // As kRecompute, and views are projected, sorted, rendered and linearised anew for each product: the same numbers,
-  // and the memory of one view instead of that of all. On a device as kRecompute.
-  kRebuild,
+  // As kCachedViews, and views are projected, sorted, rendered and linearised anew for each product: the same numbers,
+  // and the memory of one view instead of that of all. On a device as kCachedViews.
+  kOnTheFly,
 };
-inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind::kRecompute, "recompute"},
+inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind::kCachedViews, "cached_views"},
                                                                   {JacobianKind::kCache32, "cache32"},
                                                                   {JacobianKind::kCache16, "cache16"},
-                                                                  {JacobianKind::kRebuild, "rebuild"}};
+                                                                  {JacobianKind::kOnTheFly, "on_the_fly"}};
 // Whether entries of J are kept.
 inline bool IsCached(JacobianKind kind) { return kind == JacobianKind::kCache32 || kind == JacobianKind::kCache16; }
 
 // D, the metric in which lambda damps.
 enum class LmDamping {
-  kRates,     // that of Adam's learning rates (lm/splat_blocks.h)
-  kDiagonal,  // diag(JtJ)
+  kLearningRates,  // that of Adam's learning rates (lm/splat_blocks.h)
+  kDiagonal,       // diag(JtJ)
 };
 
 enum class LmPreconditioner {
@@ -50,10 +50,10 @@ enum class PreconditionerDamping { kLambda, kOne };
 
 // What the problem makes of the gradient and of the damping.
 struct SplatMetricOptions {
-  LmDamping damping = LmDamping::kRates;
+  LmDamping damping = LmDamping::kLearningRates;
   // How strongly each entry of the descent is shrunk by the disagreement of the batch's views about it
-  // (lm/view_agreement.h). 0: not at all.
-  double view_agreement = 0.3;
+  // (lm/gradient_shrinkage.h). 0: not at all.
+  double gradient_shrinkage = 0.3;
 };
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
@@ -61,7 +61,7 @@ struct LmStageOptions : SplatMetricOptions {
   int iterations = 0;
   // The stage ends sooner where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
   // next to nothing to gain (docs/decisions/lm-is-optional.md).
-  double min_gain = 0.006;
+  double function_tolerance = 0.006;
   int pcg_iterations = 4;
   int batches = 1;
   int batch_size = 0;  // views in each; 0: all are divided among the batches
@@ -73,10 +73,10 @@ struct LmStageOptions : SplatMetricOptions {
   PcgStart pcg_start = PcgStart::kZero;
   // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
   double pcg_tolerance = 0;
-  StepRule step_control = StepRule::kCeres;
+  StepRule damping_update = StepRule::kCeres;
   // Views that are held shorten an iteration by a quarter and take several times the memory of all else
   // (docs/decisions/lm-jacobian-on-the-fly.md).
-  JacobianKind jacobian = JacobianKind::kRebuild;
+  JacobianKind jacobian = JacobianKind::kOnTheFly;
   bool line_search = false;
   double line_search_views = 0.3;
   double initial_lambda = 0.02;

@@ -32,13 +32,13 @@ inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
 // opacity_sum: of diag(H) over the opacities. Empty where that gives no metric.
 inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
   constexpr double kWeight = 1.2, kOfMeans = 5, kOfBands = 0.02;
-  const double opacity_rate2 = options.rates.opacity * options.rates.opacity;
+  const double opacity_rate2 = options.lr.opacity * options.lr.opacity;
   const double count = static_cast<double>(options.count > 0 ? options.count : 1);
   const double c = kWeight * opacity_rate2 * opacity_sum / count;
   std::vector<double> metric;
   if (!(c > 0)) return metric;
   for (int a = 0; a < splat::NumAttributes(options.sh_degree); ++a) {
-    const double rate = RateOf(options.rates, a);
+    const double rate = RateOf(options.lr, a);
     const double factor = a < splat::kLogScale ? kOfMeans : a < splat::kSh + 3 ? 1 : kOfBands;
     metric.push_back(factor * c / (rate * rate));
   }

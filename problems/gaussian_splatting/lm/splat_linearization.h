@@ -16,7 +16,7 @@ class SplatLinearization final : public Linearization<B>,
                                  public WithLossWeights<B>,
                                  public WithProductH<B>,
                                  public WithBlocks<B>,
-                                 public WithOwnDescent<B> {
+                                 public WithOwnRightHandSide<B> {
  public:
   using Base = Linearization<B>;
   using typename Base::ConstVectorView;
@@ -26,7 +26,7 @@ class SplatLinearization final : public Linearization<B>,
   using Workspace = typename SplatBackend<B>::Workspace;
 
   // Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
-  // problem and its other linearizations, one call at a time; scratch likewise, where JacobianKind::kRebuild leaves
+  // problem and its other linearizations, one call at a time; scratch likewise, where JacobianKind::kOnTheFly leaves
   // nothing in it from call to call; null: its own.
   SplatLinearization(const SplatProblemOptions& options, ConstVectorView x, std::vector<const TargetView<B>*> views,
                      double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
@@ -42,11 +42,11 @@ class SplatLinearization final : public Linearization<B>,
   // View by view: only one image is ever held.
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
-  // The gradient, shrunk where the views disagree (lm/view_agreement.h).
-  bool has_own_descent() const override { return options_.view_agreement > 0; }
-  void Descent(VectorView d) override;
+  // The gradient, shrunk where the views disagree (lm/gradient_shrinkage.h).
+  bool has_own_right_hand_side() const override { return options_.gradient_shrinkage > 0; }
+  void RightHandSide(VectorView d) override;
   void SquaredGradients(VectorView squares) override;
-  void DescentOf(Index units, ConstVectorView gradient, VectorView squares) const override;
+  void RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const override;
   // Exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override;
@@ -84,8 +84,8 @@ class SplatLinearization final : public Linearization<B>,
   Index num_residuals_ = 0;
   std::shared_ptr<Loss> loss_;
   std::shared_ptr<Workspace> workspace_;
-  Vector gradient_, descent_;  // until someone asks for them; the second, where it is its own (of a part: squares)
-  SplatGrams<B> grams_;        // made with the diagonal, and kept for the preconditioner
+  Vector gradient_, rhs_;  // until someone asks for them; the second, where it is its own (of a part: squares)
+  SplatGrams<B> grams_;    // made with the diagonal, and kept for the preconditioner
   mutable Vector residuals_;
 };
 

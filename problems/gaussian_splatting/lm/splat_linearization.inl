@@ -7,9 +7,9 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
+#include "problems/gaussian_splatting/lm/gradient_shrinkage.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"
-#include "problems/gaussian_splatting/lm/view_agreement.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
@@ -32,7 +32,7 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
     num_residuals_ += values;
     largest = std::max(largest, values);
   }
-  const bool rebuilds = options.jacobian == JacobianKind::kRebuild;
+  const bool rebuilds = options.jacobian == JacobianKind::kOnTheFly;
   scratch_->Fit(rebuilds ? std::min<std::size_t>(views_.size(), 1) : views_.size(), largest);
   // A part that holds no views is one of many: its gradient is made when it is asked for.
   if (!options.is_part || !rebuilds) MakeUnits();
@@ -42,9 +42,9 @@ template <Backend B>
 void SplatLinearization<B>::MakeUnits() {
   using Space = typename B::Space;
   gradient_.Resize(num_parameters());
-  const bool steers = has_own_descent();
+  const bool steers = has_own_right_hand_side();
   Vector of_view;
-  if (steers) of_view.Resize(num_parameters()), descent_.Resize(num_parameters());
+  if (steers) of_view.Resize(num_parameters()), rhs_.Resize(num_parameters());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     Unit& unit = scratch_->units[i % scratch_->units.size()];
     const VectorView image_gradient = scratch_->image_work.view().subspan(0, views_[i]->shape().NumValues());
@@ -53,14 +53,14 @@ void SplatLinearization<B>::MakeUnits() {
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (steers ? of_view : gradient_).data(),
                     *workspace_);
     if (steers) {
-      ForEach<Space>(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), descent_.data()});
+      ForEach<Space>(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), rhs_.data()});
     }
     // After the gradient, which is thereby exact.
     if (IsCached(options_.jacobian)) {
       unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
     }
   }
-  if (steers && !options_.is_part) DescentOf(static_cast<Index>(views_.size()), gradient_, descent_);
+  if (steers && !options_.is_part) RightHandSideOf(static_cast<Index>(views_.size()), gradient_, rhs_);
 }
 
 template <Backend B>
@@ -86,7 +86,7 @@ void SplatLinearization<B>::LinearizeLoss(Unit& unit, VectorView image_gradient)
 template <Backend B>
 template <class Body>
 void SplatLinearization<B>::ForEachUnit(const Body& body) const {
-  if (options_.jacobian != JacobianKind::kRebuild) {
+  if (options_.jacobian != JacobianKind::kOnTheFly) {
     for (Unit& unit : scratch_->units) body(unit);
     return;
   }
@@ -161,7 +161,7 @@ template <Backend B>
 void SplatLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
   B().Fill(0, Hv);
   const auto work = [](const Unit& unit, Vector& images) { return images.view().subspan(0, unit.shape.NumValues()); };
-  if (options_.jacobian != JacobianKind::kRebuild) {
+  if (options_.jacobian != JacobianKind::kOnTheFly) {
     for (Unit& unit : scratch_->units) {
       const VectorView d_image = work(unit, scratch_->image_work);
       unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
@@ -197,25 +197,25 @@ void SplatLinearization<B>::Gradient(VectorView g) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::Descent(VectorView d) {
-  if (descent_.empty()) MakeUnits();
-  B().Copy(descent_, d);
-  descent_ = {};
+void SplatLinearization<B>::RightHandSide(VectorView d) {
+  if (rhs_.empty()) MakeUnits();
+  B().Copy(rhs_, d);
+  rhs_ = {};
 }
 
 template <Backend B>
 void SplatLinearization<B>::SquaredGradients(VectorView squares) {
   VESTA_CHECK(options_.is_part, "the squares of a problem that is no part");
-  if (descent_.empty()) MakeUnits();
-  B().Copy(descent_, squares);
-  descent_ = {};
+  if (rhs_.empty()) MakeUnits();
+  B().Copy(rhs_, squares);
+  rhs_ = {};
 }
 
 template <Backend B>
-void SplatLinearization<B>::DescentOf(Index units, ConstVectorView gradient, VectorView squares) const {
+void SplatLinearization<B>::RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const {
   ForEach<typename B::Space>(num_parameters(), kGrain,
-                             AgreedDescent<S>{static_cast<S>(options_.view_agreement), static_cast<S>(units),
-                                              gradient.data(), squares.data()});
+                             ShrunkGradient<S>{static_cast<S>(options_.gradient_shrinkage), static_cast<S>(units),
+                                               gradient.data(), squares.data()});
 }
 
 template <Backend B>

@@ -36,7 +36,7 @@ struct SplatScratch {
     Vector image;
     typename SplatBackend<B>::Loss::Linearization loss;
   };
-  std::vector<Unit> units;  // all views; of JacobianKind::kRebuild one, for each in turn
+  std::vector<Unit> units;  // all views; of JacobianKind::kOnTheFly one, for each in turn
   Vector image_work, weighted_work;
 
   // Room for so many views, whose images have so many values at most.
@@ -54,8 +54,8 @@ struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   PhotometricWeights weights;
   // Merged batches want views that are not neighbours: the merge is biased by those.
   ViewBatchOptions batches;
-  JacobianKind jacobian = JacobianKind::kRecompute;
-  LearningRates rates;
+  JacobianKind jacobian = JacobianKind::kCachedViews;
+  LearningRates lr;
   // Of length, for each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
   // Of a problem that is spread over processes: its linearization leaves the descent to who knows all parts.

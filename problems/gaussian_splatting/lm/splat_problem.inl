@@ -94,14 +94,14 @@ std::unique_ptr<Linearization<B>> SplatProblem<B>::LinearizeBatch(ConstVectorVie
   this->CheckBatch(batch);
   std::vector<const TargetView<B>*> views;
   for (const Index v : batches_.views(batch)) views.push_back(&ViewAt(v));
-  const bool shares = options_.is_part && options_.jacobian == JacobianKind::kRebuild;
+  const bool shares = options_.is_part && options_.jacobian == JacobianKind::kOnTheFly;
   return std::make_unique<SplatLinearization<B>>(options_, x, std::move(views), batches_.scale(), loss_, workspace_,
                                                  shares ? scratch_ : nullptr);
 }
 
 template <Backend B>
 bool SplatProblem<B>::DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) {
-  if (options_.damping != LmDamping::kRates) return false;
+  if (options_.damping != LmDamping::kLearningRates) return false;
   using S = typename B::Scalar;
   B backend;
   const Index n = options_.count;

@@ -17,8 +17,8 @@ struct SplatModel : splat::ModelLayout {
   std::vector<float> data;
   std::array<float, 3> background{};  // the colour it was trained over, 0..1
   bool has_background = false;
-  double low_pass = splat::kLowPass;  // that it was trained with (Camera::low_pass)
-  std::array<double, 3> origin{};     // of the frame that the means are in; zero: the world's
+  double eps2d = splat::kEps2d;    // that it was trained with (Camera::eps2d)
+  std::array<double, 3> origin{};  // of the frame that the means are in; zero: the world's
 
   const splat::ModelLayout& layout() const { return *this; }
   // Of the Gaussians of the highest degree.

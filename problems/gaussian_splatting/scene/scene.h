@@ -25,7 +25,7 @@ struct Camera {
   splat::Lens lens;
   // Variance that is added to a Gaussian's two axes in the image, pixels squared of whatever size: how far a pixel
   // looks beside itself. One for all cameras of a scene (LoadSceneOptions), whose splat is to be rendered with it.
-  double low_pass = splat::kLowPass;
+  double eps2d = splat::kEps2d;
 
   double pixels() const { return ImageSize{width, height}.pixels(); }
   bool operator==(const Camera&) const = default;

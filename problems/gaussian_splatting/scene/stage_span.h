@@ -14,7 +14,7 @@ struct StageSpan {
 
   bool is_last() const { return after >= 1; }
   // Whether the iteration reaches a multiple of `part` of the stage; none where that is 0.
-  bool Reaches(double part) const { return part > 0 && Parts(after, part) > Parts(before, part); }
+  bool CrossesMultipleOf(double part) const { return part > 0 && Parts(after, part) > Parts(before, part); }
   // How many whole parts of that size are done before it; of very small ones some number of very many.
   int PartsBefore(double part) const { return static_cast<int>(std::min(Parts(before, part), 1e9)); }
   // Whether it is of the part up to `end`.

@@ -30,9 +30,9 @@ SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVe
 // Says which column has a gradient above the threshold though it is frozen, for its entry of the diagonal is not
 // positive; empty where there is none. A gradient that a bound holds does not count.
 template <Backend B>
-std::string DescribeFrozenGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
-                                   typename B::ConstVectorView negative_gradient, typename B::ConstVectorView diagonal,
-                                   double threshold);
+std::string DescribeZeroColumnGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
+                                       typename B::ConstVectorView negative_gradient,
+                                       typename B::ConstVectorView diagonal, double threshold);
 
 // The gradient of a column whose entry of the diagonal has merely underflowed is below this, by the inequality of
 // Cauchy and Schwarz |g_k|^2 <= H_kk 2 cost, with room for weights.
@@ -47,19 +47,19 @@ class NormalSystem {
 
   // -g and the right-hand side d; after Prepare 0 where columns are frozen or at a bound.
   typename B::ConstVectorView negative_gradient() const { return negative_gradient_.view(); }
-  typename B::ConstVectorView rhs() const { return descent_.empty() ? negative_gradient() : descent_.view(); }
+  typename B::ConstVectorView rhs() const { return rhs_.empty() ? negative_gradient() : rhs_.view(); }
   // Of H; empty after Prepare unless it was to be kept.
   typename B::ConstVectorView diagonal() const { return diagonal_.view(); }
   // D, after Prepare.
   typename B::ConstVectorView metric() const { return metric_.view(); }
   // Of gradient, right-hand side and diagonal.
   const SystemFault& fault() const { return fault_; }
-  Index num_frozen() const { return num_frozen_; }
-  // DescribeFrozenGradient of this system; before Prepare.
-  std::string DescribeFrozen(typename B::ConstVectorView x, double threshold) {
-    return num_frozen_ == 0
+  Index num_zero_columns() const { return num_zero_columns_; }
+  // DescribeZeroColumnGradient of this system; before Prepare.
+  std::string DescribeZeroColumn(typename B::ConstVectorView x, double threshold) {
+    return num_zero_columns_ == 0
                ? ""
-               : DescribeFrozenGradient<B>(backend_, problem_, x, negative_gradient(), diagonal(), threshold);
+               : DescribeZeroColumnGradient<B>(backend_, problem_, x, negative_gradient(), diagonal(), threshold);
   }
   Index num_residuals() const;
 
@@ -79,9 +79,9 @@ class NormalSystem {
   std::vector<std::unique_ptr<LinearizationAdaptor<B>>> batches_;
   std::vector<LinearizationAdaptor<B>*> pointers_;
   typename B::Vector negative_gradient_, diagonal_, metric_, mask_;
-  typename B::Vector descent_;  // d; empty where it is -g
+  typename B::Vector rhs_;  // d; empty where it is -g
   SystemFault fault_;
-  Index num_frozen_ = 0;
+  Index num_zero_columns_ = 0;
   std::unique_ptr<StepSolver<B>> solver_;
 };
 

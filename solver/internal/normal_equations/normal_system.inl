@@ -73,9 +73,9 @@ SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVe
 }
 
 template <Backend B>
-std::string DescribeFrozenGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
-                                   typename B::ConstVectorView negative_gradient, typename B::ConstVectorView diagonal,
-                                   double threshold) {
+std::string DescribeZeroColumnGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
+                                       typename B::ConstVectorView negative_gradient,
+                                       typename B::ConstVectorView diagonal, double threshold) {
   typename B::Vector frozen(diagonal.size());
   backend.SelectPositive(diagonal, 0, 1, frozen);
   if (problem.has_bounds()) problem.MaskActiveBounds(x, negative_gradient, frozen);
@@ -121,14 +121,14 @@ NormalSystem<B>::NormalSystem(B& backend, ProblemAdaptor<B> problem, typename B:
     LinearizationAdaptor<B>& linearization = *batches_.back();
     ScopedPhase phase("gradient");
     add([&](typename B::VectorView g) { linearization.Gradient(g); }, negative_gradient_);
-    if (batches_.size() == 1 && linearization.has_own_descent()) descent_.ResizeForOverwrite(n);
-    if (!descent_.empty()) add([&](typename B::VectorView d) { linearization.Descent(d); }, descent_);
+    if (batches_.size() == 1 && linearization.has_own_right_hand_side()) rhs_.ResizeForOverwrite(n);
+    if (!rhs_.empty()) add([&](typename B::VectorView d) { linearization.RightHandSide(d); }, rhs_);
     phase.Next("diagonal");
     add([&](typename B::VectorView d) { linearization.DiagJTJ(d); }, diagonal_);
   }
   backend_.Axpby(-1.0, negative_gradient_, 0.0, negative_gradient_);
-  fault_ = FindFault<B>(backend_, problem_, negative_gradient(), descent_.view(), diagonal());
-  num_frozen_ = backend_.CountNonPositive(diagonal_);
+  fault_ = FindFault<B>(backend_, problem_, negative_gradient(), rhs_.view(), diagonal());
+  num_zero_columns_ = backend_.CountNonPositive(diagonal_);
 }
 
 template <Backend B>
@@ -146,12 +146,12 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
     DiagonalMetric(options.metric, backend_, diagonal_.view(), scale, pointers_.front()->block_groups(),
                    metric_.view());
   }
-  if (num_frozen_ > 0 || problem_.has_bounds()) {
+  if (num_zero_columns_ > 0 || problem_.has_bounds()) {
     mask_.Resize(diagonal_.size());
     backend_.SelectPositive(diagonal_, 1, 0, mask_);
     if (problem_.has_bounds()) problem_.MaskActiveBounds(x, negative_gradient(), mask_);
     backend_.Multiply(mask_, negative_gradient_, negative_gradient_);
-    if (!descent_.empty()) backend_.Multiply(mask_, descent_, descent_);
+    if (!rhs_.empty()) backend_.Multiply(mask_, rhs_, rhs_);
   }
   solver_ = MakeStepSolver<B>(options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(),
                                         rhs(), negative_gradient(), scale});

@@ -67,7 +67,7 @@ class PcgStep final : public StepSolver<B> {
     const ScopedPhase phase("preconditioner");
     preconditioner_->SetLinearization(system.batches, system.diagonal);
     // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
-    if (!system.problem.has_bounds() && !preconditioner_->couples_frozen()) system_.mask = {};
+    if (!system.problem.has_bounds() && !preconditioner_->couples_zero_columns()) system_.mask = {};
   }
   bool reads_mask() const override { return !system_.mask.empty(); }
   std::string preconditioner() const { return preconditioner_->description(); }

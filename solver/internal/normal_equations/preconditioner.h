@@ -34,7 +34,7 @@ class Preconditioner : public LinearOperator<B> {
                                 typename B::ConstVectorView diag_h) = 0;
   virtual void SetDamping(double lambda, typename B::ConstVectorView metric) = 0;
   // Whether a column of zeros in H may get something but zero, or a zero give something to others: then PCG masks it.
-  virtual bool couples_frozen() const { return true; }
+  virtual bool couples_zero_columns() const { return true; }
   // Whether it is the inverse up to rounding: then one iteration is enough.
   virtual bool exact() const { return false; }
   // What it is, for the summary.
@@ -53,7 +53,7 @@ class IdentityPreconditioner final : public Preconditioner<B> {
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
-  bool couples_frozen() const override { return false; }
+  bool couples_zero_columns() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kIdentity); }
 
  private:
@@ -68,7 +68,7 @@ class JacobiPreconditioner final : public Preconditioner<B> {
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
   // Entries whose damped diagonal is 0 stay 0.
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
-  bool couples_frozen() const override { return false; }
+  bool couples_zero_columns() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kJacobi); }
 
  private:
@@ -84,7 +84,7 @@ class BlockJacobiPreconditioner final : public Preconditioner<B> {
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
-  bool couples_frozen() const override { return false; }
+  bool couples_zero_columns() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kBlockJacobi) + why_; }
 
  private:

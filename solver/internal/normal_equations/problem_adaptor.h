@@ -19,22 +19,23 @@ namespace vesta {
 // A linearization whose direction of descent is not -g (a gradient without its noise). All batches must agree on it,
 // and only solvers that need no more than H are then allowed. Only the splatting problems have one.
 template <Backend B>
-class WithOwnDescent {
+class WithOwnRightHandSide {
  public:
-  virtual ~WithOwnDescent() = default;
+  virtual ~WithOwnRightHandSide() = default;
   // False: this object has none after all.
-  virtual bool has_own_descent() const = 0;
-  // d = the right-hand side of (H + lambda D) step = d. Called after Gradient, where has_own_descent().
-  virtual void Descent(typename B::VectorView d) = 0;
+  virtual bool has_own_right_hand_side() const = 0;
+  // d = the right-hand side of (H + lambda D) step = d. Called after Gradient, where has_own_right_hand_side().
+  virtual void RightHandSide(typename B::VectorView d) = 0;
   // Of parts of a problem, whose descent is not the sum of theirs: the squares of the gradients of the part's units,
   // summed; and the descent of `units` units from the sums of both over all parts, where `squares` becomes the descent.
   virtual void SquaredGradients(typename B::VectorView /*squares*/) {
     Fail(kUnsupported,
          "a linearization whose descent is its own must define SquaredGradients() to be a part of a problem");
   }
-  virtual void DescentOf(Index /*units*/, typename B::ConstVectorView /*gradient*/,
-                         typename B::VectorView /*squares*/) const {
-    Fail(kUnsupported, "a linearization whose descent is its own must define DescentOf() to be a part of a problem");
+  virtual void RightHandSideOf(Index /*units*/, typename B::ConstVectorView /*gradient*/,
+                               typename B::VectorView /*squares*/) const {
+    Fail(kUnsupported,
+         "a linearization whose descent is its own must define RightHandSideOf() to be a part of a problem");
   }
 };
 
@@ -72,12 +73,12 @@ class LinearizationAdaptor {
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
   std::unique_ptr<ShardedSystem<B>> MakeShardedSystem();
 
-  bool has_own_descent() const { return descent_ && descent_->has_own_descent(); }
-  void Descent(VectorView d);
-  // Only where has_own_descent().
-  void SquaredGradients(VectorView squares) { descent_->SquaredGradients(squares); }
-  void DescentOf(Index units, ConstVectorView gradient, VectorView squares) const {
-    descent_->DescentOf(units, gradient, squares);
+  bool has_own_right_hand_side() const { return rhs_ && rhs_->has_own_right_hand_side(); }
+  void RightHandSide(VectorView d);
+  // Only where has_own_right_hand_side().
+  void SquaredGradients(VectorView squares) { rhs_->SquaredGradients(squares); }
+  void RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const {
+    rhs_->RightHandSideOf(units, gradient, squares);
   }
 
  private:
@@ -91,7 +92,7 @@ class LinearizationAdaptor {
   WithBlocks<B>* blocks_ = nullptr;
   WithReducedSystem<B>* reduced_ = nullptr;
   WithShardedSystem<B>* sharded_ = nullptr;
-  WithOwnDescent<B>* descent_ = nullptr;
+  WithOwnRightHandSide<B>* rhs_ = nullptr;
   typename B::Vector work_u_, work_Wu_;  // of ApplyThreeProducts
 };
 

@@ -53,9 +53,10 @@ std::tuple<Interfaces*...> FindInterfaces(Base& object) {
 
 template <Backend B>
 LinearizationAdaptor<B>::LinearizationAdaptor(Linearization<B>& linearization) : linearization_(linearization) {
-  std::tie(gradient_, weights_, product_, blocks_, reduced_, sharded_, descent_) =
+  std::tie(gradient_, weights_, product_, blocks_, reduced_, sharded_, rhs_) =
       adaptor_internal::FindInterfaces<WithGradient<B>, WithLossWeights<B>, WithProductH<B>, WithBlocks<B>,
-                                       WithReducedSystem<B>, WithShardedSystem<B>, WithOwnDescent<B>>(linearization);
+                                       WithReducedSystem<B>, WithShardedSystem<B>, WithOwnRightHandSide<B>>(
+          linearization);
 }
 
 template <Backend B>
@@ -94,8 +95,8 @@ std::unique_ptr<ShardedSystem<B>> LinearizationAdaptor<B>::MakeShardedSystem() {
 }
 
 template <Backend B>
-void LinearizationAdaptor<B>::Descent(VectorView d) {
-  if (has_own_descent()) return descent_->Descent(d);
+void LinearizationAdaptor<B>::RightHandSide(VectorView d) {
+  if (has_own_right_hand_side()) return rhs_->RightHandSide(d);
   Gradient(d);
   B().Axpby(-1.0, d, 0.0, d);
 }

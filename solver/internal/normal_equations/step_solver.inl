@@ -158,7 +158,7 @@ template <Backend B>
 const char* WhyNormal(const StepSystem<B>& system) {
   const auto any = [&](auto&& has) { return std::any_of(system.batches.begin(), system.batches.end(), has); };
   if (any([](auto* batch) { return batch->weighted(); })) return "the problem has weights W";
-  if (any([](auto* batch) { return batch->has_own_descent(); })) return "the problem has a descent of its own";
+  if (any([](auto* batch) { return batch->has_own_right_hand_side(); })) return "the problem has a descent of its own";
   return nullptr;
 }
 

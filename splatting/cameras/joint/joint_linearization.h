@@ -38,7 +38,7 @@ class JointLinearization final : public Linearization<B>,
                                  public WithProductH<B>,
                                  public WithBlocks<B>,
                                  public WithReducedSystem<B>,
-                                 public WithOwnDescent<B> {
+                                 public WithOwnRightHandSide<B> {
  public:
   using S = typename B::Scalar;
   using typename Linearization<B>::ConstVectorView;
@@ -59,9 +59,9 @@ class JointLinearization final : public Linearization<B>,
   void ApplyW(ConstVectorView u, VectorView Wu) override;
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
-  // The gradient; that of the splats shrunk where the views disagree (lm/view_agreement.h).
-  bool has_own_descent() const override { return options_.splats.view_agreement > 0; }
-  void Descent(VectorView d) override;
+  // The gradient; that of the splats shrunk where the views disagree (lm/gradient_shrinkage.h).
+  bool has_own_right_hand_side() const override { return options_.splats.gradient_shrinkage > 0; }
+  void RightHandSide(VectorView d) override;
   // Exact for views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override { return BlockGroupsOf(options_, layout_); }
@@ -108,7 +108,7 @@ class JointLinearization final : public Linearization<B>,
   std::vector<JointUnit<B>> units_;
   Index num_values_ = 0;
   std::shared_ptr<JointScratch<B>> scratch_;
-  typename B::Vector gradient_, descent_;  // the second: the splats', where it is its own
+  typename B::Vector gradient_, rhs_;  // the second: the splats', where it is its own
   SplatGrams<B> grams_;
   mutable typename B::Vector residuals_;
 };

@@ -7,7 +7,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
-#include "problems/gaussian_splatting/lm/view_agreement.h"
+#include "problems/gaussian_splatting/lm/gradient_shrinkage.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "splatting/cameras/derivatives/image_products.h"
 #include "splatting/cameras/derivatives/view_columns.inl"
@@ -37,9 +37,9 @@ void JointLinearization<B>::MakeUnits() {
   const Index n = layout_.splats;
   units_.resize(views_.size());
   gradient_.Resize(num_parameters());
-  const bool steers = has_own_descent();
+  const bool steers = has_own_right_hand_side();
   typename B::Vector of_view;
-  if (steers) of_view.Resize(n), descent_.Resize(n);
+  if (steers) of_view.Resize(n), rhs_.Resize(n);
   const ConstRest<B> x(x_, n);
   Rest<B> g_rest(FromZero(), gradient_.view(), n);
   std::vector<S> prior;
@@ -51,14 +51,14 @@ void JointLinearization<B>::MakeUnits() {
     prior.assign(unit.prior.begin(), unit.prior.end());
     AddPriorJT(v, prior.data(), g_rest.view());
     if (steers) {
-      ForEach<typename B::Space>(n, kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), descent_.data()});
+      ForEach<typename B::Space>(n, kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), rhs_.data()});
     }
   }
   g_rest.Store();
   if (!steers) return;
   ForEach<typename B::Space>(n, kGrain,
-                             AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement),
-                                              static_cast<S>(layout_.views), gradient_.data(), descent_.data()});
+                             ShrunkGradient<S>{static_cast<S>(options_.splats.gradient_shrinkage),
+                                               static_cast<S>(layout_.views), gradient_.data(), rhs_.data()});
 }
 
 template <Backend B>
@@ -245,9 +245,9 @@ void JointLinearization<B>::Gradient(VectorView g) {
 }
 
 template <Backend B>
-void JointLinearization<B>::Descent(VectorView d) {
+void JointLinearization<B>::RightHandSide(VectorView d) {
   B().Axpby(-1.0, gradient_, 0.0, d);
-  B().Copy(descent_, d.subspan(0, layout_.splats));
+  B().Copy(rhs_, d.subspan(0, layout_.splats));
 }
 
 template <Backend B>

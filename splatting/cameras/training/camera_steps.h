@@ -20,12 +20,12 @@ namespace vesta::gs {
 // Parts of the stage: when cameras begin to move, since the first images are those of no splat yet; and when
 // CameraChoice::kAuto is decided, by the views that are held back until then.
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
-// Until when the mean turn of all cameras is held (RemoveCommonTurn). Gaussians that are blurred by more than the
+// Until when the mean turn of all cameras is held (SubtractMeanRotation). Gaussians that are blurred by more than the
 // photographs are, far ones as near ones, pull at it; so with a narrower filter it may move sooner
 // (docs/decisions/mean-camera-rotation.md).
-inline double MeanTurnFree(double low_pass) {
+inline double MeanTurnFree(double eps2d) {
   constexpr double kSoonest = 0.45, kLater = 0.2;
-  return kSoonest + kLater * std::min(low_pass / splat::kLowPass, 1.0);
+  return kSoonest + kLater * std::min(eps2d / splat::kEps2d, 1.0);
 }
 
 // Every eighth training view from the fourth on is held back, but at most eight.

@@ -54,7 +54,7 @@ Matrix3 CrossMatrix(const Vector3& v) {
 
 }  // namespace
 
-void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found) {
+void FixCameraGauge(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found) {
   VESTA_CHECK(given.size() == found->size(), "{} views, but {} that were found", given.size(), found->size());
   if (given.empty()) return;
   const auto views = static_cast<double>(given.size());
@@ -107,7 +107,7 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   }
 }
 
-void RemoveCommonTurn(std::vector<ViewUnknowns>* found) {
+void SubtractMeanRotation(std::vector<ViewUnknowns>* found) {
   if (found->empty()) return;
   Vector3 mean = Vector3::Zero();
   for (const ViewUnknowns& view : *found) mean += LogOf(view.motion) / static_cast<double>(found->size());
@@ -117,7 +117,7 @@ void RemoveCommonTurn(std::vector<ViewUnknowns>* found) {
   for (ViewUnknowns& view : *found) view.motion = splat::Compose(back, view.motion);
 }
 
-void RemoveCommonExposure(std::vector<ViewUnknowns>* found) {
+void FixExposureGauge(std::vector<ViewUnknowns>* found) {
   if (found->empty()) return;
   const auto views = static_cast<double>(found->size());
   for (std::size_t c = 0; c < 3; ++c) {

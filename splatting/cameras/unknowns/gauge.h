@@ -17,14 +17,14 @@ namespace vesta::gs {
 // whose removal leaves gains with the mean 1 and offsets with the mean 0. So the views lie on the whole where they were
 // given. given: as many, in the same order. depth: of what they see, world units, > 0. Where views leave a freedom
 // undetermined (one view, or all centres in one place, but for how they were moved: the scale) it is not touched.
-void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
-void RemoveCommonExposure(std::vector<ViewUnknowns>* found);
+void FixCameraGauge(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
+void FixExposureGauge(std::vector<ViewUnknowns>* found);
 
 // Takes out the mean turn of all views in their own axes, about their centres. Photographs hardly tell of it where
 // cameras stand in a ring: that all tilt, and the scene sinks, is nearly the same. So the errors of a splat that is not
 // finished go into it, and come out slowly (docs/decisions/mean-camera-rotation.md). The mean of the turns by which
 // cameras are wrong, each by its own, is small.
-void RemoveCommonTurn(std::vector<ViewUnknowns>* found);
+void SubtractMeanRotation(std::vector<ViewUnknowns>* found);
 
 // What holds the freedoms that no photograph tells of where cameras, exposures and splats are found at once:
 // a weak pull of each view to where it was given.

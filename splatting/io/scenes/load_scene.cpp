@@ -83,7 +83,7 @@ void ChooseTestViews(const TestViews& choice, std::vector<View>* views) {
 
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   const ScopedPhase phase("load scene");
-  VESTA_CHECK(splat::IsLowPass(options.low_pass), "a low-pass filter of {} pixels^2", options.low_pass);
+  VESTA_CHECK(splat::IsValidEps2d(options.eps2d), "a low-pass filter of {} pixels^2", options.eps2d);
   Scene scene = ReadModel(path, options);
   const std::size_t named = scene.views.size();
   ChooseTestViews(options.test_views, &scene.views);
@@ -101,7 +101,7 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   // Those of NeRF scenes are rendered over nothing, and trained over the background.
   const bool alpha_is_mask = !FindColmapModel(path).empty();
   LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes, &scene);
-  for (View& view : scene.views) view.camera.low_pass = options.low_pass;
+  for (View& view : scene.views) view.camera.eps2d = options.eps2d;
   return scene;
 }
 

@@ -32,9 +32,9 @@ struct LoadSceneOptions {
   TestViews test_views;                      // else every 8th by name, or as a NeRF scene has its own
   // Of decoded photographs; where they take more they are decoded when they are looked at (photograph_store.h).
   double photographs_bytes = std::numeric_limits<double>::infinity();
-  RandomPoints random_points;         // for scenes without points
-  double low_pass = splat::kLowPass;  // of the cameras (Camera::low_pass)
-  bool hold_out = false;              // keep some training views back (HoldOut)
+  RandomPoints random_points;    // for scenes without points
+  double eps2d = splat::kEps2d;  // of the cameras (Camera::eps2d)
+  bool hold_out = false;         // keep some training views back (HoldOut)
 };
 
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and

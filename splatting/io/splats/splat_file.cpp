@@ -61,7 +61,7 @@ Writer WriterFor(const std::string& path) {
   Fail(kBadArgument, "{}: the extension says the format: .ply, .compressed.ply or .spz", path);
 }
 
-constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kLowPass = "vesta low_pass";
+constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kEps2d = "vesta eps2d";
 
 // The numbers after a comment of that beginning, where there is one; each must be one that is_valid.
 template <class T, std::size_t N>
@@ -132,8 +132,8 @@ std::vector<std::string> SplatComments(const SplatModel& model) {
   const auto& [x, y, z] = model.origin;
   if (model.has_background) comments.push_back(fmt::format("{} {} {} {}", kBackground, r, g, b));
   if (model.origin != std::array<double, 3>{}) comments.push_back(fmt::format("{} {} {} {}", kOrigin, x, y, z));
-  VESTA_CHECK(splat::IsLowPass(model.low_pass), "a splat with a low-pass filter of {} pixels^2", model.low_pass);
-  if (model.low_pass != splat::kLowPass) comments.push_back(fmt::format("{} {}", kLowPass, model.low_pass));
+  VESTA_CHECK(splat::IsValidEps2d(model.eps2d), "a splat with a low-pass filter of {} pixels^2", model.eps2d);
+  if (model.eps2d != splat::kEps2d) comments.push_back(fmt::format("{} {}", kEps2d, model.eps2d));
   return comments;
 }
 
@@ -145,10 +145,10 @@ void ReadSplatComments(const std::string& path, const std::vector<std::string>& 
   model->has_background =
       ReadComment(path, comments, kBackground, "three numbers in 0..1", +is_color, &model->background);
   ReadComment(path, comments, kOrigin, "three finite numbers", +is_place, &model->origin);
-  std::array<double, 1> low_pass{model->low_pass};
-  const std::string what = fmt::format("a number in {}..{}", splat::kLeastLowPass, splat::kMostLowPass);
-  ReadComment(path, comments, kLowPass, what.c_str(), &splat::IsLowPass, &low_pass);
-  model->low_pass = low_pass[0];
+  std::array<double, 1> eps2d{model->eps2d};
+  const std::string what = fmt::format("a number in {}..{}", splat::kMinEps2d, splat::kMaxEps2d);
+  ReadComment(path, comments, kEps2d, what.c_str(), &splat::IsValidEps2d, &eps2d);
+  model->eps2d = eps2d[0];
 }
 
 }  // namespace vesta::gs

@@ -35,7 +35,7 @@ void WriteSplat(const std::string& path, const SplatModel& model);
 void CheckSplatExtension(const std::string& path);
 
 // What vesta tells of a splat besides its Gaussians, as lines of text that files can carry and other programs ignore:
-// "vesta background R G B", the colour it was trained over, "vesta low_pass H", the filter it is to be rendered with
+// "vesta background R G B", the colour it was trained over, "vesta eps2d H", the filter it is to be rendered with
 // where that is not the usual one (pixels^2), and "vesta origin X Y Z", the point of the world that the means are
 // about.
 // One each for what the model states; none for one about the world's origin without a background and with the usual

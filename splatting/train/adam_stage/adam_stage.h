@@ -16,8 +16,8 @@
 #include "kernels/core/device_memory.h"
 #include "kernels/core/profile.h"
 #include "splatting/memory/memory_plan.h"
-#include "splatting/train/adam_stage/before_growth.h"
-#include "splatting/train/adam_stage/stage_parsimony.h"
+#include "splatting/train/adam_stage/rollback_point.h"
+#include "splatting/train/adam_stage/stage_pruning.h"
 #include "splatting/train/adam_stage/stage_views.h"
 #include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/forecast/forecast.h"
@@ -47,10 +47,10 @@ class AdamStage {
   void GiveBackSavedStage() { session_.saved().GiveBack(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
   // Back to before the Gaussians last became more, to go on without. False where there is no such state.
-  bool GoBackBeforeGrowth() {
-    if (before_growth_.empty()) return false;
+  bool RollBack() {
+    if (rollback_point_.empty()) return false;
     views_.FreePasses();
-    if constexpr (!kOnHost) before_growth_.GoBack(&*state_);
+    if constexpr (!kOnHost) rollback_point_.GoBack(&*state_);
     // What that iteration did besides.
     if (session_.schedule().At(state_->span).resets_opacity) state_->model.ResetOpacity();
     return true;
@@ -59,7 +59,7 @@ class AdamStage {
   void Finish() {
     views_.UpdateMovedCameras();
     if (recorded_ != state_->iteration) Record();
-    parsimony_.NoteWhoStayed(*state_, state_->model.count());
+    pruning_.NoteWhoStayed(*state_, state_->model.count());
     views_.FreePasses();
     state_->model.Finish(result_);
     finished_ = true;
@@ -75,10 +75,10 @@ class AdamStage {
     const Scene& scene = session.scene();
     DensityOptions density = options.density;
     density.max_gaussians = session.plan().max_gaussians;
-    return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric, options.adam.views_per_iteration),
+    return {TrainedModel<B>(model, Adam<B>(options.lr, options.adam.second_moment, options.adam.batch_size),
                             DensityControl<typename B::Space>(density, scene.extent, options.seed),
                             UnitViews(views, NearPlane(scene)), scene.extent),
-            ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.views_per_iteration))};
+            ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.batch_size))};
   }
   void Begin() {
     state_.emplace(StartState(session_, result_));
@@ -89,13 +89,13 @@ class AdamStage {
   void Restore(std::string_view bytes) {
     try {
       ArchiveReader reader(bytes);
-      session_.saved().OrRefuse([&] { reader(*state_); });
+      session_.saved().Validate([&] { reader(*state_); });
     } catch (const OutOfDeviceMemory&) {
       state_.reset();  // it has not begun
       throw;
     }
     if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
-    const int n = session_.schedule().iterations(), views = options_.adam.views_per_iteration;
+    const int n = session_.schedule().iterations(), views = options_.adam.batch_size;
     if (state_->iteration >= n) {
       Fail(kBadArgument,
            "{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
@@ -140,7 +140,7 @@ class AdamStage {
     if (session_.processes().OnAny(session_.interim().Saves())) ChangeGaussians(plan, degree);
     Report();
     Save();
-    parsimony_.NoteWhoStayed(*state_, gaussians);
+    pruning_.NoteWhoStayed(*state_, gaussians);
   }
   void Report() {
     session_.Report({Stage::kAdam, state_->iteration, outlook_.ExpectedIterations(Progress()), session_.Seconds(),
@@ -163,7 +163,7 @@ class AdamStage {
     const int it = ++state_->iteration;
     state_->span = plan.span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
-    before_growth_.ForgetWhatHolds(it);
+    rollback_point_.ForgetWhatHolds(it);
     if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
     outlook_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
@@ -210,10 +210,10 @@ class AdamStage {
   void ChangeGaussians(const IterationPlan& plan, int degree) {
     if (plan.densifies) Densify();
     if (plan.resets_opacity) state_->model.ResetOpacity();
-    parsimony_.Thin(*state_, plan, degree, [&] {
+    pruning_.Thin(*state_, plan, degree, [&] {
       views_.LendPhotographs();
       views_.FreePasses();
-      before_growth_.Forget();  // of more than there are now
+      rollback_point_.Forget();  // of more than there are now
     });
   }
   void Densify() {
@@ -222,7 +222,7 @@ class AdamStage {
     const double begin = session_.Seconds();
     views_.FreePasses();  // the new bases need room while the old ones are there
     state_->model.Densify(state_->iteration, [&] {
-      if constexpr (!kOnHost) before_growth_.Keep(*state_);
+      if constexpr (!kOnHost) rollback_point_.Keep(*state_);
     });
     outlook_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
   }
@@ -230,12 +230,12 @@ class AdamStage {
   // Tells what the whole stage will take.
   void PredictWhereDue(const IterationPlan& plan, int degree) {
     const auto telling = outlook_.WhatToTell(plan.observes);
-    if (telling == StageOutlook::Telling::kNothing) return;
-    const bool is_first_guess = telling == StageOutlook::Telling::kFirstGuess;
+    if (telling == StagePlanner::Telling::kNothing) return;
+    const bool is_first_guess = telling == StagePlanner::Telling::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {
       outlook_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
     }
-    const StageAhead ahead = outlook_.Ahead(Progress());
+    const RemainingWork ahead = outlook_.Ahead(Progress());
     session_.Predict(outlook_.Foretell(Progress(), ahead, is_first_guess, PredictMib(degree, ahead.most_gaussians)));
   }
   double PredictMib(int degree, double gaussians) {
@@ -254,9 +254,9 @@ class AdamStage {
   std::optional<std::string_view> saved_;  // to begin from
   std::optional<AdamStageState<B>> state_;
   StageViews<B> views_{session_};
-  BeforeGrowth<B> before_growth_{session_};
-  StageOutlook outlook_{session_};
-  StageParsimony<B> parsimony_{session_, outlook_.pace()};
+  RollbackPoint<B> rollback_point_{session_};
+  StagePlanner outlook_{session_};
+  StagePruning<B> pruning_{session_, outlook_.pace()};
   int recorded_ = 0;
   bool finished_ = false;
 };
@@ -270,7 +270,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
       return stage->Run();
     } catch (const OutOfDeviceMemory& error) {
       const int failed = stage->iteration();
-      if (stage->GoBackBeforeGrowth()) {
+      if (stage->RollBack()) {
         session.Note(notes::kAdamGoesBack, stage->iteration(), stage->gaussians(), error.what());
       } else if (failed > 0) {
         session.Note(notes::kAdamEnds, failed, error.what());

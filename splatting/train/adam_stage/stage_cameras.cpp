@@ -150,12 +150,12 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
 void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   std::vector<ViewUnknowns> found = session_.cameras().found();
   const std::vector<const View*>& given = session_.cameras().given();
-  if (free.pose) RemoveCommonMotion(given, depth_, &found);
+  if (free.pose) FixCameraGauge(given, depth_, &found);
   // Not with a lens: its principal point would go where turns that are held cannot.
   const bool holds = free.pose && !free.lens;
-  const double low_pass = given.front()->camera.low_pass;
-  if (holds && !span.HasReached(MeanTurnFree(low_pass))) RemoveCommonTurn(&found);
-  if (free.color) RemoveCommonExposure(&found);
+  const double eps2d = given.front()->camera.eps2d;
+  if (holds && !span.HasReached(MeanTurnFree(eps2d))) SubtractMeanRotation(&found);
+  if (free.color) FixExposureGauge(&found);
   for (std::size_t i = 0; i < found.size(); ++i) session_.cameras().Set(i, found[i]);
 }
 

@@ -128,7 +128,7 @@ class StageViews {
       full += seconds(full_, k * all / views) / static_cast<double>(views);
     }
     model->ForgetGradient();
-    return options_.adam.views_per_iteration * std::max(0.0, full - coarse);
+    return options_.adam.batch_size * std::max(0.0, full - coarse);
   }
 
  private:
@@ -140,7 +140,7 @@ class StageViews {
   double AddGradients(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
     cameras_.BeginIteration(state->cameras);
     const splat::Model<float> x = state->model.kernel_model(degree);
-    const int attributes = splat::NumAttributes(degree), views = options_.adam.views_per_iteration;
+    const int attributes = splat::NumAttributes(degree), views = options_.adam.batch_size;
     float* const gradient = state->model.gradient(attributes);
     passes().views.Begin({x, attributes}, views, plan.observes ? &state->model.density() : nullptr);
     const ProcessGroup& processes = session_.processes();
@@ -197,8 +197,8 @@ class StageViews {
     AddGradient(x, target, gradient);
     if (cameras_.moves(span, state->cameras)) MoveCamera(span, view, x, state);
     const double share = PullShare(shape.width, full_.camera(view).width);
-    const density::ScreenPulls pulls =
-        density::PullsOf(passes().view, passes().workspace.splat_sums.data(), share * values);
+    const density::Grad2dView pulls =
+        density::Grad2dOf(passes().view, passes().workspace.splat_sums.data(), share * values);
     // The loss is read last, so that on a device all of the view's work is under way.
     passes().views.Add(k, pulls, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
   }

@@ -60,15 +60,15 @@ class TrainedModel {
   void Average() { average_.Add(x_); }
 
   // Clones, splits and prunes; iteration keys the random offsets of split Gaussians. What was observed is forgotten and
-  // units of length are measured anew. before_growth() is called before Gaussians become more, and only then. On a
+  // units of length are measured anew. rollback_point() is called before Gaussians become more, and only then. On a
   // device throws OutOfDeviceMemory: where Gaussians have not become more, what can be downloaded is the model of
   // before or of after.
-  template <class BeforeGrowth>
-  void Densify(int iteration, const BeforeGrowth& before_growth) {
+  template <class RollbackPoint>
+  void Densify(int iteration, const RollbackPoint& rollback_point) {
     average_.StartAnew();
     gradient_ = Vector();  // zero between steps; its room is needed
     const DensityPlan<Space> plan = density_.Decide(x_.data(), count());
-    if (plan.count > count()) before_growth();
+    if (plan.count > count()) rollback_point();
     if (plan.changes) Follow(plan, iteration);
     StartAnew();
   }
@@ -211,20 +211,20 @@ struct AdamStageState {
   bool averages = true;      // false once the mean of the parameters has found no room
   Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
   StageCamerasState cameras = {};
-  // Seconds that judging Gaussians took, and rounds of it that there was no time for (StageParsimony).
+  // Seconds that judging Gaussians took, and rounds of it that there was no time for (StagePruning).
   double judged_seconds = 0;
-  int judging_left_out = 0;
+  int scoring_skipped = 0;
 
   // Whether what was read can be such a state.
   bool IsWhole() const {
     const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
     return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0 &&
-           judged_seconds >= 0 && judging_left_out >= 0;
+           judged_seconds >= 0 && scoring_skipped >= 0;
   }
   template <class Archive>
   void Visit(Archive& archive) {
     archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning, cameras,
-            judged_seconds, judging_left_out);
+            judged_seconds, scoring_skipped);
   }
 };
 

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "splatting/parsimony/parsimony_options.h"
+#include "splatting/pruning/pruning_options.h"
 
 namespace vesta::gs {
 
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
-                         const StageProgress& now, double judging) {
+RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
+                            const StageProgress& now, double judging) {
   const TrainOptions& options = schedule.options();
   constexpr int kPieces = 100;  // of the whole stage; those that are left are looked at one by one
   const double done = now.span.after;
@@ -18,7 +18,7 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
   const double piece = (1 - done) / pieces;
   const auto limit = static_cast<double>(std::max(now.max_gaussians, now.gaussians));
   const auto gaussians = static_cast<double>(now.gaussians);
-  StageAhead ahead{.gaussians = gaussians, .most_gaussians = gaussians};
+  RemainingWork ahead{.gaussians = gaussians, .most_gaussians = gaussians};
   Index before_pruning = now.before_pruning;
   int changes = 0;
   double judged_seconds = 0;
@@ -37,29 +37,29 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
     }
     if (plan.prunes) {
       if (before_pruning == 0) before_pruning = static_cast<Index>(ahead.gaussians);
-      judged_seconds += pace.JudgingSeconds(ahead.gaussians, judging);
-      const double left = ExpectedAfter(options.parsimony, plan.span, before_pruning);
+      judged_seconds += pace.ScoringSeconds(ahead.gaussians, judging);
+      const double left = ExpectedAfter(options.pruning, plan.span, before_pruning);
       ahead.gaussians = std::min(ahead.gaussians, left);
     }
   }
-  const bool is_limited = options.time_limit > 0 && !options.parsimony.prunes_to_count();
-  ahead.change_seconds += is_limited ? std::min(judged_seconds, kJudgingPart * options.time_limit) : judged_seconds;
+  const bool is_limited = options.time_limit > 0 && !options.pruning.prunes_to_count();
+  ahead.change_seconds += is_limited ? std::min(judged_seconds, kScoringFraction * options.time_limit) : judged_seconds;
   return ahead;
 }
 
-void StageOutlook::ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds) {
+void StagePlanner::ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds) {
   pace_.Observe(is_coarse, gaussians, seconds);
   // The first takes longer than any other and does not count.
   if (!std::exchange(is_warm_, true)) return;
   worked_seconds_ += seconds, worked_pixels_ += pixels;
 }
 
-void StageOutlook::ObserveGrowth(Index before, Index after, double seconds) {
+void StagePlanner::ObserveGrowth(Index before, Index after, double seconds) {
   growth_.Observe(before, after);
   pace_.ObserveChange(after, seconds);
 }
 
-StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
+StageSpan StagePlanner::NextSpan(const StageProgress& now) const {
   const TrainOptions& options = session_.options();
   const int n = session_.schedule().iterations(), done = now.iteration;
   const double before = now.span.after, planned = 1.0 * done / n;
@@ -72,21 +72,21 @@ StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
   return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
 }
 
-int StageOutlook::ExpectedIterations(const StageProgress& now) const {
+int StagePlanner::ExpectedIterations(const StageProgress& now) const {
   const double left = now.span.is_last()
                           ? 0
                           : std::min<double>(session_.schedule().iterations() - now.iteration, IterationsInTime(now));
   return now.iteration + static_cast<int>(std::ceil(left));
 }
 
-double StageOutlook::IterationsInTime(const StageProgress& now) const {
+double StagePlanner::IterationsInTime(const StageProgress& now) const {
   constexpr double kAny = 1e300;
   if (!session_.time().is_limited() || !pace_.is_known()) return kAny;
   const double seconds = session_.time().SecondsForAdam() - EvaluationSeconds();
   return Ahead(now).IterationsIn(seconds);
 }
 
-StageOutlook::Telling StageOutlook::WhatToTell(bool grows) {
+StagePlanner::Telling StagePlanner::WhatToTell(bool grows) {
   const bool is_first_guess = grows && !growth_.is_known();
   const bool is_late = session_.Seconds() - begin_seconds_ >= 1;
   if (!pace_.is_known() || has_foretold_ || (is_first_guess && (!is_late || has_guessed_))) return Telling::kNothing;
@@ -94,11 +94,11 @@ StageOutlook::Telling StageOutlook::WhatToTell(bool grows) {
   return is_first_guess ? Telling::kFirstGuess : Telling::kForecast;
 }
 
-StageAhead StageOutlook::Ahead(const StageProgress& now) const {
+RemainingWork StagePlanner::Ahead(const StageProgress& now) const {
   return ForecastStage(pace_, growth_, session_.schedule(), now, session_.IterationsPerEpoch());
 }
 
-Prediction StageOutlook::Foretell(const StageProgress& now, const StageAhead& ahead, bool is_first_guess,
+Prediction StagePlanner::Foretell(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess,
                                   double mib) const {
   const TrainOptions& options = session_.options();
   const double rows = std::ceil((1 - now.span.after) * options.adam.evaluations);

@@ -20,7 +20,7 @@ namespace vesta::gs {
 
 // How long iterations of the Adam stage take, and will take with other numbers of Gaussians.
 // Seconds that an iteration takes, by the latest ones, for views at half their size and at full size.
-class StagePace {
+class IterationTimer {
  public:
   void Observe(bool is_coarse, Index gaussians, double seconds) {
     // The first iteration of all, and of each size, allocates.
@@ -32,8 +32,8 @@ class StagePace {
     changed_gaussians_ += static_cast<double>(gaussians), change_seconds_ += seconds;
   }
   // Who is to go, decided by all views for so many Gaussians.
-  void ObserveJudging(Index gaussians, double seconds) {
-    judged_gaussians_ += static_cast<double>(gaussians), judging_seconds_ += seconds;
+  void ObserveScoring(Index gaussians, double seconds) {
+    judged_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
   }
   // An iteration at full size takes so much longer than one at half size with the same Gaussians, by measurement: what
   // is done at pixels hardly grows with the Gaussians.
@@ -54,8 +54,8 @@ class StagePace {
   }
   // By the views of so many iterations. Before any has been seen: a view takes about as long to judge by as to train
   // on.
-  double JudgingSeconds(double gaussians, double iterations) const {
-    if (judged_gaussians_ > 0) return judging_seconds_ / judged_gaussians_ * gaussians;
+  double ScoringSeconds(double gaussians, double iterations) const {
+    if (judged_gaussians_ > 0) return scoring_seconds_ / judged_gaussians_ * gaussians;
     return iterations * Seconds(false, gaussians);
   }
 
@@ -85,7 +85,7 @@ class StagePace {
   };
 
   std::optional<double> full_beyond_coarse_;
-  double changed_gaussians_ = 0, change_seconds_ = 0, judged_gaussians_ = 0, judging_seconds_ = 0;
+  double changed_gaussians_ = 0, change_seconds_ = 0, judged_gaussians_ = 0, scoring_seconds_ = 0;
   std::array<Scale, 2> scales_;  // at full size, at half
 };
 
@@ -130,7 +130,7 @@ struct StageProgress {
   bool has_coarse_views = true;  // of half size
 };
 
-struct StageAhead {
+struct RemainingWork {
   double seconds = 0;         // of an iteration, mean over what is left of the stage
   double full_seconds = 0;    // the same had all of them views of full size
   double change_seconds = 0;  // of all changes of the model
@@ -145,17 +145,17 @@ struct StageAhead {
 };
 
 // judging: iterations that look at as many views as judge Gaussians. Needs pace.is_known(), and now before the end.
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
-                         const StageProgress& now, double judging = 0);
+RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
+                            const StageProgress& now, double judging = 0);
 
 // What the rest of the Adam stage will take, by what its iterations have taken: how many of them there is time for, and
 // what is foretold.
-class StageOutlook {
+class StagePlanner {
  public:
-  explicit StageOutlook(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}
+  explicit StagePlanner(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}
 
   // How long iterations take; others that work on the model may tell it of theirs.
-  StagePace& pace() { return pace_; }
+  IterationTimer& pace() { return pace_; }
   // An iteration on so many pixels.
   void ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds);
   // Density control has made of so many Gaussians so many.
@@ -173,9 +173,9 @@ class StageOutlook {
   enum class Telling { kNothing, kFirstGuess, kForecast };
   Telling WhatToTell(bool grows);
   // Needs that something was to be told.
-  StageAhead Ahead(const StageProgress& now) const;
+  RemainingWork Ahead(const StageProgress& now) const;
   // mib: of memory at most.
-  Prediction Foretell(const StageProgress& now, const StageAhead& ahead, bool is_first_guess, double mib) const;
+  Prediction Foretell(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess, double mib) const;
 
  private:
   // How many more the time limit allows.
@@ -185,7 +185,7 @@ class StageOutlook {
 
   TrainingSession& session_;
   double begin_seconds_;
-  StagePace pace_;
+  IterationTimer pace_;
   GrowthForecast growth_;
   bool has_guessed_ = false, has_foretold_ = false;
   bool is_warm_ = false;

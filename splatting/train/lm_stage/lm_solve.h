@@ -62,7 +62,7 @@ class LmStart {
       header = {model, 0, TrainingUnits(session, model)};
       return;
     }
-    session.saved().OrRefuse([&] { reader_(header); });
+    session.saved().Validate([&] { reader_(header); });
     if (header.done < 0 || header.done > session.saved().first_iteration()) session.saved().Refuse();
   }
   LmStart(const LmStart&) = delete;
@@ -72,7 +72,7 @@ class LmStart {
   // A stepper, by what it is made of and the saved solve; once. Throws as the constructor.
   template <class Stepper, class... Args>
   Stepper GoOn(Args&&... args) {
-    return session_.saved().OrRefuse([&] { return Stepper(std::forward<Args>(args)..., reader_); });
+    return session_.saved().Validate([&] { return Stepper(std::forward<Args>(args)..., reader_); });
   }
   // Iterations of the saved solve, whose best the model is that the stage begins with.
   int finished() const { return saved_ ? session_.saved().first_iteration() - header.done : 0; }
@@ -130,9 +130,9 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     session.interim().SaveWhereDue(Stage::kLm, first + stepper.summary().iterations.back().iteration, save);
   }
   const LmSummary& summary = stepper.summary();
-  if (summary.status == LmStatus::kFunctionTolerance && session.plan().lm.min_gain > 0) {
+  if (summary.status == LmStatus::kFunctionTolerance && session.plan().lm.function_tolerance > 0) {
     session.Note(notes::kLmGainsLittle, first + summary.iterations.back().iteration, session.plan().lm.iterations,
-                 session.plan().lm.min_gain);
+                 session.plan().lm.function_tolerance);
   }
   return summary.FullReport();
 }

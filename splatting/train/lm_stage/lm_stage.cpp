@@ -23,7 +23,7 @@ void NormalizeLmOptions(TrainingSession& session) {
   if (lm.iterations == 0) return;
   const bool is_plain = lm.batches == 1 && lm.batch_size == 0 && !lm.line_search && !IsCached(lm.jacobian);
   if (FindsCamerasByLm(session.options()) && !is_plain) {
-    lm.batches = 1, lm.batch_size = 0, lm.line_search = false, lm.jacobian = JacobianKind::kRecompute;
+    lm.batches = 1, lm.batch_size = 0, lm.line_search = false, lm.jacobian = JacobianKind::kCachedViews;
     session.Note(notes::kLmWithCamerasIsPlain);
   }
   const Index batches = NumBatches(session);
@@ -69,7 +69,8 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
   }
   const JacobianKind planned = plan.lm.jacobian = plan.lm_memory.jacobian;
   // A device always holds views where they fit, so that choice needs no note.
-  const bool as_ever = stages.device_memory && asked == JacobianKind::kRebuild && planned == JacobianKind::kRecompute;
+  const bool as_ever =
+      stages.device_memory && asked == JacobianKind::kOnTheFly && planned == JacobianKind::kCachedViews;
   if (planned != asked && !as_ever) {
     session.Note(notes::kLmWithOtherJacobian, schema::NameOf(planned, kJacobianKinds),
                  schema::NameOf(asked, kJacobianKinds));
@@ -100,7 +101,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const splat
   SplatProblemOptions result = SplatProblemOptionsOf(lm, layout);
   result.background = session.options().background;
   result.batches = {lm.batches, lm.batch_size, lm.batch_choice, session.options().seed};
-  result.rates = session.options().rates;
+  result.lr = session.options().lr;
   result.units = std::make_shared<const std::vector<float>>(units);
   return result;
 }
@@ -113,7 +114,7 @@ JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::
                               .prior = {.depth = 2 * session.scene().extent},
                               .eliminate_views = header.eliminates_views};
   problem.splats.background = options.background;
-  problem.splats.rates = options.rates;
+  problem.splats.lr = options.lr;
   problem.splats.units = std::make_shared<const std::vector<float>>(header.units);
   return problem;
 }

@@ -58,7 +58,7 @@ class SplatLm {
   void Moved(const LmStepper<B>&) {}
   // The plan counts some views only, and others may use the memory of a GPU: then each view is built anew when it is
   // needed. False where that is so already.
-  bool TakeLessMemory() { return std::exchange(options_.jacobian, JacobianKind::kRebuild) != JacobianKind::kRebuild; }
+  bool TakeLessMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
 
  private:
   TrainingSession& session_;

@@ -54,7 +54,7 @@ std::uint64_t FingerprintOf(const Scene& scene) {
     ViewRole role = view.role;
     auto rotation = view.rotation;
     auto translation = view.translation;
-    writer(name, camera.width, camera.height, camera.lens, camera.low_pass, role, rotation, translation);
+    writer(name, camera.width, camera.height, camera.lens, camera.eps2d, role, rotation, translation);
     if (!view.bent) continue;
     BentCamera bent = *view.bent;
     Distortion& of_lens = bent.distortion;

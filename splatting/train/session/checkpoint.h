@@ -15,7 +15,7 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 #include "splatting/train/session/train_result.h"
@@ -95,7 +95,7 @@ class SavedStage {
   }
   // What read() returns; where it throws for what was saved, so does Refuse.
   template <class Read>
-  auto OrRefuse(const Read& read) const {
+  auto Validate(const Read& read) const {
     try {
       return read();
     } catch (const OutOfDeviceMemory&) {

@@ -23,10 +23,10 @@ inline constexpr char kCamerasChosen[] = "cameras.refine=auto chooses {}: {}";
 inline constexpr char kCamerasByOlderCurvatures[] =
     "cameras are stepped by older curvatures, or stay where there is none: {}";
 
-inline constexpr char kJudgingLeftOut[] =
+inline constexpr char kScoringSkipped[] =
     "{} rounds of judging Gaussians or harmonics were left out: --time_limit={:g} has no time for them";
 inline constexpr char kKeepsMoreThanAsked[] =
-    "{} Gaussians are left, not the {} of parsimony.keep={}: the stage ended before";
+    "{} Gaussians are left, not the {} of pruning.keep_fraction={}: the stage ended before";
 
 inline constexpr char kAdamGoesBack[] = "Adam goes on from iteration {} with {} Gaussians and no more: {}";
 inline constexpr char kAdamEnds[] = "Adam ends after {} iterations: {}";
@@ -41,7 +41,7 @@ inline constexpr char kLmEliminatesNothing[] =
     "LM solves for cameras along with the splats: there is no room to eliminate them";
 inline constexpr char kLmWithOtherJacobian[] = "LM with lm.jacobian={} in place of {}";
 inline constexpr char kLmGainsLittle[] =
-    "LM ended after {} of {} iterations: the last one lowered the cost by less than lm.min_gain={:g} of it";
+    "LM ended after {} of {} iterations: the last one lowered the cost by less than lm.function_tolerance={:g} of it";
 inline constexpr char kLmEnds[] = "LM ends after {} iterations: {}";
 inline constexpr char kLmByOneView[] = "LM goes on with one view at a time: {}";
 

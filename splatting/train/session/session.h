@@ -83,9 +83,7 @@ class TrainingSession {
   const Scene& scene() const { return cameras_.scene(); }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
   // Of Adam's, that look at as many views as there are to train on.
-  double IterationsPerEpoch() const {
-    return static_cast<double>(training_views().size()) / options_.adam.views_per_iteration;
-  }
+  double IterationsPerEpoch() const { return static_cast<double>(training_views().size()) / options_.adam.batch_size; }
 
   const TrainingClock& clock() const { return clock_; }
   double Seconds() const { return clock_.Seconds(); }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 #include "splatting/train/session/checkpoint.h"
@@ -76,7 +76,7 @@ struct TrainCallbacks {
   const Checkpoint* resume = nullptr;
   // Processes that train together, all by the same call; null: this one alone. They divide the views of an iteration
   // among them and end with the same model. Only the first one's other callbacks write and show.
-  Ranks* ranks = nullptr;
+  Communicator* ranks = nullptr;
 };
 
 }  // namespace vesta::gs

@@ -30,7 +30,7 @@ struct MemoryReport {
   double predicted_mib = 0;  // most that the process would hold, from the model that LM started from
   // The same of the GPU, what it had free before the run, and most that was in use; 0 without one.
   double device_predicted_mib = 0, device_free_mib = 0, device_peak_mib = 0;
-  JacobianKind jacobian = JacobianKind::kRecompute;
+  JacobianKind jacobian = JacobianKind::kCachedViews;
   int batches = 1;
 };
 

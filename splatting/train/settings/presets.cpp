@@ -14,16 +14,16 @@ TrainOptions Balanced() { return {}; }
 
 TrainOptions Fast() {
   TrainOptions options;
-  options.adam.length = 0.25;
-  options.lm.view_agreement = 0;  // after so short an Adam stage the views still agree on most of the gradient
+  options.adam.iterations_scale = 0.25;
+  options.lm.gradient_shrinkage = 0;  // after so short an Adam stage the views still agree on most of the gradient
   return options;
 }
 
 TrainOptions Best() {
   TrainOptions options;
-  options.adam.length = 2;
-  options.density.gradient_threshold = 5e-4;
-  options.lm.min_gain = 0.001;
+  options.adam.iterations_scale = 2;
+  options.density.grow_grad2d = 5e-4;
+  options.lm.function_tolerance = 0.001;
   return options;
 }
 
@@ -34,25 +34,25 @@ TrainOptions Paper() {
   TrainOptions options;
   AdamOptions& adam = options.adam;
   adam.iterations = 20000;
-  adam.metric = AdamMetric::kDiagonal;
-  adam.rate_factor = 1;
-  adam.rate_decay = 1;
-  adam.average_part = 0;
-  adam.coarse_part = 0;
-  adam.sh_band_every = 0.05;
-  options.parsimony = ParsimonyOptions::None();
-  options.rates.opacity = 0.05;
+  adam.second_moment = SecondMoment::kDiagonal;
+  adam.lr_scale = 1;
+  adam.lr_final_ratio = 1;
+  adam.averaging_fraction = 0;
+  adam.half_resolution_until = 0;
+  adam.sh_degree_interval = 0.05;
+  options.pruning = PruningOptions::None();
+  options.lr.opacity = 0.05;
   options.sh_degree = 3;
   DensityOptions& density = options.density;
-  density.gradient_threshold = 2e-4;
+  density.grow_grad2d = 2e-4;
   density.begin = 0.025;
   density.every = 0.005;
   density.end = 0.75;
   density.opacity_reset_every = 0.15;
-  density.prune_size = 0.1;
+  density.prune_scale3d = 0.1;
   LmStageOptions& lm = options.lm;
   lm.iterations = 5;
-  lm.min_gain = 0;
+  lm.function_tolerance = 0;
   lm.pcg_iterations = 8;
   lm.batches = 4;
   lm.batch_size = 25;
@@ -62,13 +62,13 @@ TrainOptions Paper() {
   lm.preconditioner_damping = PreconditionerDamping::kOne;
   lm.pcg_start = PcgStart::kPreconditioned;
   lm.pcg_tolerance = 1e-2;
-  lm.step_control = StepRule::k3dgsLmV2;
-  lm.jacobian = JacobianKind::kRecompute;
+  lm.damping_update = StepRule::k3dgsLmV2;
+  lm.jacobian = JacobianKind::kCachedViews;
   lm.line_search = true;
   lm.initial_lambda = 1;
   lm.min_lambda = 1e-4;
   lm.max_lambda = 1e4;
-  lm.view_agreement = 0;
+  lm.gradient_shrinkage = 0;
   lm.min_diagonal = 2;  // of JtJ as ours is: theirs is half of it, as our cost lacks the factor 1/2
   lm.loss_linearization = PixelLinearization::kSqrt;
   lm.ssim = SsimLinearization::kRootCenter;
@@ -80,7 +80,7 @@ TrainOptions PaperCode() {
   TrainOptions options = Paper();
   LmStageOptions& lm = options.lm;
   lm.pcg_tolerance = 5e-2;
-  lm.step_control = StepRule::k3dgsLmCode;
+  lm.damping_update = StepRule::k3dgsLmCode;
   lm.max_diagonal = 2e6;
   lm.loss_linearization = PixelLinearization::kHuber;
   lm.l1_weight = 1;
@@ -108,27 +108,27 @@ TrainOptions PresetOptions(const std::string& name) {
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
   TrainOptions options = PresetOptions(name);
   options.density.enabled = false;
-  options.parsimony = ParsimonyOptions::None();
+  options.pruning = PruningOptions::None();
   const bool is_paper = name == "paper" || name == "paper_code";
   const RefineMethod by = method.value_or(is_paper ? RefineMethod::kLm : RefineMethod::kViews);
   AdamOptions& adam = options.adam;
   // All of the model is there already: nothing is coarse, no harmonics wait for their turn.
-  adam.coarse_part = adam.sh_band_every = 0;
-  adam.length *= 0.375;
+  adam.half_resolution_until = adam.sh_degree_interval = 0;
+  adam.iterations_scale *= 0.375;
   if (by == RefineMethod::kLm) adam.iterations = 0;
   if (is_paper) return options;
   options.lm.iterations = by == RefineMethod::kViews ? 0 : 12;
-  options.lm.min_gain = 0.001;
+  options.lm.function_tolerance = 0.001;
   return options;
 }
 
 TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
   TrainOptions options = RefinePresetOptions(name, method);
-  options.parsimony = ParsimonyOptions{};
-  options.parsimony.price = 0;  // so many go as are asked to
-  options.parsimony.begin = 0;
-  options.parsimony.end = 0.7;
-  options.parsimony.every = 0.05;
+  options.pruning = PruningOptions{};
+  options.pruning.aic_weight = 0;  // so many go as are asked to
+  options.pruning.begin = 0;
+  options.pruning.end = 0.7;
+  options.pruning.every = 0.05;
   return options;
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/settings/train_options.h"
 
+#include <map>
+#include <string>
+
 #include "kernels/core/check.h"
 
 namespace vesta::gs {
@@ -15,11 +18,11 @@ schema::Table<TrainOptions> OwnFields() {
        "degree of the colours' spherical harmonics; auto: 2 below 24 training views, else 3",
        "sh_degree"},
       {"train.downscale", &O::downscale, {1, 64}, "divide the images' width and height by this", "downscale"},
-      {"train.low_pass",
-       &O::low_pass,
-       {splat::kLeastLowPass, splat::kMostLowPass},
+      {"train.eps2d",
+       &O::eps2d,
+       {splat::kMinEps2d, splat::kMaxEps2d},
        "variance of the filter that Gaussians are blurred by, pixels^2; other viewers have 0.3",
-       "low_pass"},
+       "eps2d"},
       {"train.background", &O::background, {0, 1}, "colour behind everything", "background"},
       {"train.time_limit",
        &O::time_limit,
@@ -55,13 +58,48 @@ const schema::Table<TrainOptions>& TrainFields() {
     AddRoom("cameras", &TrainOptions::cameras, CameraFields(), &all);
     AddRoom("density", &TrainOptions::density, DensityFields(), &all);
     AddRoom("lm", &TrainOptions::lm, LmStageFields(), &all);
-    AddRoom("parsimony", &TrainOptions::parsimony, ParsimonyFields(), &all);
+    AddRoom("pruning", &TrainOptions::pruning, PruningFields(), &all);
     for (const schema::Field<TrainOptions>& field : OwnFields()) all.push_back(field);
     AddRoom("memory", &TrainOptions::memory, MemoryFields(), &all);
-    AddRoom("rates", &TrainOptions::rates, LearningRateFields(), &all);
+    AddRoom("lr", &TrainOptions::lr, LearningRateFields(), &all);
     return all;
   }();
   return fields;
+}
+
+std::string RenamedOption(const std::string& old_key) {
+  static const std::map<std::string, std::string> keys = {
+      {"adam.length", "adam.iterations_scale"},
+      {"adam.views_per_iteration", "adam.batch_size"},
+      {"adam.metric", "adam.second_moment"},
+      {"adam.rate_factor", "adam.lr_scale"},
+      {"adam.rate_decay", "adam.lr_final_ratio"},
+      {"adam.average_part", "adam.averaging_fraction"},
+      {"adam.coarse_part", "adam.half_resolution_until"},
+      {"adam.sh_band_every", "adam.sh_degree_interval"},
+      {"density.gradient_threshold", "density.grow_grad2d"},
+      {"density.split_above", "density.grow_scale3d"},
+      {"density.prune_opacity", "density.prune_opa"},
+      {"density.prune_size", "density.prune_scale3d"},
+      {"lm.min_gain", "lm.function_tolerance"},
+      {"lm.step_control", "lm.damping_update"},
+      {"lm.view_agreement", "lm.gradient_shrinkage"},
+      {"parsimony.supported", "pruning.unseen"},
+      {"parsimony.price", "pruning.aic_weight"},
+      {"parsimony.sh_price", "pruning.sh_aic_weight"},
+      {"parsimony.keep", "pruning.keep_fraction"},
+      {"parsimony.begin", "pruning.begin"},
+      {"parsimony.end", "pruning.end"},
+      {"parsimony.every", "pruning.every"},
+      {"rates.position", "lr.position"},
+      {"rates.log_scale", "lr.log_scale"},
+      {"rates.quaternion", "lr.quaternion"},
+      {"rates.opacity", "lr.opacity"},
+      {"rates.sh_dc", "lr.sh_dc"},
+      {"rates.sh_rest", "lr.sh_rest"},
+      {"train.low_pass", "train.eps2d"}};
+  const auto found = keys.find(old_key);
+  return found == keys.end() ? "" : found->second;
 }
 
 void ValidateOptions(const TrainOptions& options) {
@@ -69,14 +107,14 @@ void ValidateOptions(const TrainOptions& options) {
     if (!field.IsValid(options)) Fail(kBadArgument, "{}={}: {}", field.name, field.Text(options), field.Requirement());
   }
   CheckTogether(options.lm);
-  CheckTogether(options.parsimony);
+  CheckTogether(options.pruning);
   const DensityOptions& density = options.density;
-  const ParsimonyOptions& parsimony = options.parsimony;
-  if (density.enabled && (parsimony.supported || parsimony.judges()) && density.end > parsimony.begin) {
+  const PruningOptions& pruning = options.pruning;
+  if (density.enabled && (pruning.prune_unseen || pruning.judges()) && density.end > pruning.begin) {
     Fail(kBadArgument,
-         "density.end={} lies behind parsimony.begin={}: Gaussians would be removed while others are still added; set "
+         "density.end={} lies behind pruning.begin={}: Gaussians would be removed while others are still added; set "
          "both",
-         density.end, parsimony.begin);
+         density.end, pruning.begin);
   }
 }
 

@@ -16,13 +16,13 @@
 namespace vesta::gs {
 
 struct TrainOptions : StageOptions {
-  LearningRates rates;
+  LearningRates lr;
   std::optional<int> sh_degree;  // of training; none: what the training views bear (DefaultShDegree)
   std::array<double, 3> background{0, 0, 0};
   // Of the images of the scene, which whoever loads it divides by this.
   int downscale = 1;
-  // Of the scene's cameras (Camera::low_pass), to whom whoever loads it gives it.
-  double low_pass = splat::kLowPass;
+  // Of the scene's cameras (Camera::eps2d), to whom whoever loads it gives it.
+  double eps2d = splat::kEps2d;
   std::uint64_t seed = 0;
   double time_limit = 0;  // seconds from the start of the process; 0: none
   // dB: the Adam stage ends where the views held out (ViewRole::kHeldOut) have as much; 0: none.
@@ -32,6 +32,9 @@ struct TrainOptions : StageOptions {
 
 // All fields of all rooms, named "room.field"; those of TrainOptions itself "train.field".
 const schema::Table<TrainOptions>& TrainFields();
+
+// The present key of an option that had another key before version 0.2; "" for any other text.
+std::string RenamedOption(const std::string& old_key);
 
 // Throws Error, one line: a field that is out of range, or some that do not go together.
 void ValidateOptions(const TrainOptions& options);
@@ -55,7 +58,7 @@ TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMet
 inline void TellRenderSettings(const TrainOptions& options, SplatModel* model) {
   for (std::size_t c = 0; c < 3; ++c) model->background[c] = static_cast<float>(options.background[c]);
   model->has_background = true;
-  model->low_pass = options.low_pass;
+  model->eps2d = options.eps2d;
 }
 
 }  // namespace vesta::gs

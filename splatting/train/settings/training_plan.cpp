@@ -10,17 +10,18 @@
 #include "splatting/adam/adam_options.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 #include "splatting/density/density_options.h"
-#include "splatting/parsimony/parsimony_options.h"
+#include "splatting/pruning/pruning_options.h"
 
 namespace vesta::gs {
 namespace {
 
 // The part of the stage after which one more band of the harmonics comes, each time. Harmonics can show exposures that
 // differ from side to side as well. So where exposures are found, bands come later, but before it is decided which
-// bands gain too little (ParsimonyOptions::begin).
+// bands gain too little (PruningOptions::begin).
 double BandEvery(const TrainOptions& options) {
   constexpr double kLater = 2;
-  return FreeBy(options.cameras.refine).color ? kLater * options.adam.sh_band_every : options.adam.sh_band_every;
+  return FreeBy(options.cameras.refine).color ? kLater * options.adam.sh_degree_interval
+                                              : options.adam.sh_degree_interval;
 }
 
 }  // namespace
@@ -35,12 +36,13 @@ TrainOptions FitToScene(TrainOptions options, Index training_views) {
   AdamOptions& adam = options.adam;
   constexpr double kMost = 1e7;
   if (!adam.iterations) {
-    const double all = options.time_limit > 0 ? kMost : std::round(IterationsFor(training_views) * adam.length);
+    const double all =
+        options.time_limit > 0 ? kMost : std::round(IterationsFor(training_views) * adam.iterations_scale);
     adam.iterations = static_cast<int>(std::clamp(all, 1.0, kMost));
   }
-  if (adam.runs() && adam.views_per_iteration > std::max<Index>(training_views, 1)) {
-    Fail(kBadArgument, "adam.views_per_iteration={}: the scene has {} training views; give it no more than these",
-         adam.views_per_iteration, training_views);
+  if (adam.runs() && adam.batch_size > std::max<Index>(training_views, 1)) {
+    Fail(kBadArgument, "adam.batch_size={}: the scene has {} training views; give it no more than these",
+         adam.batch_size, training_views);
   }
   if (!options.sh_degree) options.sh_degree = DefaultShDegree(training_views);
   return options;
@@ -54,14 +56,14 @@ IterationPlan TrainingSchedule::At(const StageSpan& span) const {
           .is_coarse = IsCoarse(options_.adam, span),
           .most_sh_degree = ActiveShDegree(BandEvery(options_), splat::kMaxShDegree, span),
           .lr_factor = RateFactor(options_.adam, span),
-          .is_recorded = span.is_last() || span.Reaches(1.0 / options_.adam.evaluations),
+          .is_recorded = span.is_last() || span.CrossesMultipleOf(1.0 / options_.adam.evaluations),
           .observes = observes,
           .densifies = Densifies(options_.density, span),
           .resets_opacity = observes && ResetsOpacity(options_.density, span),
-          .prunes_unseen = ChecksSupport(options_.parsimony, span),
-          .lowers_sh_degrees = LowersDegrees(options_.parsimony, span),
-          .prunes = Prunes(options_.parsimony, span),
-          .pruning_done = PartDone(options_.parsimony, span)};
+          .prunes_unseen = ChecksCoverage(options_.pruning, span),
+          .lowers_sh_degrees = LowersDegrees(options_.pruning, span),
+          .prunes = Prunes(options_.pruning, span),
+          .pruning_done = PartDone(options_.pruning, span)};
 }
 
 bool TrainingSchedule::Averages(const StageSpan& span, int iteration) const {

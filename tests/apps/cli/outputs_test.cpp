@@ -306,7 +306,7 @@ TEST_F(Outputs, AdamsResultIsThereBeforeLmBegins) {
   ASSERT_EQ(RunProgram(Train({"--out=" + out_})).status, 0);
   const std::string earlier = ReadFile(out_ + "/point_cloud.ply");
   const std::vector<std::string> longer = {"--out=" + out_, "--iterations=60", "--lm_iterations=100000",
-                                           "--set=lm.min_gain=0"};
+                                           "--set=lm.function_tolerance=0"};
   Program killed(Train(longer));
   ASSERT_TRUE(killed.WaitForOutput("lm ")) << killed.Wait().err;
   killed.Signal(SIGKILL);

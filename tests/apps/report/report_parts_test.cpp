@@ -143,7 +143,7 @@ TEST(RunRecord, WhatIsMissingIsNotKnown) {
   EXPECT_EQ(odd.Text("scene"), "");
   EXPECT_THAT(odd.notes(), ElementsAre("one"));
   EXPECT_THAT(odd.History("cost"), ElementsAre(1, testing::IsNan(), testing::IsNan()));
-  EXPECT_THAT(odd.Options(), ElementsAre(Pair("adam.length", "auto"), Pair("adam.rate", "0.5")));
+  EXPECT_THAT(odd.Options(), ElementsAre(Pair("adam.iterations_scale", "auto"), Pair("adam.rate", "0.5")));
 }
 
 Report WithoutScenes(const std::vector<std::string>& metrics, const std::string& name) {

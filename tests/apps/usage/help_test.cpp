@@ -62,9 +62,9 @@ TEST(Help, ListsFewFlagsAndWithAllEveryOption) {
     EXPECT_EQ(all.status, 0);
     EXPECT_EQ(RunProgram({command, "--help", "--all"}).out, all.out);
     for (const auto& field : gs::TrainFields()) {
-      const bool is_of_refine = !field.name.starts_with("density.") && !field.name.starts_with("parsimony.") &&
+      const bool is_of_refine = !field.name.starts_with("density.") && !field.name.starts_with("pruning.") &&
                                 field.name != "train.sh_degree" && field.name != "train.background" &&
-                                field.name != "train.low_pass";
+                                field.name != "train.eps2d";
       const std::string line = "\n  " + field.name + "=" + field.Placeholder();
       EXPECT_EQ(all.out.find(line) != std::string::npos, command != "refine" || is_of_refine) << line;
     }

@@ -94,9 +94,9 @@ TEST_F(FrameRequests, RefusesWhatIsNoNumberOrTooMuch) {
   }
   scene_.views[2].image = {};
   EXPECT_THAT(Asking(OfPhoto("truth"), "kind", "truth"), ThrowsError(kNotFound, "photo"));
-  EXPECT_NO_THROW(ParseFrameRequest(OfPhoto("worth"), scene_));
+  EXPECT_NO_THROW(ParseFrameRequest(OfPhoto("removal_cost"), scene_));
   scene_.views.clear();
-  for (const char* kind : {"worth", "support"}) {
+  for (const char* kind : {"removal_cost", "coverage"}) {
     EXPECT_THAT(Asking(Free(), "kind", kind), ThrowsError(kBadArgument, "kind")) << kind;
   }
   EXPECT_THAT(Asking(OfPhoto("render"), "kind", "render"), ThrowsError(kBadArgument, "photo"));

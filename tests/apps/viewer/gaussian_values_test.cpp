@@ -10,7 +10,7 @@
 
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/cameras/unknowns/moved_view.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"
 
@@ -21,10 +21,10 @@ using testing::ElementsAre;
 using testing::FloatEq;
 
 TEST(GaussianValuePlaces, AreRelativeToTheMiddle) {
-  EXPECT_THAT(PlacesOfWorth({-1, 2, 0, 4, 12}), ElementsAre(0, FloatEq(1.0f / 3), 0, 0.5f, 0.75f));
-  EXPECT_THAT(PlacesOfWorth({-1, 0}), ElementsAre(0, 0));
-  EXPECT_THAT(PlacesOfWorth({}), ElementsAre());
-  EXPECT_THAT(PlacesOfSupport({{0, 0.1}, {0.1, 0.1}, {0.3, 0.1}, {0, 0}}), ElementsAre(0, 0.5f, 0.75f, 0));
+  EXPECT_THAT(RemovalCostColors({-1, 2, 0, 4, 12}), ElementsAre(0, FloatEq(1.0f / 3), 0, 0.5f, 0.75f));
+  EXPECT_THAT(RemovalCostColors({-1, 0}), ElementsAre(0, 0));
+  EXPECT_THAT(RemovalCostColors({}), ElementsAre());
+  EXPECT_THAT(CoverageColors({{0, 0.1}, {0.1, 0.1}, {0.3, 0.1}, {0, 0}}), ElementsAre(0, 0.5f, 0.75f, 0));
 }
 
 class GaussianValuesTest : public testing::Test {
@@ -44,7 +44,7 @@ class GaussianValuesTest : public testing::Test {
       std::this_thread::yield();
     }
   }
-  gs::JudgingViews Judges() const { return gs::TrainingViewsOf(scene_, {0, 0, 0}); }
+  gs::ScoringViews Judges() const { return gs::TrainingViewsOf(scene_, {0, 0, 0}); }
   // In place of the photographs a store, whose work is done by `decode`.
   void Store(const std::function<gs::Image(const gs::Image&)>& decode) {
     for (gs::View& view : scene_.views) {
@@ -63,11 +63,11 @@ class GaussianValuesTest : public testing::Test {
 };
 
 TEST_F(GaussianValuesTest, AreThoseOfTheTrainingViews) {
-  EXPECT_EQ(values_->Ask(GaussianValue::kWorth, shown_.Look()), nullptr);
-  const std::vector<float> worth = Wait(GaussianValue::kWorth), support = Wait(GaussianValue::kSupport);
+  EXPECT_EQ(values_->Ask(GaussianValue::kRemovalCost, shown_.Look()), nullptr);
+  const std::vector<float> worth = Wait(GaussianValue::kRemovalCost), support = Wait(GaussianValue::kCoverage);
   const splat::Model<float> model = gs::ToKernelModel(model_);
-  EXPECT_EQ(worth, PlacesOfWorth(gs::MeasureWorth(model, Judges()).rise));
-  EXPECT_EQ(support, PlacesOfSupport(gs::MeasureSupport(model, Judges())));
+  EXPECT_EQ(worth, RemovalCostColors(gs::MeasureRemovalCost(model, Judges()).rise));
+  EXPECT_EQ(support, CoverageColors(gs::MeasureCoverage(model, Judges())));
   EXPECT_EQ(worth.back(), 0);
   EXPECT_EQ(support.back(), 0);
   EXPECT_GT(worth[0], 0);
@@ -75,19 +75,20 @@ TEST_F(GaussianValuesTest, AreThoseOfTheTrainingViews) {
 }
 
 TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
-  const std::vector<float> before = Wait(GaussianValue::kSupport);
+  const std::vector<float> before = Wait(GaussianValue::kCoverage);
   model_.attribute(splat::kMean + 1)[0] = 50;
   Put();
-  const auto meanwhile = values_->Ask(GaussianValue::kSupport, shown_.Look());
+  const auto meanwhile = values_->Ask(GaussianValue::kCoverage, shown_.Look());
   ASSERT_NE(meanwhile, nullptr) << "the earlier ones";
   EXPECT_EQ(meanwhile->places.size(), static_cast<std::size_t>(meanwhile->of.model->count));
   EXPECT_GT(before[0], 0);
-  EXPECT_EQ(Wait(GaussianValue::kSupport)[0], 0);
+  EXPECT_EQ(Wait(GaussianValue::kCoverage)[0], 0);
 }
 
 // With the cameras and exposures that were found: then the views are those of the scene where nothing had to be.
 TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
-  const std::vector<float> true_worth = Wait(GaussianValue::kWorth), true_support = Wait(GaussianValue::kSupport);
+  const std::vector<float> true_removal_cost = Wait(GaussianValue::kRemovalCost),
+                           true_coverage = Wait(GaussianValue::kCoverage);
   std::vector<gs::ViewUnknowns> cameras;
   for (gs::View& view : scene_.views) {
     if (!view.is_trained()) continue;
@@ -101,16 +102,16 @@ TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
     view.translation = elsewhere.translation;
   }
   shown_.Put(std::make_shared<const gs::SplatModel>(model_), cameras);
-  EXPECT_THAT(Wait(GaussianValue::kWorth), testing::Pointwise(testing::FloatNear(1e-3f), true_worth));
-  EXPECT_THAT(Wait(GaussianValue::kSupport), testing::Pointwise(testing::FloatNear(1e-4f), true_support));
+  EXPECT_THAT(Wait(GaussianValue::kRemovalCost), testing::Pointwise(testing::FloatNear(1e-3f), true_removal_cost));
+  EXPECT_THAT(Wait(GaussianValue::kCoverage), testing::Pointwise(testing::FloatNear(1e-4f), true_coverage));
 }
 
 // Whose order is that of a training.
 TEST_F(GaussianValuesTest, KeepNothingInTheStoreOfTheScene) {
-  const std::vector<float> in_memory = Wait(GaussianValue::kWorth);
+  const std::vector<float> in_memory = Wait(GaussianValue::kRemovalCost);
   Store([](const gs::Image& image) { return image; });
   Put();
-  EXPECT_EQ(Wait(GaussianValue::kWorth), in_memory);
+  EXPECT_EQ(Wait(GaussianValue::kRemovalCost), in_memory);
   EXPECT_EQ(store_->kept_bytes(), 0);
   EXPECT_EQ(store_->decodings(), 0);
 }
@@ -121,11 +122,11 @@ TEST_F(GaussianValuesTest, TellOfAPhotographThatIsGone) {
     if (is_gone) Fail(kNotFound, "view.jpg: no such image");
     return image;
   });
-  EXPECT_THAT([&] { Wait(GaussianValue::kWorth); }, ThrowsError(kUnavailable, "view.jpg"));
+  EXPECT_THAT([&] { Wait(GaussianValue::kRemovalCost); }, ThrowsError(kUnavailable, "view.jpg"));
   is_gone = false;
-  EXPECT_THROW(Wait(GaussianValue::kWorth), Error) << "of this model it has been tried";
+  EXPECT_THROW(Wait(GaussianValue::kRemovalCost), Error) << "of this model it has been tried";
   Put();
-  EXPECT_EQ(Wait(GaussianValue::kWorth).back(), 0);
+  EXPECT_EQ(Wait(GaussianValue::kRemovalCost).back(), 0);
 }
 
 // Or who closes a page of a large scene would have to wait.
@@ -139,7 +140,7 @@ TEST_F(GaussianValuesTest, AreBrokenOff) {
     while (!is_over) std::this_thread::yield();
     return image;
   });
-  values_->Ask(GaussianValue::kWorth, shown_.Look());
+  values_->Ask(GaussianValue::kRemovalCost, shown_.Look());
   while (read == 0) std::this_thread::yield();
   is_over = true;
   values_.reset();

@@ -37,7 +37,7 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
         ParseFrameRequest({{"kind", "difference"}, {"photo", "1"}, {"width", "40"}, {"height", "30"}}, scene);
     while (!is_over) {
       const ShownModel::Shown now = shown.Look();
-      if (now.model) values.Ask(GaussianValue::kWorth, now);
+      if (now.model) values.Ask(GaussianValue::kRemovalCost, now);
       if (now.model && !renderer.Jpeg(*now.model, request).empty()) ++drawn;
       EXPECT_FALSE(monitor.StateJson().empty());
     }

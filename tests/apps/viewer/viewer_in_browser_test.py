@@ -55,7 +55,7 @@ def look_at_splat(browser, link):
         page.wait(IS_STILL)
     first.front()
     pictures = [first.get(PICTURE)]
-    for kind in ("truth", "difference", "count", "worth", "support", "render"):
+    for kind in ("truth", "difference", "count", "removal_cost", "coverage", "render"):
         pictures.append(choose(first, kind))
     assert pictures[0] == pictures[-1] and len(set(pictures)) == 6, "each kind has a picture of its own"
     before = first.get("drawn.frames")

@@ -15,7 +15,7 @@
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/evaluate/evaluation.h"
 #include "splatting/io/images/image_codecs.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 #include "splatting/render/surface.h"
 #include "splatting/train/trainer.h"
 #include "tests/apps/viewer/http_get.h"
@@ -129,10 +129,10 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
 // As if these colours were the Gaussians' own. They take their time, and until then the page is told so.
 TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
   const splat::Model<float> kernel_model = gs::ToKernelModel(model_);
-  const gs::JudgingViews judges = gs::TrainingViewsOf(scene_, {0, 0, 0});
+  const gs::ScoringViews judges = gs::TrainingViewsOf(scene_, {0, 0, 0});
   const std::pair<const char*, std::vector<float>> kinds[] = {
-      {"worth", PlacesOfWorth(gs::MeasureWorth(kernel_model, judges).rise)},
-      {"support", PlacesOfSupport(gs::MeasureSupport(kernel_model, judges))}};
+      {"removal_cost", RemovalCostColors(gs::MeasureRemovalCost(kernel_model, judges).rise)},
+      {"coverage", CoverageColors(gs::MeasureCoverage(kernel_model, judges))}};
   for (const auto& [kind, places] : kinds) {
     const std::string query = fmt::format("/frame?width=40&height=30&photo=1&kind={}", kind);
     test::Reply reply = Get(query);

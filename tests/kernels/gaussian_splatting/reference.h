@@ -83,7 +83,7 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PosedC
   }
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) {
-      screen[i][j] = T(i == j ? view.low_pass : 0.0);
+      screen[i][j] = T(i == j ? view.eps2d : 0.0);
       for (int k = 0; k < 3; ++k) {
         for (int l = 0; l < 3; ++l) screen[i][j] += JW[i][k] * covariance[k][l] * JW[j][l];
       }

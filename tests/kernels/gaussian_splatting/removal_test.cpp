@@ -33,7 +33,7 @@ double CostWithout(Scene scene, int gaussian, const std::vector<double>& truth, 
   return test::CostOf(scene, truth, weights);
 }
 
-std::vector<int> Ranks(const std::vector<double>& values) {
+std::vector<int> Communicator(const std::vector<double>& values) {
   std::vector<int> order(values.size()), rank(values.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(),
@@ -69,7 +69,7 @@ TEST(Removal, OfTheWholeLossIsNearEnoughToRankBy) {
     ratio.push_back(said.back() / true_rise.back());
   }
   ASSERT_GT(said.size(), 40U);
-  const std::vector<int> a = Ranks(said), b = Ranks(true_rise);
+  const std::vector<int> a = Communicator(said), b = Communicator(true_rise);
   double squares = 0;
   for (std::size_t k = 0; k < a.size(); ++k) squares += (a[k] - b[k]) * (a[k] - b[k]);
   const auto n = static_cast<double>(a.size());

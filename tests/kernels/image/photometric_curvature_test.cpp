@@ -36,7 +36,7 @@ struct Point {
   }
 };
 
-TEST(PhotometricCurvature, IsTheFrozenQuadratic) {
+TEST(PhotometricCurvature, IsTheFixedQuadratic) {
   const PhotometricWeights weights{.l1 = 0.6, .ssim = 0.4, .l1_floor = 0.1};
   for (const ImageShape& shape : reference::Shapes()) {
     Point<double> point(shape, weights);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the environment says of the processes that were started together.
-#include "kernels/ranks/ranks.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <map>
 #include <string>
+
+#include "kernels/ranks/communicator.h"
 
 namespace vesta {
 namespace {

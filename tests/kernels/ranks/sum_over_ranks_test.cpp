@@ -65,7 +65,7 @@ void MakeTerm(Index term, HostSpan<float> to) {
 TEST(SumOverRanks, IsTheSameBitsForAnyNumberOfRanks) {
   const std::vector<float> expected = Expected();
   for (const int count : {1, 2, 3, 4, 8, 23}) {
-    test::OnThreadRanks(count, [&](Ranks& ranks) {
+    test::OnThreadRanks(count, [&](Communicator& ranks) {
       SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));
       for (int again = 0; again < 2; ++again) {
         std::vector<float> out(kSize, -1.0F);
@@ -76,7 +76,7 @@ TEST(SumOverRanks, IsTheSameBitsForAnyNumberOfRanks) {
   }
 }
 
-// Ranks finish runs of five entries in turn.
+// Communicator finish runs of five entries in turn.
 std::vector<Support> Scattered(int count) {
   std::vector<std::vector<EntryRange>> ranges(static_cast<std::size_t>(count));
   for (Index begin = 0; begin < kSize; begin += 5) {
@@ -88,7 +88,7 @@ std::vector<Support> Scattered(int count) {
 TEST(SumOverRanks, GivesEachRankItsShare) {
   const std::vector<float> expected = Expected();
   for (const int count : {1, 2, 3, 8}) {
-    test::OnThreadRanks(count, [&](Ranks& ranks) {
+    test::OnThreadRanks(count, [&](Communicator& ranks) {
       const std::vector<Support> finished = Scattered(count);
       SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())), finished);
       const Support& mine = finished[static_cast<std::size_t>(ranks.rank())];
@@ -105,7 +105,7 @@ TEST(SumOverRanks, GivesEachRankItsShare) {
 }
 
 TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
-  test::OnThreadRanks(3, [&](Ranks& ranks) {
+  test::OnThreadRanks(3, [&](Communicator& ranks) {
     SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));
     const RankTraffic before = ranks.traffic();
     std::vector<float> out(kSize);
@@ -118,7 +118,7 @@ TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
 
 TEST(SumOverRanks, OfDenseTermsOnPowersOfTwoMovesTheBytesOfAnAllReduce) {
   constexpr Index kDense = 1 << 12;
-  test::OnThreadRanks(4, [&](Ranks& ranks) {
+  test::OnThreadRanks(4, [&](Communicator& ranks) {
     SumOverRanks<float> sum(ranks, 64, kDense, std::vector<Support>(16, Support::All(kDense)));
     EXPECT_EQ(sum.plan().ReceivedValues(ranks.rank()), 2 * kDense * 3 / 4);
   });
@@ -126,16 +126,16 @@ TEST(SumOverRanks, OfDenseTermsOnPowersOfTwoMovesTheBytesOfAnAllReduce) {
 
 TEST(SumOverRanks, RefusesMoreRanksThanTerms) {
   const auto sum = [] {
-    test::OnThreadRanks(3, [](Ranks& ranks) { SumOverRanks<float> refused(ranks, 2, kSize, {}); });
+    test::OnThreadRanks(3, [](Communicator& ranks) { SumOverRanks<float> refused(ranks, 2, kSize, {}); });
   };
   EXPECT_THAT(sum, ThrowsError(kBadArgument, "3", "2"));
 }
 
-TEST(Ranks, AreToldWhyOneGaveUp) {
+TEST(Communicator, AreToldWhyOneGaveUp) {
   std::mutex mutex;
   std::vector<std::string> words;
   const auto run = [&] {
-    test::OnThreadRanks(3, [&](Ranks& ranks) {
+    test::OnThreadRanks(3, [&](Communicator& ranks) {
       try {
         if (ranks.rank() == 1) Fail(kOutOfMemory, "no room");
         OnAnyRank(ranks, false);
@@ -150,8 +150,8 @@ TEST(Ranks, AreToldWhyOneGaveUp) {
   EXPECT_THAT(words, testing::UnorderedElementsAre("no room", "process 1 of 3: no room", "process 1 of 3: no room"));
 }
 
-TEST(Ranks, GatherValuesOfAnyNumber) {
-  test::OnThreadRanks(4, [](Ranks& ranks) {
+TEST(Communicator, GatherValuesOfAnyNumber) {
+  test::OnThreadRanks(4, [](Communicator& ranks) {
     const std::vector<int> mine(static_cast<std::size_t>(ranks.rank()), ranks.rank());
     EXPECT_THAT(GatherValues(ranks, mine), testing::ElementsAre(1, 2, 2, 3, 3, 3));
     EXPECT_THAT(GatherWords(ranks, std::string(static_cast<std::size_t>(ranks.rank()), 'a')),

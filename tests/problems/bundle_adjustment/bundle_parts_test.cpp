@@ -26,7 +26,7 @@ HostSpan<double> ViewOf(std::vector<double>& x) { return {x.data(), static_cast<
 std::vector<double> SolveOn(int count, LinearSolverKind kind, double tolerance = 1e-6, double* cost = nullptr) {
   std::mutex mutex;
   std::vector<std::vector<double>> all;
-  test::OnThreadRanks(count, [&](Ranks& ranks) {
+  test::OnThreadRanks(count, [&](Communicator& ranks) {
     BundleData data = Street();
     BundleParts parts(data, 16);
     DistributedProblem<Cpu> problem(ranks, parts);
@@ -65,7 +65,7 @@ TEST(BundleParts, GiveTheSameBitsOnAnyNumberOfRanks) {
 }
 
 TEST(BundleParts, ReduceToTheSystemOfTheWhole) {
-  test::OnThreadRanks(2, [](Ranks& ranks) {
+  test::OnThreadRanks(2, [](Communicator& ranks) {
     BundleData data = Street();
     BundleParts parts(data, 7);
     DistributedProblem<Cpu> problem(ranks, parts);

@@ -119,7 +119,7 @@ RingProblem<S>::RingProblem(const Scene& scene, const SplatModel& start) {
   std::copy(start.data.begin(), start.data.end(), x.begin());
   static_cast<splat::ModelLayout&>(options) = start;
   options.background = {0.2, 0.5, 0.9};
-  options.view_agreement = 0;  // the descent is the gradient
+  options.gradient_shrinkage = 0;  // the descent is the gradient
   for (const View& view : scene.views) {
     HostBuffer<S>& image = truth.emplace_back(static_cast<Index>(view.image.rgb.size()));
     std::copy(view.image.rgb.begin(), view.image.rgb.end(), image.begin());

@@ -33,7 +33,7 @@ Solved SolveOn(int count, bool bounded) {
   Solved solved;
   std::mutex mutex;
   std::vector<std::vector<double>> all;
-  test::OnThreadRanks(count, [&](Ranks& ranks) {
+  test::OnThreadRanks(count, [&](Communicator& ranks) {
     Chain chain(bounded);
     BlockParts parts(chain.problem, 16);
     DistributedProblem<Cpu> problem(ranks, parts);
@@ -69,7 +69,7 @@ TEST(BlockParts, GiveTheSameBitsOnAnyNumberOfRanks) {
 }
 
 TEST(BlockParts, AddUpToTheWhole) {
-  test::OnThreadRanks(3, [](Ranks& ranks) {
+  test::OnThreadRanks(3, [](Communicator& ranks) {
     Chain chain;
     BlockParts parts(chain.problem, 11);
     DistributedProblem<Cpu> problem(ranks, parts);
@@ -107,7 +107,7 @@ TEST(BlockParts, AreRefusedWithAWord) {
 }
 
 TEST(DistributedProblem, StopsOnAllRanksWhereOneSaysSo) {
-  test::OnThreadRanks(2, [](Ranks& ranks) {
+  test::OnThreadRanks(2, [](Communicator& ranks) {
     Chain chain;
     BlockParts parts(chain.problem, 8);
     DistributedProblem<Cpu> problem(ranks, parts);
@@ -122,7 +122,7 @@ TEST(DistributedProblem, StopsOnAllRanksWhereOneSaysSo) {
 }
 
 TEST(DistributedProblem, NamesThePartThatIsNotFinite) {
-  test::OnThreadRanks(2, [](Ranks& ranks) {
+  test::OnThreadRanks(2, [](Communicator& ranks) {
     Chain chain;
     BlockParts parts(chain.problem, 8);
     DistributedProblem<Cpu> problem(ranks, parts);
@@ -136,7 +136,7 @@ TEST(DistributedProblem, NamesThePartThatIsNotFinite) {
 
 TEST(DistributedProblem, RefusesSolversThatNeedAllResiduals) {
   const auto solve = [](LinearSolverKind kind) {
-    test::OnThreadRanks(2, [kind](Ranks& ranks) {
+    test::OnThreadRanks(2, [kind](Communicator& ranks) {
       Chain chain;
       BlockParts parts(chain.problem, 8);
       DistributedProblem<Cpu> problem(ranks, parts);

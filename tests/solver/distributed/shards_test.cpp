@@ -33,7 +33,7 @@ Cpu::Vector Numbers(int seed) {
 
 TEST(Shards, HoldEachEntryOnceAndGiveItBack) {
   for (const int count : {1, 2, 3, 7}) {
-    test::OnThreadRanks(count, [&](Ranks& ranks) {
+    test::OnThreadRanks(count, [&](Communicator& ranks) {
       const Shards shards(ranks, kSize, Groups(), kPieces);
       Index held = 0;
       for (const Support& entries : shards.of_ranks()) held += entries.size();
@@ -60,7 +60,7 @@ TEST(Shards, AreAllOfItForOneProcess) {
 }
 
 TEST(Shards, BlocksOfAShardAreThoseOfTheWhole) {
-  test::OnThreadRanks(3, [](Ranks& ranks) {
+  test::OnThreadRanks(3, [](Communicator& ranks) {
     const Shards shards(ranks, kSize, Groups(), kPieces);
     BlockDiagonal<Cpu> whole(kSize, Groups()), own(shards.own().size(), shards.groups());
     const HostSpan<double> values = whole.all_values();
@@ -90,7 +90,7 @@ struct Products {
 Products On(int count) {
   Products result{};
   std::mutex mutex;
-  test::OnThreadRanks(count, [&](Ranks& ranks) {
+  test::OnThreadRanks(count, [&](Communicator& ranks) {
     const Shards shards(ranks, kSize, Groups(), kPieces);
     const ShardProducts<double> products(shards);
     Cpu::Vector v[3];
@@ -118,7 +118,7 @@ TEST(ShardProducts, AreTheSameBitsForAnyNumberOfRanks) {
 }
 
 TEST(ShardProducts, SeeWhatIsNotFiniteAnywhere) {
-  test::OnThreadRanks(3, [](Ranks& ranks) {
+  test::OnThreadRanks(3, [](Communicator& ranks) {
     const Shards shards(ranks, kSize, Groups(), kPieces);
     const ShardProducts<double> products(shards);
     Cpu::Vector v(shards.own().size());

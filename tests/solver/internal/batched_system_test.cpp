@@ -58,7 +58,7 @@ TEST(BatchedSystem, MergesByTheDiagonalsAndPredictsOverAllBatches) {
   LinearProblem problem({first, second});
   const Cpu::Vector x = Vector({1, -1, 2, 0.5});
   const double lambda = 0.1;
-  problem.own_descent = Eigen::VectorXd{{0.5, 1, 1, 0.1}};
+  problem.own_right_hand_side = Eigen::VectorXd{{0.5, 1, 1, 0.1}};
   Eigen::VectorXd numerator = Eigen::VectorXd::Zero(4), weight = Eigen::VectorXd::Zero(4);
   for (const auto& batch : {first, second}) {
     const Eigen::MatrixXd h = test::Gram(batch.a);
@@ -66,7 +66,7 @@ TEST(BatchedSystem, MergesByTheDiagonalsAndPredictsOverAllBatches) {
     damped.diagonal() += lambda * h.diagonal();
     for (int k = 0; k < 4; ++k) damped(k, k) = std::max(damped(k, k), 1e-12);
     const Eigen::VectorXd step =
-        -test::SolveSymmetric(damped, problem.own_descent.cwiseProduct(test::ApplyTransposed(
+        -test::SolveSymmetric(damped, problem.own_right_hand_side.cwiseProduct(test::ApplyTransposed(
                                           batch.a, test::Apply(batch.a, AsEigen(x.view())) - batch.b)));
     numerator += h.diagonal().cwiseProduct(step);
     weight += h.diagonal();
@@ -83,7 +83,7 @@ TEST(BatchedSystem, MergesByTheDiagonalsAndPredictsOverAllBatches) {
     Cpu::Vector step(4), moved(4);
     BatchedSystem<Cpu> batched(options, backend, problem, x.view(), scale, summary);
     const auto direction = batched.Solve(lambda, workspace, step);
-    EXPECT_EQ(summary.num_frozen, 1);
+    EXPECT_EQ(summary.num_zero_columns, 1);
     for (int k = 0; k < 4; ++k) {
       const double expected = weight(k) > 0 ? numerator(k) / weight(k) : 0;
       EXPECT_NEAR(step[k], expected, 1e-8 * std::abs(expected)) << k;

@@ -46,7 +46,7 @@ TEST(Adam, ByMoreViewsStepsAreLonger) {
   SplatModel model;
   model.Resize(1, 1);
   std::vector<float> gradient(model.data.size(), 3e-4f);
-  test::ModelAdam adam(LearningRates(), AdamMetric::kDiagonal, 4);
+  test::ModelAdam adam(LearningRates(), SecondMoment::kDiagonal, 4);
   adam.Step(model, gradient.data(), model.num_attributes(), 1.0);
   for (int a = 0; a < model.num_attributes(); ++a) {
     const double step = 2 * RateOf({}, a);
@@ -58,7 +58,7 @@ TEST(Adam, ByMoreViewsStepsAreLonger) {
 TEST(Adam, SecondMomentsCountViews) {
   SplatModel model;
   model.Resize(0, 1);
-  test::ModelAdam adam(LearningRates(), AdamMetric::kDiagonal, 4);
+  test::ModelAdam adam(LearningRates(), SecondMoment::kDiagonal, 4);
   const auto step = [&](float pull) {
     const float before = model.data[0];
     std::vector<float> gradient(model.data.size(), pull);

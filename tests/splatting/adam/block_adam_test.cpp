@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Isas, BlockAdam, testing::ValuesIn(vesta::test::CpuIsas
 
 // Adam on one Gaussian, its geometry's rates all 1, with gradients R A z for random z, whose covariance is far from
 // diagonal. Returns the way of the eleven parameters in the last steps, turned back by R.
-Vector WayUnder(AdamMetric metric, const Matrix& r) {
+Vector WayUnder(SecondMoment metric, const Matrix& r) {
   LearningRates rates;
   rates.position = rates.log_scale = rates.quaternion = rates.opacity = 1;
   SplatModel model;
@@ -230,10 +230,10 @@ Vector WayUnder(AdamMetric metric, const Matrix& r) {
 TEST(BlockAdamSteps, TurnWithTheGradients) {
   vesta::test::Random random(6);
   const Matrix turn = RandomRotation(random);
-  const Vector way = WayUnder(AdamMetric::kBlock, Identity());
-  EXPECT_LT((WayUnder(AdamMetric::kBlock, turn) - way).norm(), 0.02 * way.norm());
-  const Vector diagonal = WayUnder(AdamMetric::kDiagonal, Identity());
-  EXPECT_GT((WayUnder(AdamMetric::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
+  const Vector way = WayUnder(SecondMoment::kBlock, Identity());
+  EXPECT_LT((WayUnder(SecondMoment::kBlock, turn) - way).norm(), 0.02 * way.norm());
+  const Vector diagonal = WayUnder(SecondMoment::kDiagonal, Identity());
+  EXPECT_GT((WayUnder(SecondMoment::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
 }
 
 // The host asks by chunk, a device by view.
@@ -255,7 +255,7 @@ TEST(BlockAdamSteps, BasesAreTurnedAsViewsAreSeen) {
   const auto turned_after = [](int views, int steps) {
     SplatModel model;
     model.Resize(0, kChunks * kTurnChunk);
-    test::ModelAdam adam({}, AdamMetric::kBlock, views);
+    test::ModelAdam adam({}, SecondMoment::kBlock, views);
     vesta::test::Random random(9);
     for (int step = 0; step < steps; ++step) {
       std::vector<float> gradient = random.NormalVector<float>(model.data.size());
@@ -278,7 +278,7 @@ TEST(BlockAdamSteps, BasesAreTurnedAsViewsAreSeen) {
 TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {
   SplatModel model;
   model.Resize(0, 40);
-  test::ModelAdam adam({}, AdamMetric::kBlock), reference({}, AdamMetric::kBlock);
+  test::ModelAdam adam({}, SecondMoment::kBlock), reference({}, SecondMoment::kBlock);
   SplatModel same = model;
   vesta::test::Random random(7);
   for (int step = 0; step < 100; ++step) {
@@ -341,7 +341,7 @@ TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
 TEST(BlockAdamSteps, UnseenParametersStayForeverAndFinite) {
   SplatModel model;
   model.Resize(0, 3);
-  test::ModelAdam adam({}, AdamMetric::kBlock);
+  test::ModelAdam adam({}, SecondMoment::kBlock);
   std::vector<float> gradient(model.data.size());
   gradient[1] = 1e-3f;
   adam.Step(model, gradient.data(), model.num_attributes(), 1);

@@ -13,7 +13,7 @@ namespace vesta::gs::test {
 
 class ModelAdam {
  public:
-  explicit ModelAdam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal, int views = 1)
+  explicit ModelAdam(const LearningRates& rates, SecondMoment metric = SecondMoment::kDiagonal, int views = 1)
       : adam_(rates, metric, views) {}
 
   void Step(SplatModel& model, float* gradient, int attributes, double factor) {

@@ -52,8 +52,8 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(kIterations, 0);
   options.adam.evaluations = kIterations;
-  options.adam.average_part = 0;
-  options.parsimony.supported = false;  // the rows are of all Gaussians
+  options.adam.averaging_fraction = 0;
+  options.pruning.prune_unseen = false;  // the rows are of all Gaussians
   std::map<int, std::vector<float>> iterates;
   TrainCallbacks callbacks;
   callbacks.evaluated = [&](const HistoryRow& row, const splat::Model<float>& x) {
@@ -64,7 +64,7 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   ASSERT_EQ(iterates.size(), static_cast<std::size_t>(kIterations));
   EXPECT_TRUE(last == iterates[kIterations]);
 
-  options.adam.average_part = 0.3;
+  options.adam.averaging_fraction = 0.3;
   std::erase_if(iterates, [&](const auto& row) {
     const double it = row.first;
     return !Averages(options.adam, {(it - 1) / kIterations, it / kIterations}, row.first);

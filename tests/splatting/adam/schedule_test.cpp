@@ -12,33 +12,33 @@ namespace {
 StageSpan Span(int it, int n = 100) { return {(it - 1.0) / n, 1.0 * it / n}; }
 
 TEST(AdamSchedule, RatesDecayGeometrically) {
-  const AdamOptions adam{.rate_factor = 5, .rate_decay = 0.25};
+  const AdamOptions adam{.lr_scale = 5, .lr_final_ratio = 0.25};
   EXPECT_DOUBLE_EQ(RateFactor(adam, Span(1)), 5);
   EXPECT_DOUBLE_EQ(RateFactor(adam, Span(51)), 2.5);
   EXPECT_DOUBLE_EQ(RateFactor(adam, Span(101)), 1.25);
 }
 
 TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
-  const AdamOptions adam{.average_part = 0.3};
+  const AdamOptions adam{.averaging_fraction = 0.3};
   EXPECT_FALSE(Averages(adam, Span(70), 70));
   EXPECT_TRUE(Averages(adam, Span(75), 75));
   EXPECT_FALSE(Averages(adam, Span(76), 76));
   EXPECT_TRUE(Averages(adam, {0.98, 1}, 88)) << "the last always";
   AdamOptions of_several = adam;
-  of_several.views_per_iteration = 2;
+  of_several.batch_size = 2;
   EXPECT_TRUE(Averages(of_several, Span(76), 76)) << "of four views";
   EXPECT_FALSE(Averages(of_several, Span(75), 75));
-  of_several.views_per_iteration = 8;
+  of_several.batch_size = 8;
   EXPECT_TRUE(Averages(of_several, Span(77), 77));
-  EXPECT_FALSE(Averages({.average_part = 0}, Span(100), 100));
+  EXPECT_FALSE(Averages({.averaging_fraction = 0}, Span(100), 100));
 }
 
 TEST(AdamSchedule, CoarseViewsComeFirst) {
-  const AdamOptions adam{.coarse_part = 0.3};
+  const AdamOptions adam{.half_resolution_until = 0.3};
   EXPECT_TRUE(IsCoarse(adam, Span(1)));
   EXPECT_TRUE(IsCoarse(adam, Span(30)));
   EXPECT_FALSE(IsCoarse(adam, Span(31)));
-  EXPECT_FALSE(IsCoarse({.coarse_part = 0}, Span(1)));
+  EXPECT_FALSE(IsCoarse({.half_resolution_until = 0}, Span(1)));
 }
 
 TEST(AdamSchedule, BandsComeOneByOne) {
@@ -53,17 +53,17 @@ TEST(AdamSchedule, BandsComeOneByOne) {
 TEST(StageSpan, ReachesEachPartOnce) {
   for (const int n : {20, 100, 137, 4000}) {
     int times = 0;
-    for (int it = 1; it <= n; ++it) times += Span(it, n).Reaches(0.05);
+    for (int it = 1; it <= n; ++it) times += Span(it, n).CrossesMultipleOf(0.05);
     EXPECT_EQ(times, 20) << n;
   }
   int times = 0;
   for (double done = 0; done < 1;) {
     const double next = std::min(1.0, done + 0.001 + 0.03 * done);
-    times += StageSpan{done, next}.Reaches(0.05);
+    times += StageSpan{done, next}.CrossesMultipleOf(0.05);
     done = next;
   }
   EXPECT_EQ(times, 20);
-  EXPECT_FALSE(Span(50).Reaches(0));
+  EXPECT_FALSE(Span(50).CrossesMultipleOf(0));
 }
 
 TEST(StageSpan, CountsOfTinyPartsAreNumbers) {

@@ -39,7 +39,7 @@ struct DensityScene {
       w[splat::kXi] = -by_u / (static_cast<float>(splat::kTwoLn2) * splat.r);
       w[splat::kZeta] = splat.beta * by_u / (static_cast<float>(splat::kTwoLn2) * splat.s);
     }
-    control.Observe(density::PullsOf(view, cotangents.data(), kLossScale));
+    control.Observe(density::Grad2dOf(view, cotangents.data(), kLossScale));
   }
 };
 

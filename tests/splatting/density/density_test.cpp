@@ -30,15 +30,15 @@ constexpr double kGradientThreshold = 2e-4;
 
 DensityOptions OptionsThatClone() {
   DensityOptions options;
-  options.gradient_threshold = kGradientThreshold;
-  options.split_above = 10;  // all are small
+  options.grow_grad2d = kGradientThreshold;
+  options.grow_scale3d = 10;  // all are small
   return options;
 }
 
 DensityOptions OptionsThatSplit() {
   DensityOptions options;
-  options.gradient_threshold = kGradientThreshold;
-  options.split_above = 1e-3;  // all are large
+  options.grow_grad2d = kGradientThreshold;
+  options.grow_scale3d = 1e-3;  // all are large
   return options;
 }
 
@@ -82,7 +82,7 @@ TEST(Density, ThresholdIsOnTheMeanOverObservations) {
 
 // On the optical axis of a camera that is not rotated, and with colours that do not depend on the direction, the mean's
 // x and y act through the screen mean alone, by f / z pixels a unit.
-TEST(Density, PullIsTheGradientByTheScreenMean) {
+TEST(Density, Grad2dIsTheGradientByTheScreenMean) {
   DensityScene scene(1);
   View& camera = scene.scene.views[0];
   camera.camera = {64, 48, {70, 80, 32, 24}};
@@ -100,10 +100,10 @@ TEST(Density, PullIsTheGradientByTheScreenMean) {
   const double pull = std::hypot(gradient[0] * 4 / 70 * 32, gradient[1] * 4 / 80 * 24) / 5;
   for (const double factor : {0.999, 1.001}) {
     DensityOptions options = OptionsThatClone();
-    options.gradient_threshold = factor * pull;
+    options.grow_grad2d = factor * pull;
     DensityControl<Host> control(options, 1, kSeed);
     control.Forget(1);
-    control.Observe(density::PullsOf(scene.view, scene.workspace.splat_sums.data(), 5));
+    control.Observe(density::Grad2dOf(scene.view, scene.workspace.splat_sums.data(), 5));
     SplatModel changed = model;
     test::ModelAdam adam{LearningRates()};
     test::Densify(control, changed, adam, 1);
@@ -264,7 +264,7 @@ TEST(Density, PrunesTheTransparentAndTheHuge) {
   scene.model.attribute(splat::kOpacity)[4] = -5.2f;                // 0.0055
   scene.model.attribute(splat::kLogScale + 2)[3] = std::log(0.9f);  // of an extent of 2
   DensityOptions options = OptionsThatClone();
-  options.prune_size = 0.4;
+  options.prune_scale3d = 0.4;
   options.max_gaussians = 5;
   const SplatModel before = scene.model;
   DensityControl<Host> control(options, 2, kSeed);

@@ -15,7 +15,7 @@ using testing::ElementsAre;
 
 TEST(ProcessGroup, OneAloneDecidesByItself) {
   SoloRank solo;
-  for (Ranks* ranks : {static_cast<Ranks*>(nullptr), static_cast<Ranks*>(&solo)}) {
+  for (Communicator* ranks : {static_cast<Communicator*>(nullptr), static_cast<Communicator*>(&solo)}) {
     const ProcessGroup processes(ranks);
     EXPECT_TRUE(processes.is_alone());
     EXPECT_TRUE(processes.is_first());
@@ -28,7 +28,7 @@ TEST(ProcessGroup, OneAloneDecidesByItself) {
 }
 
 TEST(ProcessGroup, SeveralHaveTheSameAnswers) {
-  vesta::test::OnThreadRanks(3, [](Ranks& ranks) {
+  vesta::test::OnThreadRanks(3, [](Communicator& ranks) {
     const ProcessGroup processes(&ranks);
     EXPECT_FALSE(processes.is_alone());
     EXPECT_EQ(processes.is_first(), ranks.rank() == 0);
@@ -42,7 +42,7 @@ TEST(ProcessGroup, SeveralHaveTheSameAnswers) {
 
 TEST(ProcessGroup, SharesAreAllOfTheWork) {
   for (const int count : {2, 3, 5}) {
-    vesta::test::OnThreadRanks(3, [count](Ranks& ranks) {
+    vesta::test::OnThreadRanks(3, [count](Communicator& ranks) {
       const ProcessGroup processes(&ranks);
       std::vector<int> mine;
       const Share own = processes.OwnShare(count);

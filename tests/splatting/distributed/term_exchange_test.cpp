@@ -23,7 +23,7 @@ struct After {
 };
 
 // x by steps that are the gradients themselves; ranks: null for one process that adds all views.
-After Iterate(const test::MadeUpViews& all, Ranks* ranks) {
+After Iterate(const test::MadeUpViews& all, Communicator* ranks) {
   const auto count = static_cast<Index>(all.views.size());
   const ProcessGroup processes(ranks);
   const Share own = processes.OwnShare(count);
@@ -57,7 +57,7 @@ TEST(TermExchange, LeavesAllWithTheSumOfOneProcess) {
     const After expected = Iterate(all, nullptr);
     // Also with fewer views than processes.
     for (const int count : {1, 2, 3, 6}) {
-      vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
+      vesta::test::OnThreadRanks(count, [&](Communicator& ranks) {
         EXPECT_EQ(Iterate(all, &ranks), expected) << views << " views, process " << ranks.rank() << " of " << count;
       });
     }
@@ -67,8 +67,9 @@ TEST(TermExchange, LeavesAllWithTheSumOfOneProcess) {
 TEST(TermExchange, ProcessesThatTrainOtherModelsAreRefused) {
   EXPECT_THAT(
       [] {
-        vesta::test::OnThreadRanks(
-            2, [](Ranks& ranks) { Iterate(test::MadeUpViews(2, splat::NumAttributes(1), 75 + ranks.rank()), &ranks); });
+        vesta::test::OnThreadRanks(2, [](Communicator& ranks) {
+          Iterate(test::MadeUpViews(2, splat::NumAttributes(1), 75 + ranks.rank()), &ranks);
+        });
       },
       ThrowsError(kBadArgument, "75", "76"));
 }

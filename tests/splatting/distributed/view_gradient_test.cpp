@@ -159,12 +159,12 @@ TEST_F(ViewGradients, HoldWhatIsSeen) {
   EXPECT_NEAR(static_cast<double>(BytesOf(term).size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
 
   std::vector<std::int32_t> nothing(static_cast<std::size_t>(all.gaussians()), -1);
-  density::ScreenPulls pulls = all.views[0].pulls();
+  density::Grad2dView pulls = all.views[0].pulls();
   pulls.rank_of = nothing.data();
   EXPECT_EQ(terms.Take(all.layout, pulls, true, gradient.data()).blocks(), 0);
 }
 
-TEST_F(ViewGradients, PullsAreLeftOutWhereNobodyAsks) {
+TEST_F(ViewGradients, Grad2dIsLeftOutWhereNobodyNeedsIt) {
   const MadeUpViews all(2);
   Sum sum;
   DensityControl<Host> density = ControlOf(all);

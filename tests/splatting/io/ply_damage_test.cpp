@@ -54,9 +54,8 @@ TEST_F(PlyDamage, MessagesNameWhatIsWrong) {
            {"f_rest_3", "f_rest_x", "f_rest_3"}}) {
     ExpectRefused(Replaced(bytes_, from, to), kBadFile, token);
   }
-  for (const char* comment :
-       {"background 1 2 3", "background 1 0", "origin 1 two 3", "origin 1 2 inf", "low_pass", "low_pass 0",
-        "low_pass 0.009", "low_pass 5", "low_pass -1", "low_pass nan", "low_pass x"}) {
+  for (const char* comment : {"background 1 2 3", "background 1 0", "origin 1 two 3", "origin 1 2 inf", "eps2d",
+                              "eps2d 0", "eps2d 0.009", "eps2d 5", "eps2d -1", "eps2d nan", "eps2d x"}) {
     const std::string text = comment, key = text.substr(0, text.find(' '));
     ExpectRefused(Replaced(bytes_, "element", "comment vesta " + text + "\nelement"), kBadFile, key);
   }

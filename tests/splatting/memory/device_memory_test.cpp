@@ -22,24 +22,24 @@ const test::MemoryCase kCases[] = {
     {"adam", 1500, 32, 24, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_on_views_together", 1500, 32, 24,
-     [](TrainOptions& o) { o.adam.iterations = 18, o.adam.views_per_iteration = 3, o.lm.iterations = 0; }},
+     [](TrainOptions& o) { o.adam.iterations = 18, o.adam.batch_size = 3, o.lm.iterations = 0; }},
     {"adam_with_cameras", 60, 64, 48,
      [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }},
     {"adam_by_parameters", 1500, 32, 24,
      [](TrainOptions& o) {
-       o.adam.iterations = 6, o.adam.metric = AdamMetric::kDiagonal, o.lm.iterations = 0;
+       o.adam.iterations = 6, o.adam.second_moment = SecondMoment::kDiagonal, o.lm.iterations = 0;
        // In so few iterations the mean would begin after the bands are gone, and the largest of all not be there at
        // once.
-       o.parsimony = ParsimonyOptions::None();
+       o.pruning = PruningOptions::None();
      }},
     // Pruned to half, whose places others take: the old bases and the new ones, and few pixels.
     {"adam_that_densifies", 1500, 16, 12,
      [](TrainOptions& o) {
        o.adam.iterations = 2, o.lm.iterations = 0;
        o.density.enabled = true, o.density.begin = 0, o.density.end = 1, o.density.every = 0.5;
-       o.parsimony = ParsimonyOptions::None();
+       o.pruning = PruningOptions::None();
        // Opacities start at 0.1.
-       o.density.prune_opacity = 0.1, o.density.gradient_threshold = 0, o.density.max_gaussians = 1500;
+       o.density.prune_opa = 0.1, o.density.grow_grad2d = 0, o.density.max_gaussians = 1500;
      }},
     {"lm", 1000, 32, 24, [](TrainOptions&) {}},
     {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},
@@ -75,19 +75,19 @@ TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   options.lm.iterations = 1;
   options.lm.pcg_iterations = 1;
   const TrainResult whole = Refine(scene, model, options, {}, {}, DeviceStages());
-  EXPECT_EQ(whole.memory.jacobian, JacobianKind::kRecompute);
+  EXPECT_EQ(whole.memory.jacobian, JacobianKind::kCachedViews);
   const std::size_t before = device::BytesInUse();
   const auto limit = static_cast<std::size_t>(0.7 * kMib * whole.memory.device_peak_mib);
   const vesta::test::LimitedDeviceMemory limited(before + limit);
   const TrainResult planned = Refine(scene, model, options, {}, {}, DeviceStages());
-  EXPECT_EQ(planned.memory.jacobian, JacobianKind::kRebuild);
+  EXPECT_EQ(planned.memory.jacobian, JacobianKind::kOnTheFly);
   EXPECT_THAT(planned.notes, testing::IsEmpty());
   EXPECT_LE(planned.memory.device_peak_mib * kMib, static_cast<double>(before + limit));
   EXPECT_EQ(planned.model.data, whole.model.data);
   EXPECT_NE(planned.model.data, model.data);
   StageRunners stages = DeviceStages();
   stages.device_memory = {};  // as if all had been thought to fit
-  options.lm.jacobian = JacobianKind::kRecompute;
+  options.lm.jacobian = JacobianKind::kCachedViews;
   const TrainResult found_out = Refine(scene, model, options, {}, {}, stages);
   EXPECT_THAT(found_out.notes, testing::ElementsAre(test::IsNote(notes::kLmByOneView)));
   EXPECT_EQ(found_out.model.data, whole.model.data);
@@ -120,7 +120,7 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
   EXPECT_NEAR(added(&ViewCounts::splats, adam), 2 * (splat + 8) + 8 + 1.125 * tangent, 1e-6);
   EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * (8 + wide) + 1.125 * (20 + tangent) + 0.25, 1e-6);
   // All views, or one of them.
-  for (const auto& [jacobian, views] : {std::pair(JacobianKind::kRecompute, 20), {JacobianKind::kRebuild, 1}}) {
+  for (const auto& [jacobian, views] : {std::pair(JacobianKind::kCachedViews, 20), {JacobianKind::kOnTheFly, 1}}) {
     // 20 truths; of each view three images; two that H works in; three slopes, one blurred. No image of an evaluation:
     // the peak is where Gram matrices are measured.
     EXPECT_NEAR(added(&ViewCounts::pixels, lm(jacobian)), 12 * (20 + 3 * views + 2 + 4), 1e-6);
@@ -131,7 +131,7 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
   }
   // Of few pairs and many pixels it is at an evaluation.
   const auto of_few = [&](double pixels) {
-    return lm(JacobianKind::kRecompute)(MadeUp({.pixels = pixels, .tiles = 800, .splats = 1.5e3, .pairs = 1e4}));
+    return lm(JacobianKind::kCachedViews)(MadeUp({.pixels = pixels, .tiles = 800, .splats = 1.5e3, .pairs = 1e4}));
   };
   EXPECT_NEAR(of_few(2001000) - of_few(2000000), 1000 * 12 * (20 + 60 + 2 + 4 + 2), 1e-6);
 }
@@ -141,24 +141,24 @@ TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
   options.lm.iterations = 8;
   const MemoryScene scene = MadeUp();
   LmStageOptions recompute;
-  recompute.jacobian = JacobianKind::kRecompute;
+  recompute.jacobian = JacobianKind::kCachedViews;
   const double whole = DeviceLmBytes(scene, recompute, true), least = DeviceLmBytes(scene, options.lm, true);
   const auto plan = [&](double free_bytes) {
     return PlanLm(scene, options.lm, DeviceMemory(options.memory, free_bytes));
   };
-  EXPECT_EQ(plan(1.1 * whole).jacobian, JacobianKind::kRecompute);
+  EXPECT_EQ(plan(1.1 * whole).jacobian, JacobianKind::kCachedViews);
   EXPECT_EQ(plan(1.1 * whole).bytes, whole);
   // Some is left for what is not counted.
   for (const double free_bytes : {1.01 * whole, 1.07 * least}) {
-    EXPECT_EQ(plan(free_bytes).jacobian, JacobianKind::kRebuild);
+    EXPECT_EQ(plan(free_bytes).jacobian, JacobianKind::kOnTheFly);
     EXPECT_EQ(plan(free_bytes).bytes, least);
   }
   EXPECT_THROW(plan(1.01 * least), Error);
   // The budget is of the GPU: what the host holds does not count.
   options.memory = {.budget_gib = 1.001 * whole / kGib};
-  EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kRecompute);
+  EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kCachedViews);
   options.memory.budget_gib = 0.8 * whole / kGib;
-  EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kRebuild);
+  EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kOnTheFly);
   // More than is free helps nothing.
   EXPECT_THROW(plan(1.01 * least), Error);
   // Of merged batches one is held at a time, where that helps.

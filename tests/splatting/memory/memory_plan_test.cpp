@@ -24,20 +24,20 @@ const test::MemoryCase kCases[] = {
     {"adam", 4000, 64, 48, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
     {"adam_on_views_together", 4000, 64, 48,
-     [](TrainOptions& o) { o.adam.iterations = 12, o.adam.views_per_iteration = 4, o.lm.iterations = 0; }},
+     [](TrainOptions& o) { o.adam.iterations = 12, o.adam.batch_size = 4, o.lm.iterations = 0; }},
     {"adam_with_cameras", 300, 320, 240,
      [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }},
     {"lm_with_cameras", 300, 320, 240, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPose; }},
     {"lm_with_exposures", 3000, 96, 72, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPoseAndExposure; }},
     {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
-    {"whole_gradient", 4000, 64, 48, [](TrainOptions& o) { o.lm.view_agreement = 0; }},
+    {"whole_gradient", 4000, 64, 48, [](TrainOptions& o) { o.lm.gradient_shrinkage = 0; }},
     {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
     {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache32; }},
     {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},
-    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }},
-    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }},
+    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly; }},
+    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly; }},
     {"rebuild_in_batches", 300, 320, 240,
-     [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild, o.lm.batches = 2; }},
+     [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly, o.lm.batches = 2; }},
     {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
     {"merged_batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
@@ -65,7 +65,7 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
       << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
   if (options.memory.budget_gib > 0) {
     EXPECT_LE(counted, 1024 * options.memory.budget_gib);
-    EXPECT_EQ(result.memory.jacobian, JacobianKind::kRebuild) << "so that the budget has an effect";
+    EXPECT_EQ(result.memory.jacobian, JacobianKind::kOnTheFly) << "so that the budget has an effect";
   }
 }
 
@@ -88,8 +88,8 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
   options.lm.jacobian = JacobianKind::kCache16;
   const MemoryScene scene = MadeUp();
   LmStageOptions recompute = options.lm, rebuild = options.lm;
-  recompute.jacobian = JacobianKind::kRecompute;
-  rebuild.jacobian = JacobianKind::kRebuild;
+  recompute.jacobian = JacobianKind::kCachedViews;
+  rebuild.jacobian = JacobianKind::kOnTheFly;
   const double with_cache = LmBytes(scene, options.lm, true), without = LmBytes(scene, recompute, true),
                least = LmBytes(scene, rebuild, true);
   EXPECT_GT(with_cache, without + 20 * 8e6 * 8);
@@ -102,22 +102,22 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
   EXPECT_EQ(plan(0).jacobian, JacobianKind::kCache16);
   EXPECT_EQ(plan(0).bytes, with_cache);
   EXPECT_EQ(plan(Gib(with_cache) * 1.001).jacobian, JacobianKind::kCache16);
-  EXPECT_EQ(plan(Gib(with_cache) * 0.999).jacobian, JacobianKind::kRecompute);
-  EXPECT_EQ(plan(Gib(without) * 1.001).jacobian, JacobianKind::kRecompute);
+  EXPECT_EQ(plan(Gib(with_cache) * 0.999).jacobian, JacobianKind::kCachedViews);
+  EXPECT_EQ(plan(Gib(without) * 1.001).jacobian, JacobianKind::kCachedViews);
   for (const double budget : {0.999 * without, 1.001 * least}) {
     const LmPlan smaller = plan(Gib(budget));
-    EXPECT_EQ(smaller.jacobian, JacobianKind::kRebuild);
+    EXPECT_EQ(smaller.jacobian, JacobianKind::kOnTheFly);
     EXPECT_EQ(smaller.bytes, least);
   }
   EXPECT_THROW(plan(Gib(least) * 0.999), Error);
   // What the process holds already counts.
   held_mib = 100;
-  EXPECT_EQ(plan(Gib(without) * 1.001).jacobian, JacobianKind::kRebuild);
+  EXPECT_EQ(plan(Gib(without) * 1.001).jacobian, JacobianKind::kOnTheFly);
   // Without a budget too a machine that is nearly full gets the frugal way, and no refusal.
   StageMemory machine;
   for (const auto& [share, expected] : {std::pair(1.001 * with_cache, JacobianKind::kCache16),
-                                        {1.001 * without, JacobianKind::kRecompute},
-                                        {0.5 * least, JacobianKind::kRebuild}}) {
+                                        {1.001 * without, JacobianKind::kCachedViews},
+                                        {0.5 * least, JacobianKind::kOnTheFly}}) {
     machine.comfortable_bytes = share;
     EXPECT_EQ(PlanLm(scene, options.lm, machine).jacobian, expected);
   }
@@ -155,7 +155,7 @@ TEST(MemoryPlan, GaussiansAreForLmAtItsMostFrugal) {
   options.lm.iterations = 8, options.lm.batches = 4, options.lm.merge_batches = true;
   options.adam.iterations = 0;
   LmStageOptions rebuilt = options.lm;
-  rebuilt.jacobian = JacobianKind::kRebuild;
+  rebuilt.jacobian = JacobianKind::kOnTheFly;
   const double all = LmBytes(MadeUp(), rebuilt, true), one = LmBytes(MadeUp(), rebuilt, false);
   ASSERT_LT(one, all);
   options.memory.budget_gib = (one + all) / 2 / (1 << 30);
@@ -172,7 +172,7 @@ TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
   const Index fit = PlanGaussians(MadeUp(), options, HostMemory(options.memory, 0));
   EXPECT_GT(fit, 20000);
   EXPECT_LT(fit, 1000000);
-  options.lm.jacobian = JacobianKind::kRebuild;
+  options.lm.jacobian = JacobianKind::kOnTheFly;
   EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, true), 0.5 * (1 << 30));
   options.density.enabled = false;
   EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory, 0)), 20000)

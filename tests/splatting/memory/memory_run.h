@@ -35,8 +35,8 @@ struct MemoryRun {
     options.adam.evaluations = 1;
     options.density.enabled = false;
     options.lm.iterations = lm_iterations;
-    options.lm.min_gain = 0;
-    options.lm.jacobian = JacobianKind::kRecompute;
+    options.lm.function_tolerance = 0;
+    options.lm.jacobian = JacobianKind::kCachedViews;
     options.lm.pcg_iterations = pcg_iterations;
     c.apply(options);
   }

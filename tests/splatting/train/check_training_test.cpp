@@ -46,12 +46,12 @@ TEST(CheckTraining, ATargetNeedsViewsHeldOut) {
 
 TEST(CheckTraining, TheFilterIsThatOfTheScene) {
   TrainOptions options = ShortTraining(2, 0);
-  options.low_pass = 0.1;
+  options.eps2d = 0.1;
   Scene scene = TrainingScene();
   EXPECT_THAT([&] { Train(scene, options, {}, {}); },
-              ThrowsError(kBadArgument, "train.low_pass=0.1", "0.3", "LoadSceneOptions::low_pass"));
-  for (View& view : scene.views) view.camera.low_pass = 0.1;
-  EXPECT_EQ(Train(scene, options, {}, {}).model.low_pass, 0.1);
+              ThrowsError(kBadArgument, "train.eps2d=0.1", "0.3", "LoadSceneOptions::eps2d"));
+  for (View& view : scene.views) view.camera.eps2d = 0.1;
+  EXPECT_EQ(Train(scene, options, {}, {}).model.eps2d, 0.1);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TrainOptions FindingCameras() {
   TrainOptions options = test::ShortTraining(40, 0);
   options.density.enabled = false;
   options.cameras.refine = CameraChoice::kAll;
-  options.adam.coarse_part = 0.5;
+  options.adam.half_resolution_until = 0.5;
   options.adam.evaluations = 1;
   return options;
 }
@@ -90,7 +90,8 @@ TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
   const OffScene off;
   TrainOptions options = FindingCameras();
   options.cameras.refine = CameraChoice::kPoseAndExposure;
-  options.adam.iterations = 0, options.lm.iterations = 2, options.lm.min_gain = 0, options.lm.pcg_iterations = 3;
+  options.adam.iterations = 0, options.lm.iterations = 2, options.lm.function_tolerance = 0,
+  options.lm.pcg_iterations = 3;
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   ExpectToBeFoundAlike(Refine(off.scene, off.model, options, {}, {}, DeviceStages()),
                        Refine(off.scene, off.model, options, {}, {}));
@@ -101,7 +102,8 @@ class JointLmOnDevice : public testing::Test {
  protected:
   JointLmOnDevice() {
     options_.cameras.refine = CameraChoice::kPose;
-    options_.adam.iterations = 0, options_.lm.iterations = 2, options_.lm.min_gain = 0, options_.lm.pcg_iterations = 2;
+    options_.adam.iterations = 0, options_.lm.iterations = 2, options_.lm.function_tolerance = 0,
+    options_.lm.pcg_iterations = 2;
   }
   TrainResult Run(const TrainCallbacks& callbacks) const {
     return Refine(scene_, model_, options_, {}, callbacks, DeviceStages());

@@ -103,8 +103,8 @@ TEST(DeviceStages, PrunesAsTheHostDoes) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
   options.density.enabled = false;
-  options.parsimony = {.keep = 0.5, .begin = 0.5, .end = 0.7, .every = 0.1};
-  options.adam.average_part = 0.8;  // there is a mean by then, which is not who is judged
+  options.pruning = {.keep_fraction = 0.5, .begin = 0.5, .end = 0.7, .every = 0.1};
+  options.adam.averaging_fraction = 0.8;  // there is a mean by then, which is not who is judged
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   const TrainResult on_gpu = Train(scene, options, {}, {}, DeviceStages());
   const TrainResult on_host = Train(scene, options, {}, {});
@@ -226,7 +226,7 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(20, 1);
   options.adam.evaluations = 1;
-  options.lm.jacobian = JacobianKind::kRecompute;
+  options.lm.jacobian = JacobianKind::kCachedViews;
   options.density.enabled = false;
   StageRunners stages = DeviceStages();
   const auto adam = stages.adam;
@@ -253,7 +253,7 @@ TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(20, 4);
   options.adam.evaluations = 1;
-  options.lm.min_gain = 0;
+  options.lm.function_tolerance = 0;
   options.density.enabled = false;
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   StageRunners stages = DeviceStages();

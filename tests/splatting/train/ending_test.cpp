@@ -34,8 +34,8 @@ TEST(Trainer, AShortTimeLimitIsUsed) {
   const Scene scene = TrainingScene();
   for (const int views : {1, 6}) {
     TrainOptions options = ShortTraining(1000000, 0);
-    options.parsimony = ParsimonyOptions();
-    options.adam.views_per_iteration = views;
+    options.pruning = PruningOptions();
+    options.adam.batch_size = views;
     options.time_limit = 0.3;
     EXPECT_GT(Train(scene, options, {}, {}).history.back().iteration, 15) << views;
   }

@@ -15,7 +15,7 @@ TEST(Pruning, TakesGaussiansOutByAndBy) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(80, 0);
   options.density.enabled = false;
-  options.parsimony = {.keep = 0.5, .begin = 0.25, .end = 0.5, .every = 0.05};
+  options.pruning = {.keep_fraction = 0.5, .begin = 0.25, .end = 0.5, .every = 0.05};
   std::vector<Index> counts;
   TrainCallbacks callbacks;
   callbacks.progress = [&](const TrainProgress& p) { counts.push_back(p.gaussians); };
@@ -35,13 +35,13 @@ TEST(Pruning, OfAGivenModelLeavesTheOthersInOrder) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = PrunePresetOptions("balanced");
   options.adam.iterations = 60;
-  options.parsimony.keep = 0.5;
+  options.pruning.keep_fraction = 0.5;
   SplatModel model = test::RandomModel(60, 1, 7);
   const TrainResult result = Refine(scene, model, options, {}, {});
   EXPECT_EQ(result.model.count, 30);
-  options.parsimony.keep = 1;
+  options.pruning.keep_fraction = 1;
   EXPECT_EQ(Refine(scene, model, options, {}, {}).model.count, 60);
-  EXPECT_EQ(RefinePresetOptions("balanced").parsimony.keep, 1);
+  EXPECT_EQ(RefinePresetOptions("balanced").pruning.keep_fraction, 1);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct MadeUpViews {
     std::vector<float> gradient;  // laid out as the model
     ViewCost cost;
 
-    density::ScreenPulls pulls() const { return {rank_of.data(), splats.data(), cotangents.data(), 32, 24}; }
+    density::Grad2dView pulls() const { return {rank_of.data(), splats.data(), cotangents.data(), 32, 24}; }
   };
   term::Layout layout;
   std::vector<View> views;

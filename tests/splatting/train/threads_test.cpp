@@ -79,8 +79,8 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
   ExpectSameForAnyNumber([&] {
     scene.model = before;
     DensityOptions options;
-    options.gradient_threshold = 2e-4;  // low enough for some Gaussians to be cloned and split
-    options.split_above = 0.1;
+    options.grow_grad2d = 2e-4;  // low enough for some Gaussians to be cloned and split
+    options.grow_scale3d = 0.1;
     options.max_gaussians = kCount + 3000;
     DensityControl<Host> control(options, 1, 5);
     control.Forget(kCount);
@@ -144,7 +144,7 @@ TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
 TEST(GsThreads, TrainingBySeveralViewsIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = ShortTraining(50, 0);
-  options.adam.views_per_iteration = 3;
+  options.adam.batch_size = 3;
   options.adam.iterations = 150;
   ExpectSameForAnyNumber([&] {
     const TrainResult result = Train(scene, options, {}, {});

@@ -152,7 +152,7 @@ TEST(Trainer, EveryLmVariantDescends) {
     ExpectLastRowIsOf(result, scene, {0, 0, 0});
   };
   for (const StepRule rule : {StepRule::kCeres, StepRule::k3dgsLmV2, StepRule::k3dgsLmCode}) {
-    check(ToString(rule), [&](LmStageOptions& lm) { lm.step_control = rule; });
+    check(ToString(rule), [&](LmStageOptions& lm) { lm.damping_update = rule; });
   }
   // Another scale than that of the rates: from where 3DGS-LM starts.
   check("diag", [](LmStageOptions& lm) { lm.damping = LmDamping::kDiagonal, lm.initial_lambda = 1; });
@@ -199,7 +199,7 @@ TEST(Trainer, ViewsOfAnIterationCountAlike) {
   options.density.enabled = false;
   const auto model = [&](std::uint64_t seed, int views) {
     options.seed = seed;
-    options.adam.views_per_iteration = views;
+    options.adam.batch_size = views;
     return Train(scene, options, {}, {}).model.data;
   };
   EXPECT_NE(model(3, 1), model(4, 1));
@@ -221,7 +221,7 @@ TEST(Trainer, RowsOfTheHistoryAreOfBeforeDensification) {
   TrainOptions options = ShortTraining(40, 0);
   options.adam.evaluations = 2;
   options.density.every = 0.5;
-  options.density.gradient_threshold = 0;
+  options.density.grow_grad2d = 0;
   const std::vector<HistoryRow> history = Train(TrainingScene(), options, {}, {}).history;
   ASSERT_EQ(history.size(), 2u);
   EXPECT_EQ(history[0].gaussians, TrainingScene().points.size());
@@ -322,7 +322,7 @@ TEST(Trainer, FixedModelKeepsItsGaussians) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(60, 1);
   options.density.enabled = false;
-  options.adam.sh_band_every = 0;
+  options.adam.sh_degree_interval = 0;
   const TrainResult result = Train(scene, options, {}, {});
   EXPECT_EQ(result.model.count, 60);
   for (const HistoryRow& row : result.history) EXPECT_EQ(row.gaussians, 60);

@@ -16,8 +16,8 @@ namespace vesta::gs::test {
 inline TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
   TrainOptions options = ShortTraining(iterations, lm_iterations);
   options.adam.evaluations = 2;
-  options.parsimony = ParsimonyOptions();
-  options.adam.views_per_iteration = 3;
+  options.pruning = PruningOptions();
+  options.adam.batch_size = 3;
   return options;
 }
 
@@ -25,7 +25,7 @@ inline TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
 inline TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
                            const StageRunners& stages = HostStages()) {
   std::vector<TrainResult> all(static_cast<std::size_t>(count));
-  vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
+  vesta::test::OnThreadRanks(count, [&](Communicator& ranks) {
     TrainCallbacks callbacks;
     callbacks.ranks = &ranks;
     all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, {}, callbacks, stages);

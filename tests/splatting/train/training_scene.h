@@ -37,7 +37,7 @@ inline TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
   options.sh_degree = 1;
   options.density.every = adam_iterations > 20 ? 20.0 / adam_iterations : 1;
   options.density.max_gaussians = 100;
-  options.parsimony.price = options.parsimony.sh_price = 0;  // so few would soon be fewer
+  options.pruning.aic_weight = options.pruning.sh_aic_weight = 0;  // so few would soon be fewer
   options.seed = 3;
   return options;
 }

@@ -21,7 +21,7 @@ class Watch : public testing::Test {
  protected:
   static TrainOptions Options() {
     TrainOptions options = test::ShortTraining(60, 3);
-    options.lm.min_gain = 0;
+    options.lm.function_tolerance = 0;
     options.density.opacity_reset_every = 0.4;
     return options;
   }

@@ -190,7 +190,7 @@ TEST(Telecentric, DepthHasNoPartInTheProjection) {
     ProjectionState<Telecentric<double>, double> state;
     const SplatShape<double> shape = Project(camera, mean, log_scale, quaternion, state);
     EXPECT_DOUBLE_EQ(shape.u, 30);
-    EXPECT_DOUBLE_EQ(state.C, 400 * std::exp(-2.0) + kLowPass);
+    EXPECT_DOUBLE_EQ(state.C, 400 * std::exp(-2.0) + kEps2d);
   }
 }
 

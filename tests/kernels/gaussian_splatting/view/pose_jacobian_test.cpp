@@ -30,7 +30,7 @@ using Jet = ceres::Jet<double, kPoseTangent>;
 void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
   CameraConstants<Jet, Pinhole<double>> camera{};
   camera.lens = Pinhole<double>(scene.view.lens, scene.view.width, scene.view.height);
-  SetLowPass(scene.view.low_pass, camera);
+  SetEps2d(scene.view.eps2d, camera);
   Jet turn[9];
   const Jet omega[3] = {Jet(0, 0), Jet(0, 1), Jet(0, 2)};
   ceres::AngleAxisToRotationMatrix(omega, ceres::RowMajorAdapter3x3(turn));

@@ -112,7 +112,7 @@ LmSummary SolveAndCheck(RingProblem<typename B::Scalar>& ring, const LmStageOpti
 
 inline LmStageOptions FewIterations() {
   LmStageOptions lm;
-  lm.iterations = 4, lm.min_gain = 0;
+  lm.iterations = 4, lm.function_tolerance = 0;
   return lm;
 }
 

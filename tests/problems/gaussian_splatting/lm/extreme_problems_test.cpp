@@ -10,7 +10,7 @@ namespace {
 
 constexpr Index kCount = kExtremeCount;
 
-constexpr std::initializer_list<JacobianKind> kKinds = {JacobianKind::kRebuild, JacobianKind::kCache32,
+constexpr std::initializer_list<JacobianKind> kKinds = {JacobianKind::kOnTheFly, JacobianKind::kCache32,
                                                         JacobianKind::kCache16};
 
 class ExtremeProblems : public testing::TestWithParam<ExtremeProblem> {};
@@ -67,7 +67,7 @@ TYPED_TEST(ExtremeSteps, StartsWithGaussiansAtTheirLimits) {
 }
 
 TYPED_TEST(ExtremeSteps, DampingAtItsLowerBound) {
-  for (const LmDamping damping : {LmDamping::kRates, LmDamping::kDiagonal}) {
+  for (const LmDamping damping : {LmDamping::kLearningRates, LmDamping::kDiagonal}) {
     LmStageOptions lm = FewIterations();
     lm.initial_lambda = lm.min_lambda = 1e-30;
     lm.pcg_iterations = 30;
@@ -85,7 +85,7 @@ TYPED_TEST(ExtremeSteps, DampingAtItsUpperBound) {
 // Behind all cameras, transparent, and not finite: their columns are zero, and they stay as they are, to the bit.
 TYPED_TEST(ExtremeSteps, GaussiansThatNobodySeesStay) {
   using S = TypeParam;
-  for (const LmDamping damping : {LmDamping::kRates, LmDamping::kDiagonal}) {
+  for (const LmDamping damping : {LmDamping::kLearningRates, LmDamping::kDiagonal}) {
     SCOPED_TRACE(static_cast<int>(damping));
     RingProblem<S>& ring = this->ring_;
     ring = ProblemOf<S>(kExtremeProblems[0]);

@@ -68,7 +68,7 @@ TEST(MaskedViews, CostLessAndNothingWhereNothingCounts) {
 // Whatever is kept of a view.
 TEST(MaskedViews, HIsTheProductOfItsPartsAndSymmetric) {
   B backend;
-  for (const JacobianKind kind : {JacobianKind::kRecompute, JacobianKind::kCache32, JacobianKind::kRebuild}) {
+  for (const JacobianKind kind : {JacobianKind::kCachedViews, JacobianKind::kCache32, JacobianKind::kOnTheFly}) {
     SCOPED_TRACE(static_cast<int>(kind));
     MaskedRing masked;
     masked.ring.options.jacobian = kind;

@@ -296,7 +296,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
 }
 
 // The gradient of one view and that of all by the problem; the rule written out.
-TYPED_TEST(SplatProblemTest, DescentIsShrunkWhereViewsDisagreeAndTheGradientIsNot) {
+TYPED_TEST(SplatProblemTest, RightHandSideIsShrunkWhereViewsDisagreeAndTheGradientIsNot) {
   using S = TypeParam;
   constexpr double kAll = 4, kStrength = 0.3;
   RingProblem<S> ring(4, kCount, 1, 55);
@@ -304,14 +304,14 @@ TYPED_TEST(SplatProblemTest, DescentIsShrunkWhereViewsDisagreeAndTheGradientIsNo
     HostBuffer<S> gradient, descent;
   };
   const auto slopes = [&](double strength, int batches, int batch) {
-    ring.options.view_agreement = strength;
+    ring.options.gradient_shrinkage = strength;
     ring.options.batches.count = batches;
     SplatProblem<CpuBackend<S>> problem = ring.Make();
     Both both{HostBuffer<S>(ring.x.size()), HostBuffer<S>(ring.x.size())};
     const auto linearization = LinearizeAt(problem, ring.x, batch);
     linearization->Gradient(both.gradient);
-    EXPECT_EQ(linearization->has_own_descent(), strength > 0);
-    linearization->Descent(both.descent);
+    EXPECT_EQ(linearization->has_own_right_hand_side(), strength > 0);
+    linearization->RightHandSide(both.descent);
     return both;
   };
   std::vector<HostBuffer<S>> of_view;
@@ -353,7 +353,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   std::fill(diagonal.begin(), diagonal.end(), S(7));  // only the opacities' entries count
   for (Index i = 0; i < kCount; ++i) diagonal[splat::kOpacity * kCount + i] = static_cast<S>(i);
   ASSERT_TRUE(problem.DampingMetric(ring.x, diagonal, metric));
-  const LearningRates& rates = ring.options.rates;
+  const LearningRates& rates = ring.options.lr;
   const double c = 1.2 * 0.5 * (kCount - 1) * rates.opacity * rates.opacity;
   const auto position = [&](Index i) { return units[static_cast<std::size_t>(i)] * rates.position; };
   const auto turn = [&](Index i) {  // of the quaternion: what the rate gives, and the way of the ends

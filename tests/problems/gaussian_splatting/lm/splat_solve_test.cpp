@@ -41,7 +41,8 @@ vesta::LmOptions SplatLmOptions(StepRule rule) {
 }
 
 // Every accepted step lowers the cost, every other one leaves it; the cost of the x returned is what is reported.
-void ExpectDescent(const LmSummary& summary, SplatProblem<CpuBackend<float>>& problem, const HostBuffer<float>& x) {
+void ExpectRightHandSide(const LmSummary& summary, SplatProblem<CpuBackend<float>>& problem,
+                         const HostBuffer<float>& x) {
   ASSERT_GT(summary.num_accepted, 0);
   for (std::size_t i = 1; i < summary.iterations.size(); ++i) {
     const double before = summary.iterations[i - 1].cost, after = summary.iterations[i].cost;
@@ -59,7 +60,7 @@ TEST(SplatSolve, FitsAModelBackToItsImages) {
   SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
   CpuBackend<float> backend;
   const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kCeres), backend, problem, fit.ring.x);
-  ExpectDescent(summary, problem, fit.ring.x);
+  ExpectRightHandSide(summary, problem, fit.ring.x);
   EXPECT_LT(summary.final_cost, summary.initial_cost / 10) << summary.FullReport();
 }
 
@@ -70,14 +71,14 @@ TEST(SplatSolve, EveryStepRuleDescends) {
     SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
     CpuBackend<float> backend;
     const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(rule), backend, problem, fit.ring.x);
-    ExpectDescent(summary, problem, fit.ring.x);
+    ExpectRightHandSide(summary, problem, fit.ring.x);
     EXPECT_LT(summary.final_cost, summary.initial_cost / 2) << summary.FullReport();
   }
 }
 
 TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
   for (const BatchMode mode : {BatchMode::kMerge, BatchMode::kExact}) {
-    for (const LmDamping damping : {LmDamping::kRates, LmDamping::kDiagonal}) {
+    for (const LmDamping damping : {LmDamping::kLearningRates, LmDamping::kDiagonal}) {
       SCOPED_TRACE(testing::Message() << ToString(mode) << ", damping " << static_cast<int>(damping));
       FitBack fit;
       fit.ring.options.batches.count = 2;
@@ -88,7 +89,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
       options.batch_mode = mode;
       options.line_search.enabled = mode == BatchMode::kMerge;
       const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, fit.ring.x);
-      ExpectDescent(summary, problem, fit.ring.x);
+      ExpectRightHandSide(summary, problem, fit.ring.x);
       EXPECT_LT(summary.final_cost, 0.8 * summary.initial_cost) << summary.FullReport();
     }
   }
@@ -101,7 +102,7 @@ TEST(SplatSolve, AGaussianThatIsNotFiniteStopsNobodyElse) {
   SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
   CpuBackend<float> backend;
   const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kCeres), backend, problem, fit.ring.x);
-  ExpectDescent(summary, problem, fit.ring.x);
+  ExpectRightHandSide(summary, problem, fit.ring.x);
   EXPECT_LT(summary.final_cost, 0.8 * summary.initial_cost) << summary.FullReport();
 }
 

@@ -29,7 +29,7 @@ struct Variant {
 const Variant kVariants[] = {
     {"cache32", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache32; }},
     {"cache16", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache16; }},
-    {"rebuild", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kRebuild; }},
+    {"rebuild", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kOnTheFly; }},
     {"random_batches",
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kRandom, 3};
@@ -190,7 +190,7 @@ TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
   RingProblem<float> ring(3, kCount, 2, 20);
   const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 21);
   std::vector<std::vector<float>> results;
-  for (const JacobianKind kind : {JacobianKind::kRecompute, JacobianKind::kRebuild}) {
+  for (const JacobianKind kind : {JacobianKind::kCachedViews, JacobianKind::kOnTheFly}) {
     ring.options.jacobian = kind;
     SplatProblem<CpuBackend<float>> problem = ring.Make();
     const auto linearization = LinearizeAt(problem, ring.x);

@@ -89,7 +89,7 @@ TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
   }
 }
 
-TEST_F(NormalSystemTest, ADescentOfItsOwnIsSolvedForAndThePredictionIsByTheGradient) {
+TEST_F(NormalSystemTest, AnOwnRightHandSideIsSolvedForAndThePredictionUsesTheGradient) {
   const auto first = RandomBatch(9, 5, 3), second = RandomBatch(6, 5, 8);
   const Cpu::Vector x = Vector({1, -2, 3, -4, 5});
   const Eigen::MatrixXd h = test::Gram(first.a) + test::Gram(second.a);
@@ -97,7 +97,7 @@ TEST_F(NormalSystemTest, ADescentOfItsOwnIsSolvedForAndThePredictionIsByTheGradi
   Eigen::MatrixXd damped = h;
   damped.diagonal() += lambda * h.diagonal();
   LinearProblem problem({first, second});
-  problem.own_descent = Eigen::VectorXd{{1, 0.2, 0, 0.5, 0.9}};
+  problem.own_right_hand_side = Eigen::VectorXd{{1, 0.2, 0, 0.5, 0.9}};
   for (const int iterations : {1, 2, 200}) {
     NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
     const auto scale = ScaleOf(system);
@@ -107,7 +107,7 @@ TEST_F(NormalSystemTest, ADescentOfItsOwnIsSolvedForAndThePredictionIsByTheGradi
     Cpu::Vector step(5), moved(5);
     const auto solution = system.Solve(lambda, workspace_, step);
     const Eigen::VectorXd s = AsEigen(step.view()), g = -AsEigen(system.negative_gradient());
-    const Eigen::VectorXd descent = -problem.own_descent.cwiseProduct(g);
+    const Eigen::VectorXd descent = -problem.own_right_hand_side.cwiseProduct(g);
     EXPECT_LE((AsEigen(system.rhs()) - descent).norm(), 1e-14 * descent.norm());
     if (iterations == 200) {
       const Eigen::VectorXd expected = test::SolveSymmetric(damped, descent);
@@ -130,13 +130,13 @@ TEST_F(NormalSystemTest, ADescentOfItsOwnIsSolvedForAndThePredictionIsByTheGradi
   }
 }
 
-TEST_F(NormalSystemTest, TheGradientAsDescentIsTheDefaultToTheLastBit) {
+TEST_F(NormalSystemTest, TheGradientAsRightHandSideIsTheDefaultToTheLastBit) {
   LinearProblem problem({RandomBatch(9, 5, 3), RandomBatch(6, 5, 8)});
   const Cpu::Vector x = Vector({1, -2, 3, -4, 5});
   std::vector<Cpu::Vector> steps;
   std::vector<StepSolution> solutions;
   for (const bool own : {false, true}) {
-    problem.own_descent = Eigen::VectorXd::Ones(own ? 5 : 0);
+    problem.own_right_hand_side = Eigen::VectorXd::Ones(own ? 5 : 0);
     NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
     EXPECT_EQ(system.rhs().data() != system.negative_gradient().data(), own) << "one vector where it is the same";
     const auto scale = ScaleOf(system);
@@ -189,7 +189,7 @@ TEST_F(NormalSystemTest, TheDiagonalGoesUnlessTheSolverReadsIt) {
   }
 }
 
-TEST_F(NormalSystemTest, FrozenColumnsStay) {
+TEST_F(NormalSystemTest, ZeroColumnsStay) {
   auto batch = RandomBatch(9, 5, 4);
   batch.a.col(2).setZero();
   LinearProblem problem({batch});
@@ -200,7 +200,7 @@ TEST_F(NormalSystemTest, FrozenColumnsStay) {
     NormalSystem<Cpu> system(backend_, problem, x, {0});
     const auto scale = ScaleOf(system);
     system.Prepare(Tight(kind), x, scale);
-    EXPECT_EQ(system.num_frozen(), 1);
+    EXPECT_EQ(system.num_zero_columns(), 1);
     EXPECT_EQ(scale.square[2], 1);
     Cpu::Vector step(5);
     system.Solve(1e-3, workspace_, step);

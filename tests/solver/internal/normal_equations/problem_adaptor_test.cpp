@@ -100,14 +100,14 @@ TEST(MinimalProblem, HasTheDefaults) {
 
   const auto at = adaptor.CheckedLinearize(x, 0);
   EXPECT_FALSE(at->weighted());
-  EXPECT_FALSE(at->has_own_descent());
+  EXPECT_FALSE(at->has_own_right_hand_side());
   EXPECT_FALSE(at->blocks_give_diagonal());
   EXPECT_TRUE(at->block_groups().empty());
   EXPECT_EQ(at->MakeReducedSystem(), nullptr);
   EXPECT_EQ(at->MakeShardedSystem(), nullptr);
   at->Gradient(out);
   EXPECT_EQ(out[1], 2 * (1 - 9));
-  at->Descent(out);
+  at->RightHandSide(out);
   EXPECT_EQ(out[1], -2 * (1 - 9));
   at->ApplyH(x, out);
   EXPECT_EQ(out[0], 4);
@@ -120,7 +120,7 @@ struct AllAtX final : RootsAtX,
                       WithProductH<Cpu>,
                       WithBlocks<Cpu>,
                       WithReducedSystem<Cpu>,
-                      WithOwnDescent<Cpu> {
+                      WithOwnRightHandSide<Cpu> {
   class Reduced final : public ReducedSystem<Cpu> {
    public:
     Index size() const override { return 1; }
@@ -140,10 +140,10 @@ struct AllAtX final : RootsAtX,
   void BlockGram(BlockDiagonal<Cpu>& blocks) override { Cpu().Fill(5, blocks.all_values()); }
   bool blocks_give_diagonal() const override { return true; }
   std::unique_ptr<ReducedSystem<Cpu>> MakeReducedSystem() override { return std::make_unique<Reduced>(); }
-  bool has_own_descent() const override { return true; }
-  void Descent(View d) override { Cpu().Fill(6, d); }
+  bool has_own_right_hand_side() const override { return true; }
+  void RightHandSide(View d) override { Cpu().Fill(6, d); }
   void SquaredGradients(View squares) override { Cpu().Fill(7, squares); }
-  void DescentOf(Index units, ConstView, View squares) const override { Cpu().Fill(double(units), squares); }
+  void RightHandSideOf(Index units, ConstView, View squares) const override { Cpu().Fill(double(units), squares); }
 };
 
 struct All final : Roots,
@@ -227,7 +227,7 @@ class Adapted : public testing::Test {
     EXPECT_EQ(problem.NameResidual(0, 0), "residual");
     EXPECT_TRUE(problem.OnAnyProcess(false));
   }
-  // units: what DescentOf is told.
+  // units: what RightHandSideOf is told.
   void ExpectH(const ProblemAdaptor<Cpu>& problem, double units) {
     const auto at = problem.CheckedLinearize(x_, 0);
     EXPECT_TRUE(at->weighted());
@@ -238,8 +238,8 @@ class Adapted : public testing::Test {
     BlockDiagonal<Cpu> blocks(2, at->block_groups());
     at->BlockGram(blocks);
     EXPECT_EQ(blocks.all_values()[0], 5);
-    EXPECT_TRUE(at->has_own_descent());
-    EXPECT_EQ(First([&](View d) { at->Descent(d); }), units);
+    EXPECT_TRUE(at->has_own_right_hand_side());
+    EXPECT_EQ(First([&](View d) { at->RightHandSide(d); }), units);
   }
   void ExpectPlainLinearization(const ProblemAdaptor<Cpu>& problem) {
     ExpectH(problem, 6);
@@ -248,7 +248,7 @@ class Adapted : public testing::Test {
     EXPECT_TRUE(at->blocks_give_diagonal());
     EXPECT_EQ(at->MakeReducedSystem()->size(), 1);
     EXPECT_EQ(First([&](View squares) { at->SquaredGradients(squares); }), 7);
-    EXPECT_EQ(First([&](View squares) { at->DescentOf(9, x_, squares); }), 9);
+    EXPECT_EQ(First([&](View squares) { at->RightHandSideOf(9, x_, squares); }), 9);
   }
 
   All all_;
@@ -314,7 +314,7 @@ class OnePart final : public ProblemParts<Cpu> {
 };
 
 TEST_F(Adapted, AndThroughProcesses) {
-  test::OnThreadRanks(1, [&](Ranks& ranks) {
+  test::OnThreadRanks(1, [&](Communicator& ranks) {
     OnePart parts(&all_);
     DistributedProblem<Cpu> distributed(ranks, parts);
     const ProblemAdaptor<Cpu> problem(distributed);
@@ -329,7 +329,7 @@ TEST_F(Adapted, AndThroughProcesses) {
 }
 
 TEST_F(Adapted, AndThroughProcessesWithoutGeometry) {
-  test::OnThreadRanks(1, [&](Ranks& ranks) {
+  test::OnThreadRanks(1, [&](Communicator& ranks) {
     OnePart parts(nullptr);
     DistributedProblem<Cpu> distributed(ranks, parts);
     const ProblemAdaptor<Cpu> problem(distributed);
@@ -341,7 +341,7 @@ TEST_F(Adapted, AndThroughProcessesWithoutGeometry) {
 }
 
 TEST_F(Adapted, BoundsOfADistributedProblem) {
-  test::OnThreadRanks(1, [&](Ranks& ranks) {
+  test::OnThreadRanks(1, [&](Communicator& ranks) {
     OnePart parts(&all_);
     DistributedProblem<Cpu> distributed(ranks, parts);
     BoundedProblem<Cpu> bounded(distributed, {-1, -1}, {2, 2});

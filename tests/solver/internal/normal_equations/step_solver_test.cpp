@@ -136,7 +136,7 @@ TEST(StepSolver, AllKindsAgreeWithTheDenseStep) {
   }
 }
 
-TEST(StepSolver, SumsBatchesAndSkipsFrozenColumns) {
+TEST(StepSolver, SumsBatchesAndSkipsZeroColumns) {
   auto first = RandomBatch(8, 5, 1), second = RandomBatch(6, 5, 2);
   first.a.col(2).setZero();
   second.a.col(2).setZero();

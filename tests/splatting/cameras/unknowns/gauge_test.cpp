@@ -36,7 +36,7 @@ struct Ring {
     return most;
   }
   void Fix(int rounds) {
-    for (int round = 0; round < rounds; ++round) RemoveCommonMotion(views, kDepth, &found);
+    for (int round = 0; round < rounds; ++round) FixCameraGauge(views, kDepth, &found);
   }
 };
 
@@ -142,8 +142,8 @@ TEST(Gauge, WhatIsUndeterminedIsNoFault) {
   EXPECT_TRUE(std::isfinite(ring.Largest()));
   EXPECT_GT(ring.Largest(), 1e-3);
   std::vector<ViewUnknowns> none;
-  RemoveCommonMotion({}, kDepth, &none);
-  RemoveCommonExposure(&none);
+  FixCameraGauge({}, kDepth, &none);
+  FixExposureGauge(&none);
 }
 
 TEST(Gauge, MeansOfExposuresAreNone) {
@@ -154,7 +154,7 @@ TEST(Gauge, MeansOfExposuresAreNone) {
   }
   // A photograph is the common exposure's image, changed: under all of them that differs by one map.
   const std::vector<ViewUnknowns> before = found;
-  RemoveCommonExposure(&found);
+  FixExposureGauge(&found);
   for (std::size_t c = 0; c < 3; ++c) {
     double gain = 0, offset = 0;
     for (const ViewUnknowns& view : found) gain += view.color.gain[c] / 3, offset += view.color.offset[c] / 3;
@@ -177,7 +177,7 @@ TEST(CommonTurn, IsTakenOut) {
   const splat::CameraMotion own = test::RandomMotion(0.1, 0, 3);
   ring.found[4].motion = own;
   for (ViewUnknowns& view : ring.found) view.motion = splat::Compose(tilt, view.motion);
-  RemoveCommonTurn(&ring.found);
+  SubtractMeanRotation(&ring.found);
   // Of one view of nine a ninth of its own turn is common.
   EXPECT_NEAR(ring.found[0].motion.Angle(), own.Angle() / 9, 1e-6);
   EXPECT_NEAR(ring.found[4].motion.Angle(), own.Angle() * 8 / 9, 1e-5);
@@ -187,7 +187,7 @@ TEST(CommonTurn, IsTakenOut) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(now[k], before[k], 1e-12);
   }
   std::vector<ViewUnknowns> none;
-  RemoveCommonTurn(&none);
+  SubtractMeanRotation(&none);
 }
 
 }  // namespace

@@ -56,12 +56,12 @@ TEST_F(LoadSceneTest, PhotographsOfEveryKindInNestedFolders) {
 TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
   LoadSceneOptions options;
   options.downscale = 7;
-  options.low_pass = 0.1;
+  options.eps2d = 0.1;
   const Scene scene = LoadScene(folder_.path(), options);
   const View& view = scene.views[3];
-  EXPECT_EQ(view.camera.low_pass, 0.1);  // of pixels of whatever size
-  for (const double low_pass : {0.0, -1.0, 5.0, std::nan("")}) {
-    options.low_pass = low_pass;
+  EXPECT_EQ(view.camera.eps2d, 0.1);  // of pixels of whatever size
+  for (const double eps2d : {0.0, -1.0, 5.0, std::nan("")}) {
+    options.eps2d = eps2d;
     EXPECT_THROW(LoadScene(folder_.path(), options), Error);
   }
   EXPECT_EQ(view.image.width, 8);

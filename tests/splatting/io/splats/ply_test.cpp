@@ -14,7 +14,7 @@ TEST(SplatPly, RoundTripIsExactForEveryDegree) {
     SplatModel model = ExampleSplat(degree, 5000);
     model.has_background = degree % 2 == 1;
     if (model.has_background) model.background = {0.613f, 1.0f / 3, 0};
-    if (degree > 1) model.low_pass = 1.0 / 7;
+    if (degree > 1) model.eps2d = 1.0 / 7;
     WriteSplatPly(folder / "a.ply", model);
     const SplatModel again = ReadSplatPly(folder / "a.ply");
     EXPECT_EQ(again.sh_degree, degree);
@@ -22,7 +22,7 @@ TEST(SplatPly, RoundTripIsExactForEveryDegree) {
     EXPECT_EQ(again.data, model.data);
     EXPECT_EQ(again.has_background, model.has_background);
     EXPECT_EQ(again.background, model.background);
-    EXPECT_EQ(again.low_pass, model.low_pass);
+    EXPECT_EQ(again.eps2d, model.eps2d);
     WriteSplatPly(folder / "b.ply", again);
     EXPECT_EQ(ReadBytes(folder / "a.ply"), ReadBytes(folder / "b.ply"));
   }

@@ -34,7 +34,7 @@ class CheckpointsOfCameras : public testing::Test {
     if (change) {
       const TrainOptions options;
       State state{{SplatModel(),
-                   Adam<CpuBackend<float>>(options.rates, options.adam.metric),
+                   Adam<CpuBackend<float>>(options.lr, options.adam.second_moment),
                    DensityControl<Host>(options.density, 1, options.seed),
                    {},
                    1},

@@ -31,8 +31,8 @@ class TrainedModels : public testing::Test {
     std::vector<const View*> views;
     for (const View& view : scene_.views) views.push_back(&view);
     DensityOptions options;
-    options.split_above = 0.1, options.prune_opacity = 0.45, options.gradient_threshold = 1e-3;
-    return {model, Adam<Cpu>({}, AdamMetric::kBlock), DensityControl<Host>(options, 2, 5), UnitViews(views, 0.02), 2};
+    options.grow_scale3d = 0.1, options.prune_opa = 0.45, options.grow_grad2d = 1e-3;
+    return {model, Adam<Cpu>({}, SecondMoment::kBlock), DensityControl<Host>(options, 2, 5), UnitViews(views, 0.02), 2};
   }
   // A step by a gradient that a Gaussian of the original model has, wherever it is now.
   void Step(TrainedModel<Cpu>& trained, const std::vector<float>& gradient, Index originals,

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "splatting/parsimony/parsimony_options.h"
+#include "splatting/pruning/pruning_options.h"
 
 namespace vesta::gs {
 namespace {
@@ -33,8 +33,8 @@ TEST(GrowthForecast, OfAModelThatDoesNotGrow) {
   EXPECT_EQ(growth.After(1000, 5), 1000);
 }
 
-TEST(StagePace, FirstIterationsDoNotCount) {
-  StagePace pace;
+TEST(IterationTimer, FirstIterationsDoNotCount) {
+  IterationTimer pace;
   EXPECT_FALSE(pace.is_known());
   pace.Observe(true, 100, 10);
   EXPECT_FALSE(pace.is_known());
@@ -51,21 +51,21 @@ TEST(StagePace, FirstIterationsDoNotCount) {
   EXPECT_DOUBLE_EQ(pace.Seconds(false, 100), 0.4) << "measured";
 }
 
-TEST(StagePace, FollowsIterationsThatBecomeSlower) {
-  StagePace pace;
+TEST(IterationTimer, FollowsIterationsThatBecomeSlower) {
+  IterationTimer pace;
   for (int it = 0; it < 100; ++it) pace.Observe(false, 100, 0.1);
   for (int it = 0; it < 100; ++it) pace.Observe(false, 100, 0.3);
   EXPECT_NEAR(pace.Seconds(false, 100), 0.3, 0.002);
 }
 
-TEST(StagePace, LeavesOutWhatOtherWorkHeldUp) {
-  StagePace pace;
+TEST(IterationTimer, LeavesOutWhatOtherWorkHeldUp) {
+  IterationTimer pace;
   for (int it = 0; it < 100; ++it) pace.Observe(false, 100, it % 20 == 7 ? 50 : 0.1);
   EXPECT_NEAR(pace.Seconds(false, 100), 0.1, 1e-6);
 }
 
-TEST(StagePace, OfChangesIsInProportionToTheGaussians) {
-  StagePace pace;
+TEST(IterationTimer, OfChangesIsInProportionToTheGaussians) {
+  IterationTimer pace;
   EXPECT_EQ(pace.ChangeSeconds(1000), 0);
   pace.ObserveChange(1000, 2);
   pace.ObserveChange(3000, 6);
@@ -78,11 +78,11 @@ StageProgress After(double done, bool has_coarse_views = true) {
 }
 
 TEST(ForecastStage, AddsUpWhatIsLeft) {
-  StagePace pace;
+  IterationTimer pace;
   for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 1), pace.Observe(false, 100, 3);
   TrainOptions options;
-  options.adam.coarse_part = 0.5;
-  options.parsimony = ParsimonyOptions::None();
+  options.adam.half_resolution_until = 0.5;
+  options.pruning = PruningOptions::None();
   DensityOptions& density = options.density;
   density.enabled = false;
   const auto ahead = [&](double done, bool has_coarse_views = true) {
@@ -100,19 +100,19 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   density.begin = density.every = 0.1, density.end = 0.3;
   GrowthForecast growth;
   growth.Observe(90, 100);
-  const StageAhead growing = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
+  const RemainingWork growing = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
   EXPECT_EQ(growing.gaussians, 150) << "the cap";
   EXPECT_GT(growing.seconds, 1.1 * without_growth);
 
-  options.parsimony.price = 2;
-  const StageAhead pruned = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
+  options.pruning.aic_weight = 2;
+  const RemainingWork pruned = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
   EXPECT_EQ(pruned.gaussians, 90) << "six tenths of them";
   EXPECT_EQ(pruned.most_gaussians, 150);
   EXPECT_LT(pruned.seconds, growing.seconds);
 }
 
 TEST(ForecastStage, JudgesInAPartOfALimitedTime) {
-  StagePace pace;
+  IterationTimer pace;
   for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 0.1), pace.Observe(false, 100, 0.1);
   TrainOptions options;
   options.density.enabled = false;
@@ -123,15 +123,15 @@ TEST(ForecastStage, JudgesInAPartOfALimitedTime) {
   const double all = changes();
   EXPECT_GT(all, 8 * kViews * 0.1 * 0.6) << "of at least eight rounds";
   options.time_limit = 2 * all;
-  EXPECT_DOUBLE_EQ(changes(), kJudgingPart * 2 * all);
+  EXPECT_DOUBLE_EQ(changes(), kScoringFraction * 2 * all);
   options.time_limit = 10 * all;
   EXPECT_DOUBLE_EQ(changes(), all);
-  options.time_limit = 2 * all, options.parsimony.keep = 0.5;
-  EXPECT_GT(changes(), kJudgingPart * 2 * all) << "a number that was asked for takes what it takes";
+  options.time_limit = 2 * all, options.pruning.keep_fraction = 0.5;
+  EXPECT_GT(changes(), kScoringFraction * 2 * all) << "a number that was asked for takes what it takes";
 }
 
-TEST(StageAhead, KeepsTimeForChangesButNotAllOfIt) {
-  const StageAhead ahead{.seconds = 0.1, .change_seconds = 4};
+TEST(RemainingWork, KeepsTimeForChangesButNotAllOfIt) {
+  const RemainingWork ahead{.seconds = 0.1, .change_seconds = 4};
   EXPECT_DOUBLE_EQ(ahead.IterationsIn(10), 60);
   EXPECT_DOUBLE_EQ(ahead.IterationsIn(4.8), 12) << "four of 4.8 would be more than three quarters";
   EXPECT_LT(ahead.IterationsIn(-1), 0);
@@ -142,10 +142,10 @@ TEST(StageAhead, KeepsTimeForChangesButNotAllOfIt) {
 TEST(ForecastStage, EndsTheStageInTime) {
   constexpr double kTime = 5000;
   TrainOptions options;
-  options.adam.coarse_part = 0.5;
+  options.adam.half_resolution_until = 0.5;
   DensityOptions& density = options.density;
   density.enabled = false;
-  StagePace pace;
+  IterationTimer pace;
   double clock = 0, done = 0;
   int coarse = 0, fine = 0;
   while (done < 1) {
@@ -153,7 +153,7 @@ TEST(ForecastStage, EndsTheStageInTime) {
     if (pace.is_known())
       left = (kTime - clock) / ForecastStage(pace, {}, TrainingSchedule(options), After(done)).seconds;
     done += (1 - done) / std::max(1.0, left);
-    const bool is_coarse = done <= options.adam.coarse_part;
+    const bool is_coarse = done <= options.adam.half_resolution_until;
     ++(is_coarse ? coarse : fine);
     const double seconds = is_coarse ? 1 : fine < 500 ? 3 : 5;
     pace.Observe(is_coarse, 100, seconds);

@@ -9,28 +9,28 @@
 namespace vesta::gs {
 namespace {
 
-using Telling = StageOutlook::Telling;
+using Telling = StagePlanner::Telling;
 
 // The Gaussians stay as many, and all iterations see views of full size.
 TrainOptions WithIterations(int iterations) {
   TrainOptions options;
   options.adam.iterations = iterations;
-  options.adam.coarse_part = 0;
+  options.adam.half_resolution_until = 0;
   options.density.enabled = false;
-  options.parsimony.price = options.parsimony.sh_price = 0;
+  options.pruning.aic_weight = options.pruning.sh_aic_weight = 0;
   return options;
 }
 
 // Two iterations: the first does not count.
-void Observe(StageOutlook& outlook, double seconds) {
+void Observe(StagePlanner& outlook, double seconds) {
   for (int k = 0; k < 2; ++k) outlook.ObserveIteration(false, 100, 1000, seconds);
 }
 
-TEST(StageOutlook, IterationsAreEqualPartsWhereTimeIsNotLimited) {
+TEST(StagePlanner, IterationsAreEqualPartsWhereTimeIsNotLimited) {
   const Scene scene = test::TrainingScene();
   const TrainCallbacks callbacks;
   TrainingSession session(scene, WithIterations(40), 0, callbacks);
-  StageOutlook outlook(session);
+  StagePlanner outlook(session);
   Observe(outlook, 1e6);
   const StageProgress half{20, {19.0 / 40, 0.5}, 100};
   const StageSpan next = outlook.NextSpan(half);
@@ -40,11 +40,11 @@ TEST(StageOutlook, IterationsAreEqualPartsWhereTimeIsNotLimited) {
 }
 
 // As where there was a time limit, or other iterations were asked for, before the training was gone on with.
-TEST(StageOutlook, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
+TEST(StagePlanner, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
   const Scene scene = test::TrainingScene();
   const TrainCallbacks callbacks;
   TrainingSession session(scene, WithIterations(40), 0, callbacks);
-  const StageOutlook outlook(session);
+  const StagePlanner outlook(session);
   StageProgress now{20, {0.7, 0.75}, 100};
   const StageSpan next = outlook.NextSpan(now);
   EXPECT_EQ(next.before, 0.75);
@@ -54,13 +54,13 @@ TEST(StageOutlook, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
 }
 
 // Of the time that is left some is for what is not an iteration, so that somewhat fewer fit.
-TEST(StageOutlook, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
+TEST(StagePlanner, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
   const Scene scene = test::TrainingScene();
   const TrainCallbacks callbacks;
   TrainOptions options = WithIterations(1000);
   options.time_limit = 150;
   TrainingSession session(scene, options, 50, callbacks);
-  StageOutlook outlook(session);
+  StagePlanner outlook(session);
   const StageProgress half{20, {19.0 / 40, 0.5}, 100};
   EXPECT_EQ(outlook.ExpectedIterations(half), 1000) << "before any has been timed";
   Observe(outlook, 1);
@@ -73,18 +73,18 @@ TEST(StageOutlook, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
   EXPECT_LT(next.after, 0.5 + 0.5 / 70);
 }
 
-TEST(StageOutlook, ForetellsOnce) {
+TEST(StagePlanner, ForetellsOnce) {
   const Scene scene = test::TrainingScene();
   const TrainCallbacks callbacks;
   const TrainOptions options = WithIterations(100);
   TrainingSession session(scene, options, 50, callbacks);
-  StageOutlook outlook(session);
+  StagePlanner outlook(session);
   EXPECT_EQ(outlook.WhatToTell(false), Telling::kNothing) << "no iteration has been timed";
   Observe(outlook, 3);
   EXPECT_EQ(outlook.WhatToTell(false), Telling::kForecast);
   EXPECT_EQ(outlook.WhatToTell(false), Telling::kNothing) << "once";
   const StageProgress now{20, {0.19, 0.2}, 100};
-  const StageAhead ahead = outlook.Ahead(now);
+  const RemainingWork ahead = outlook.Ahead(now);
   EXPECT_EQ(ahead.gaussians, 100);
   const Prediction told = outlook.Foretell(now, ahead, false, 7);
   EXPECT_EQ(told.mib, 7);
@@ -95,11 +95,11 @@ TEST(StageOutlook, ForetellsOnce) {
   EXPECT_DOUBLE_EQ(outlook.EvaluationSeconds(), 0.5 * 3e-3 * 12 * 40 * 30);
 }
 
-TEST(StageOutlook, IsNoGuessOnceItIsSeenHowTheGaussiansGrow) {
+TEST(StagePlanner, IsNoGuessOnceItIsSeenHowTheGaussiansGrow) {
   const Scene scene = test::TrainingScene();
   const TrainCallbacks callbacks;
   TrainingSession session(scene, WithIterations(100), 0, callbacks);
-  StageOutlook outlook(session);
+  StagePlanner outlook(session);
   Observe(outlook, 3);
   for (int change = 0; change < 4; ++change) outlook.ObserveGrowth(100, 150, 0.1);
   EXPECT_EQ(outlook.WhatToTell(true), Telling::kForecast);

@@ -76,9 +76,9 @@ TEST(LmStage, TakesThePreconditionerThatTheProblemGives) {
 }
 
 // Iterations of LM that a training with this least gain has done.
-int LmIterations(double min_gain) {
+int LmIterations(double function_tolerance) {
   TrainOptions options = test::ShortTraining(20, 3);
-  options.lm.min_gain = min_gain;
+  options.lm.function_tolerance = function_tolerance;
   return Train(test::TrainingScene(), options, {}, {}).history.back().iteration;
 }
 
@@ -93,7 +93,7 @@ class JointLmStage : public testing::Test {
   static TrainOptions Options(CameraChoice choice, int iterations) {
     TrainOptions options = test::ShortTraining(0, iterations);
     options.cameras.refine = choice;
-    options.lm.min_gain = 0;
+    options.lm.function_tolerance = 0;
     options.lm.pcg_iterations = 15;
     return options;
   }
@@ -161,7 +161,7 @@ TEST_F(JointLmStage, FindsExposuresToo) {
 TEST_F(JointLmStage, LeavesCamerasAsAdamHasFoundThem) {
   TrainOptions options = Options(CameraChoice::kPose, 0);
   options.adam.iterations = 60;
-  options.adam.coarse_part = 0;
+  options.adam.half_resolution_until = 0;
   const TrainResult adam = Refine(given_, model_, options, {}, {});
   options.lm.iterations = 2;
   const TrainResult both = Refine(given_, model_, options, {}, {});

@@ -27,7 +27,7 @@ class CamerasFoundAlong : public testing::Test {
   static TrainOptions Options(CameraChoice choice, int iterations) {
     TrainOptions options = test::ShortTraining(iterations, 0);
     options.cameras.refine = choice;
-    options.adam.coarse_part = 0;
+    options.adam.half_resolution_until = 0;
     return options;
   }
   static std::vector<const View*> TrainedOn(const Scene& scene) {
@@ -48,7 +48,7 @@ class CamerasFoundAlong : public testing::Test {
       if (!from.is_trained()) continue;
       apart.emplace_back().motion = MotionBetween(from, to);
     }
-    for (int round = 0; round < 8; ++round) RemoveCommonMotion(truth, 3, &apart);
+    for (int round = 0; round < 8; ++round) FixCameraGauge(truth, 3, &apart);
     double most = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) {
       most = std::max(most, test::LargestShift(model_, MovedView(*truth[i], apart[i].motion), *truth[i]));
@@ -82,7 +82,7 @@ TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
     for (float& value : view.image.rgb) value *= static_cast<float>(gains.back());
   }
   TrainOptions options = Options(CameraChoice::kPoseAndExposure, 1000);
-  options.adam.rate_factor = 1;  // the splat takes the mean exposure
+  options.adam.lr_scale = 1;  // the splat takes the mean exposure
   const TrainResult result = Refine(given_, model_, options, {}, {});
   ASSERT_EQ(result.cameras.size(), gains.size());
   for (std::size_t i = 0; i < gains.size(); ++i) {
@@ -98,7 +98,7 @@ TEST_F(CamerasFoundAlong, TheGaugeIsHeldOnceAnEpoch) {
     for (float& value : given_.views[v].image.rgb) value *= static_cast<float>(0.8 + 0.04 * static_cast<double>(v));
   }
   TrainOptions options = Options(CameraChoice::kPoseAndExposure, 400);
-  options.adam.views_per_iteration = 4;
+  options.adam.batch_size = 4;
   const auto train = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, {}, callbacks); };
   const auto mean_gain = [&](int iterations) {
     double mean = 0;
@@ -114,20 +114,20 @@ TEST_F(CamerasFoundAlong, TheGaugeIsHeldOnceAnEpoch) {
 // At six tenths of the stage, where all views were just through, the mean turn is still held unless the filter is
 // narrow.
 TEST_F(CamerasFoundAlong, TheMeanTurnIsFreeSoonerWithANarrowFilter) {
-  for (const double low_pass : {0.3, 0.02}) {
-    SCOPED_TRACE(low_pass);
+  for (const double eps2d : {0.3, 0.02}) {
+    SCOPED_TRACE(eps2d);
     TrainOptions options = Options(CameraChoice::kPose, 100);
-    options.low_pass = low_pass;
-    for (View& view : given_.views) view.camera.low_pass = low_pass;
+    options.eps2d = eps2d;
+    for (View& view : given_.views) view.camera.eps2d = eps2d;
     const auto train = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, {}, callbacks); };
     const std::vector<ViewUnknowns> found = test::StoppedAt(59, train).run.cameras;
     std::vector<ViewUnknowns> apart = found;
-    RemoveCommonTurn(&apart);
+    SubtractMeanRotation(&apart);
     double most = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
       most = std::max(most, std::abs(found[i].motion.Angle() - apart[i].motion.Angle()));
     }
-    if (low_pass < 0.1) {
+    if (eps2d < 0.1) {
       EXPECT_GT(most, 1e-5);
     } else {
       EXPECT_LT(most, 1e-7);  // what is left of turns that do not commute
@@ -139,7 +139,7 @@ TEST_F(CamerasFoundAlong, BandsOfHarmonicsWaitForExposures) {
   for (const auto& [choice, first] :
        {std::pair{CameraChoice::kPose, 9}, std::pair{CameraChoice::kPoseAndExposure, 17}}) {
     TrainOptions options = Options(choice, 100);
-    options.adam.sh_band_every = 0.08;
+    options.adam.sh_degree_interval = 0.08;
     TrainCallbacks callbacks;
     callbacks.snapshot_every = {.iterations = 1};
     int begins = 0;
@@ -176,7 +176,7 @@ TEST_F(CamerasFoundAlong, LensesTakeNoTurn) {
     given_.views[v] = test::PerturbedView(truth_.views[v], splat::Compose({{kTurn, 0, 0}}, {}));
   }
   TrainOptions options = Options(CameraChoice::kAll, 400);
-  options.adam.rate_factor = 0.03;  // the splat is right
+  options.adam.lr_scale = 0.03;  // the splat is right
   const TrainResult result = Refine(given_, model_, options, {}, {});
   for (const ViewUnknowns& view : result.cameras) {
     for (const double shift : view.lens.shift) EXPECT_NEAR(shift, 0, kTurn / 2);
@@ -203,8 +203,8 @@ TEST_F(CamerasFoundAlong, AutomaticallyWhereTheyAreOff) {
 TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
   for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAll, CameraChoice::kAuto}) {
     TrainOptions options = Options(choice, 60);
-    options.adam.coarse_part = 0.5;
-    options.adam.rate_factor = 1;
+    options.adam.half_resolution_until = 0.5;
+    options.adam.lr_scale = 1;
     options.density.every = 0.2;
     const TrainResult whole = Train(given_, options, {}, {});
     for (const int stop : {2, 7, 25, 45}) {

@@ -24,9 +24,9 @@ constexpr int kAdam = 60, kLm = 4;
 
 TrainOptions Options() {
   TrainOptions options = test::ShortTraining(kAdam, kLm);
-  options.adam.views_per_iteration = 3;
+  options.adam.batch_size = 3;
   options.adam.iterations = 3 * kAdam;
-  options.lm.min_gain = 0;
+  options.lm.function_tolerance = 0;
   options.density.opacity_reset_every = 0.4;
   return options;
 }
@@ -142,7 +142,7 @@ TEST_F(Checkpoints, ManyBreaksChangeNothing) {
 
 TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
   TrainOptions options = test::ShortTraining(kAdam, 0);
-  options.parsimony = {.keep = 0.5, .begin = 0.6, .end = 0.9, .every = 0.1};
+  options.pruning = {.keep_fraction = 0.5, .begin = 0.6, .end = 0.9, .every = 0.1};
   const TrainResult whole = Train(scene_, options, {}, {});
   for (const int iteration : {35, 36, 42, 48, 54}) {
     TrainUntil(options, Stage::kAdam, iteration, false);

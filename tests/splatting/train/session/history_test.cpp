@@ -76,7 +76,7 @@ TEST(EarlyEnd, TimeLimitIsByTheClockOfTheFirst) {
   TrainOptions options;
   options.time_limit = 100;
   for (const int late : {0, 1}) {
-    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+    vesta::test::OnThreadRanks(2, [&](Communicator& ranks) {
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;
       TrainingSession session(scene, options, ranks.rank() == late ? 200 : 0, callbacks);

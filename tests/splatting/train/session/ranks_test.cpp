@@ -41,7 +41,7 @@ TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
   const TrainResult alone = Train(scene, options, {}, {});
   EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
   EXPECT_EQ(TrainOn(3, scene, options).model.data, alone.model.data);
-  options.adam.views_per_iteration = 1;
+  options.adam.batch_size = 1;
   EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, {}, {}).model.data);
 }
 
@@ -84,7 +84,7 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
   const TempFolder folder;
   const std::string path = folder / "checkpoint";
   for (const int stop : stops) {
-    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+    vesta::test::OnThreadRanks(2, [&](Communicator& ranks) {
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;
       int done = 0;
@@ -98,7 +98,7 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
     });
     const Checkpoint checkpoint = ReadCheckpoint(path);
     EXPECT_EQ(checkpoint.run.iteration, stop);
-    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+    vesta::test::OnThreadRanks(2, [&](Communicator& ranks) {
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;
       callbacks.resume = &checkpoint;
@@ -121,7 +121,7 @@ TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
     TrainOptions options = test::TrainingOnRanks(1000000, lm_iterations);
     options.time_limit = 0.5;
     std::vector<TrainResult> all(2);
-    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+    vesta::test::OnThreadRanks(2, [&](Communicator& ranks) {
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;
       all[static_cast<std::size_t>(ranks.rank())] =

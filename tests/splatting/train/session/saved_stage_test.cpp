@@ -45,12 +45,12 @@ TEST(SavedStage, IsTakenByItsStageOnce) {
 TEST(SavedStage, RefusesWhatCannotBeReadByName) {
   const Checkpoint checkpoint = InLm();
   const SavedStage saved(&checkpoint);
-  EXPECT_EQ(saved.OrRefuse([] { return 7; }), 7);
-  EXPECT_THAT([&] { saved.OrRefuse([]() -> int { throw Error(kBadFile, "cut short"); }); },
+  EXPECT_EQ(saved.Validate([] { return 7; }), 7);
+  EXPECT_THAT([&] { saved.Validate([]() -> int { throw Error(kBadFile, "cut short"); }); },
               ThrowsError(kBadFile, "some/checkpoint"));
   EXPECT_THAT([&] { saved.Refuse(); }, ThrowsError(kBadFile, "some/checkpoint"));
-  EXPECT_THROW(saved.OrRefuse([]() -> int { throw OutOfDeviceMemory("full"); }), OutOfDeviceMemory);
-  EXPECT_THROW(saved.OrRefuse([]() -> int { throw OthersGaveUp("gone"); }), OthersGaveUp);
+  EXPECT_THROW(saved.Validate([]() -> int { throw OutOfDeviceMemory("full"); }), OutOfDeviceMemory);
+  EXPECT_THROW(saved.Validate([]() -> int { throw OthersGaveUp("gone"); }), OthersGaveUp);
 }
 
 }  // namespace

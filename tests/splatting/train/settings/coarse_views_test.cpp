@@ -37,7 +37,7 @@ TEST(CoarseViews, HalveImagesAndCameras) {
               (plane[2 * 200 + 8] + plane[2 * 200 + 9] + plane[3 * 200 + 8] + plane[3 * 200 + 9]) / 4, 1e-6);
 }
 
-TEST(CoarseViews, PullAsWholeOnesDo) {
+TEST(CoarseViews, HaveTheGrad2dOfWholeOnes) {
   EXPECT_EQ(PullShare(200, 200), 1);
   EXPECT_LT(PullShare(100, 200), 1);
 }

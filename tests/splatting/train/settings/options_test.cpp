@@ -113,17 +113,17 @@ TEST(TrainOptions, PresetsAreValid) {
     EXPECT_FALSE(ErrorOf([&] { ValidateOptions(preset.options()); })) << preset.name;
     EXPECT_FALSE(ErrorOf([&] { ValidateOptions(RefinePresetOptions(preset.name)); })) << preset.name;
   }
-  EXPECT_LT(PresetOptions("fast").adam.length, PresetOptions("balanced").adam.length);
-  EXPECT_LT(PresetOptions("balanced").adam.length, PresetOptions("best").adam.length);
+  EXPECT_LT(PresetOptions("fast").adam.iterations_scale, PresetOptions("balanced").adam.iterations_scale);
+  EXPECT_LT(PresetOptions("balanced").adam.iterations_scale, PresetOptions("best").adam.iterations_scale);
 }
 
 TEST(TrainOptions, NothingIsRemovedWhileGaussiansAreAdded) {
   TrainOptions options;
   options.density.end = 0.7;
-  EXPECT_THAT([&] { ValidateOptions(options); }, ThrowsError(kBadArgument, "density.end=0.7", "parsimony.begin=0.6"));
-  options.parsimony.begin = 0.7;
+  EXPECT_THAT([&] { ValidateOptions(options); }, ThrowsError(kBadArgument, "density.end=0.7", "pruning.begin=0.6"));
+  options.pruning.begin = 0.7;
   EXPECT_NO_THROW(ValidateOptions(options));
-  options.parsimony.begin = 0.6;
+  options.pruning.begin = 0.6;
   options.density.enabled = false;
   EXPECT_NO_THROW(ValidateOptions(options));
 }
@@ -145,11 +145,11 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
   for (const char* name : {"paper", "paper_code"}) {
     const TrainOptions options = PresetOptions(name);
     EXPECT_EQ(options.adam.iterations, 20000);
-    EXPECT_EQ(options.adam.rate_factor, 1);
+    EXPECT_EQ(options.adam.lr_scale, 1);
     EXPECT_EQ(options.density.end * *options.adam.iterations, 15000);
     EXPECT_EQ(options.lm.iterations, 5);
     EXPECT_EQ(RefinePresetOptions(name).lm.iterations, 5);
-    EXPECT_EQ(options.adam.metric, AdamMetric::kDiagonal);
+    EXPECT_EQ(options.adam.second_moment, SecondMoment::kDiagonal);
     EXPECT_EQ(options.lm.pcg_iterations, 8);
     EXPECT_EQ(options.lm.batches, 4);
     EXPECT_EQ(options.lm.batch_size, 25);
@@ -163,7 +163,7 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
     EXPECT_EQ(options.lm.min_lambda, 1e-4);
     EXPECT_EQ(options.lm.max_lambda, 1e4);
     EXPECT_EQ(options.lm.ssim, SsimLinearization::kRootCenter);
-    EXPECT_EQ(options.lm.view_agreement, 0);
+    EXPECT_EQ(options.lm.gradient_shrinkage, 0);
   }
   const LmStageOptions paper = PresetOptions("paper").lm, code = PresetOptions("paper_code").lm;
   EXPECT_EQ(paper.loss_linearization, PixelLinearization::kSqrt);
@@ -193,8 +193,8 @@ TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
     const char *token, *second = "";
   };
   for (const Case& each : std::vector<Case>{
-           {[](TrainOptions& o) { o.lm.view_agreement = -1; }, "lm.view_agreement=-1", "1000000"},
-           {[](TrainOptions& o) { o.adam.rate_factor = std::nan(""); }, "adam.rate_factor=nan", "1e-06"},
+           {[](TrainOptions& o) { o.lm.gradient_shrinkage = -1; }, "lm.gradient_shrinkage=-1", "1000000"},
+           {[](TrainOptions& o) { o.adam.lr_scale = std::nan(""); }, "adam.lr_scale=nan", "1e-06"},
            {[](TrainOptions& o) { o.sh_degree = 4; }, "train.sh_degree=4", "auto"},
            {[](TrainOptions& o) { o.background[1] = 1.5; }, "train.background=0,1.5,0", "0.5,0.5,0.5"},
            {[](TrainOptions& o) { o.lm.batch_choice = static_cast<BatchChoice>(99); }, "lm.batch_choice=?", "strided"},

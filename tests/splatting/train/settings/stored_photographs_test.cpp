@@ -40,7 +40,7 @@ Scene Stored(Scene scene, double room) {
 TrainOptions Options() {
   TrainOptions options = test::ShortTraining(12, 0);
   options.adam.evaluations = 2;
-  options.parsimony = ParsimonyOptions();  // views judge
+  options.pruning = PruningOptions();  // views judge
   return options;
 }
 

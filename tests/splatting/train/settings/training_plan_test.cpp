@@ -21,9 +21,9 @@ TEST(FitToScene, GivesManyViewsMoreIterations) {
   EXPECT_EQ(IterationsFor(264), 20064);
   TrainOptions options = PresetOptions("balanced");
   EXPECT_EQ(FitToScene(options, 264).adam.iterations, 20064);
-  options.adam.length = 0.25;
+  options.adam.iterations_scale = 0.25;
   EXPECT_EQ(FitToScene(options, 264).adam.iterations, 5016);
-  options.adam.views_per_iteration = 4;
+  options.adam.batch_size = 4;
   EXPECT_EQ(FitToScene(options, 264).adam.iterations, 5016) << "counted in views";
   options.adam.iterations = 7;
   EXPECT_EQ(FitToScene(options, 264).adam.iterations, 7);
@@ -83,7 +83,7 @@ TEST(TrainingSchedule, BringsBandsLaterWhereExposuresAreFound) {
 
 TEST(TrainingSchedule, LetsRatesFallByTheirFactor) {
   TrainOptions options;
-  options.adam.rate_factor = 4, options.adam.rate_decay = 0.25;
+  options.adam.lr_scale = 4, options.adam.lr_final_ratio = 0.25;
   const TrainingSchedule schedule(options);
   EXPECT_DOUBLE_EQ(schedule.At({0, 0.1}).lr_factor, 4);
   EXPECT_DOUBLE_EQ(schedule.At({0.5, 0.6}).lr_factor, 2);
@@ -94,7 +94,7 @@ TEST(ViewsAnIteration, MakeFewerIterations) {
   AdamOptions adam;
   adam.iterations = 20;
   const auto iterations = [&](int views) {
-    adam.views_per_iteration = views;
+    adam.batch_size = views;
     return NumIterations(adam);
   };
   EXPECT_EQ(iterations(1), 20);
@@ -105,7 +105,7 @@ TEST(ViewsAnIteration, MakeFewerIterations) {
   EXPECT_EQ(iterations(4), 0);
 
   TrainOptions options = test::ShortTraining(40, 0);
-  options.adam.views_per_iteration = 4;
+  options.adam.batch_size = 4;
   EXPECT_EQ(Train(test::TrainingScene(), options, {}, {}).history.back().iteration, 10);
 }
 
@@ -113,13 +113,13 @@ TEST(ViewsAnIteration, AreNoMoreThanThereAre) {
   const Scene scene = test::TrainingScene();
   const auto training = [&](int views) {
     TrainOptions options = test::ShortTraining(40, 0);
-    options.adam.views_per_iteration = views;
+    options.adam.batch_size = views;
     return [&scene, options] { Train(scene, options, {}, {}); };
   };
   ASSERT_EQ(NumTrainingViews(scene), 10);
   EXPECT_NO_THROW(training(10)());
-  EXPECT_THAT(training(11), ThrowsError(kBadArgument, "adam.views_per_iteration=11", "10"));
-  EXPECT_THAT(training(0), ThrowsError(kBadArgument, "adam.views_per_iteration=0", "1"));
+  EXPECT_THAT(training(11), ThrowsError(kBadArgument, "adam.batch_size=11", "10"));
+  EXPECT_THAT(training(0), ThrowsError(kBadArgument, "adam.batch_size=0", "1"));
 }
 
 }  // namespace

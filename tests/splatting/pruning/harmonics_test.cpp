@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/harmonics.h"
+#include "splatting/pruning/harmonics.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {
@@ -29,19 +29,19 @@ struct Fit {
     }
     test::RenderTruth(test::Perturbed(model, 0.03, 4), 0, &scene);
   }
-  JudgingViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
-  HarmonicsWorth Measure() const { return HarmonicsWorth(ToKernelModel(model), Judges()); }
-  double Cost() const { return MeasureWorth(ToKernelModel(model), Judges()).cost; }
-  void Lower(const HarmonicsWorth& worth, Index i, int degree) {
+  ScoringViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
+  ShRemovalCost Measure() const { return ShRemovalCost(ToKernelModel(model), Judges()); }
+  double Cost() const { return MeasureRemovalCost(ToKernelModel(model), Judges()).cost; }
+  void Lower(const ShRemovalCost& worth, Index i, int degree) {
     for (int a = 0; a < model.num_attributes() - splat::kSh; ++a) {
       model.attribute(splat::kSh + a)[i] = a < 3 * ShCoefficients(degree) ? worth.Coefficient(i, degree, a) : 0;
     }
   }
 };
 
-TEST(HarmonicsWorth, IsTheRiseOfTheCostAtTheLowerDegree) {
+TEST(ShRemovalCost, IsTheRiseOfTheCostAtTheLowerDegree) {
   const Fit fit;
-  const HarmonicsWorth worth = fit.Measure();
+  const ShRemovalCost worth = fit.Measure();
   EXPECT_NEAR(worth.cost(), fit.Cost(), 1e-6 * fit.Cost());
   int compared = 0;
   for (Index i = 0; i < fit.model.count; ++i) {
@@ -57,9 +57,9 @@ TEST(HarmonicsWorth, IsTheRiseOfTheCostAtTheLowerDegree) {
   EXPECT_GT(compared, 10) << "that matter";
 }
 
-TEST(HarmonicsWorth, StandsInBetterThanLeavingOut) {
+TEST(ShRemovalCost, StandsInBetterThanLeavingOut) {
   const Fit fit;
-  const HarmonicsWorth worth = fit.Measure();
+  const ShRemovalCost worth = fit.Measure();
   double stood_in = 0, left_out = 0;
   for (Index i = 1; i < fit.model.count; i += 3) {
     Fit lower = fit;
@@ -70,9 +70,9 @@ TEST(HarmonicsWorth, StandsInBetterThanLeavingOut) {
   EXPECT_LT(stood_in, 0.9 * left_out);
 }
 
-TEST(HarmonicsWorth, WhatLooksAlikeFromAllSidesLosesNothing) {
+TEST(ShRemovalCost, WhatLooksAlikeFromAllSidesLosesNothing) {
   const Fit fit;
-  const HarmonicsWorth worth = fit.Measure();
+  const ShRemovalCost worth = fit.Measure();
   for (Index i = 0; i < fit.model.count; i += 3) {
     for (int degree = 0; degree < kDegree; ++degree) EXPECT_NEAR(worth.Rise(i, degree), 0, 1e-5 * worth.cost()) << i;
     for (int c = 0; c < 3; ++c) {
@@ -82,30 +82,30 @@ TEST(HarmonicsWorth, WhatLooksAlikeFromAllSidesLosesNothing) {
 }
 
 // From one side the functions are all the same.
-TEST(HarmonicsWorth, SeenFromOneSideTheLowestStandsInForAll) {
+TEST(ShRemovalCost, SeenFromOneSideTheLowestStandsInForAll) {
   Fit fit;
   View only = fit.scene.views[1];
   ASSERT_TRUE(only.is_trained());
   fit.scene.views = {only};
-  const HarmonicsWorth worth = fit.Measure();
-  const std::vector<double> alone = MeasureWorth(ToKernelModel(fit.model), fit.Judges()).rise;
+  const ShRemovalCost worth = fit.Measure();
+  const std::vector<double> alone = MeasureRemovalCost(ToKernelModel(fit.model), fit.Judges()).rise;
   double most = 0;
   for (const double rise : alone) most = std::max(most, std::abs(rise));
   for (Index i = 0; i < fit.model.count; ++i) EXPECT_NEAR(worth.Rise(i, 0), 0, 0.01 * most) << i;
 }
 
-TEST(DegreesWorthTheirPrice, FollowThePrice) {
+TEST(DegreesByAic, FollowTheAicWeight) {
   const Fit fit;
-  const HarmonicsWorth worth = fit.Measure();
-  const auto degrees = [&](double price) { return DegreesWorthTheirPrice(ToKernelModel(fit.model), worth, price); };
+  const ShRemovalCost worth = fit.Measure();
+  const auto degrees = [&](double aic_weight) { return DegreesByAic(ToKernelModel(fit.model), worth, aic_weight); };
   const std::vector<std::uint8_t> cheap = degrees(1e-3), dear = degrees(1e9);
   for (Index i = 0; i < fit.model.count; i += 3) EXPECT_EQ(cheap[static_cast<std::size_t>(i)], 0) << i;
   EXPECT_GT(std::ranges::count(cheap, kDegree), 5);
   EXPECT_EQ(std::ranges::count(dear, 0), fit.model.count);
   std::vector<std::uint8_t> last = degrees(0);
-  for (const double price : {0.01, 0.1, 1.0, 10.0, 100.0}) {
-    const std::vector<std::uint8_t> now = degrees(price);
-    for (std::size_t i = 0; i < now.size(); ++i) EXPECT_LE(now[i], last[i]) << price << " " << i;
+  for (const double aic_weight : {0.01, 0.1, 1.0, 10.0, 100.0}) {
+    const std::vector<std::uint8_t> now = degrees(aic_weight);
+    for (std::size_t i = 0; i < now.size(); ++i) EXPECT_LE(now[i], last[i]) << aic_weight << " " << i;
     last = now;
   }
 }

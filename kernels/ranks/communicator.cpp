@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 
 #include <algorithm>
 #include <charconv>
@@ -15,7 +15,7 @@
 namespace vesta {
 
 template <class Exchange>
-void Ranks::Count(std::span<const std::size_t> sizes, const Exchange& exchange) {
+void Communicator::Count(std::span<const std::size_t> sizes, const Exchange& exchange) {
   const ScopedPhase phase("exchange");
   VESTA_CHECK(static_cast<int>(sizes.size()) == size(), "{} pieces for {} ranks", sizes.size(), size());
   ++traffic_.exchanges;
@@ -27,14 +27,14 @@ void Ranks::Count(std::span<const std::size_t> sizes, const Exchange& exchange) 
   traffic_.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-void Ranks::AllGather(Bytes all, std::span<const std::size_t> sizes) {
+void Communicator::AllGather(Bytes all, std::span<const std::size_t> sizes) {
   const std::int64_t before = traffic_.bytes;
   Count(sizes, [&] { DoAllGather(all, sizes); });
   traffic_.gathered += traffic_.bytes - before;
 }
 
-void Ranks::AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
-                     std::span<const std::size_t> receive_sizes) {
+void Communicator::AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
+                            std::span<const std::size_t> receive_sizes) {
   Count(receive_sizes, [&] { DoAllToAll(send, send_sizes, receive, receive_sizes); });
 }
 
@@ -86,7 +86,7 @@ int NumRanksOnThisMachine() {
   return std::ranges::max(NumbersFrom(names));
 }
 
-std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {
+std::vector<std::string> GatherWords(Communicator& ranks, const std::string& mine) {
   const std::vector<std::size_t> lengths = GatherValues(ranks, std::vector<std::size_t>{mine.size()});
   const std::vector<char> letters = GatherValues(ranks, std::vector<char>(mine.begin(), mine.end()));
   std::vector<std::string> words;
@@ -99,7 +99,7 @@ std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {
   return words;
 }
 
-bool OnAnyRank(Ranks& ranks, bool mine) {
+bool OnAnyRank(Communicator& ranks, bool mine) {
   if (ranks.size() == 1) return mine;
   const std::vector<char> all = GatherValues(ranks, std::vector<char>{static_cast<char>(mine)});
   return std::any_of(all.begin(), all.end(), [](char any) { return any != 0; });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/scene_doubts.h"
+#include "apps/doctor/scene_warnings.h"
 
 #include <fmt/format.h>
 
@@ -129,7 +129,7 @@ class Findings {
   std::vector<std::string> lines_;
 };
 
-void DoubtNumbers(const gs::Scene& scene, std::vector<std::string>* doubts) {
+void WarnOfNumbers(const gs::Scene& scene, std::vector<std::string>* doubts) {
   const auto views = static_cast<Index>(scene.views.size());
   if (views < kFewViews) doubts->push_back(fmt::format("{} views are few: more of them, all round, help most", views));
   if (scene.points.size() < kFewPoints) {
@@ -138,7 +138,7 @@ void DoubtNumbers(const gs::Scene& scene, std::vector<std::string>* doubts) {
   }
 }
 
-void DoubtSeen(const gs::Scene& scene, std::vector<std::string>* doubts) {
+void WarnOfSeen(const gs::Scene& scene, std::vector<std::string>* doubts) {
   Findings findings;
   const Index stride = std::max<Index>(1, scene.points.size() / kCountedPoints);
   for (const gs::View& view : scene.views) {
@@ -151,7 +151,8 @@ void DoubtSeen(const gs::Scene& scene, std::vector<std::string>* doubts) {
   findings.AppendTo(doubts, "views that see few points");
 }
 
-void DoubtSame(const gs::Scene& scene, const std::vector<ViewSigns>& signs, std::vector<std::string>* doubts) {
+void WarnOfDuplicates(const gs::Scene& scene, const std::vector<ViewDiagnostics>& signs,
+                      std::vector<std::string>* doubts) {
   Findings findings;
   for (std::size_t i = 0; i < signs.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
@@ -163,7 +164,7 @@ void DoubtSame(const gs::Scene& scene, const std::vector<ViewSigns>& signs, std:
   findings.AppendTo(doubts, "photographs that are nearly the same as another");
 }
 
-void DoubtPoses(const gs::Scene& scene, std::vector<std::string>* doubts) {
+void WarnOfPoses(const gs::Scene& scene, std::vector<std::string>* doubts) {
   constexpr double kNear = 1e-6;
   Findings findings;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
@@ -183,15 +184,16 @@ void DoubtPoses(const gs::Scene& scene, std::vector<std::string>* doubts) {
   findings.AppendTo(doubts, "views with the pose of another");
 }
 
-void DoubtPhotographs(const gs::Scene& scene, const std::vector<ViewSigns>& signs, std::vector<std::string>* doubts) {
+void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics>& signs,
+                       std::vector<std::string>* doubts) {
   std::vector<double> sharpness;
   sharpness.reserve(signs.size());
-  for (const ViewSigns& sign : signs) sharpness.push_back(sign.sharpness);
+  for (const ViewDiagnostics& sign : signs) sharpness.push_back(sign.sharpness);
   const double usual_sharpness = gs::Median(std::move(sharpness));
   const std::vector<double> stops_of = ExposureStops(scene);
   Findings flat, blurred, exposed, burnt;
   for (std::size_t i = 0; i < signs.size(); ++i) {
-    const ViewSigns& sign = signs[i];
+    const ViewDiagnostics& sign = signs[i];
     const std::string& name = scene.views[i].name;
     const double stops = stops_of[i];
     if (sign.contrast < kFlat) {
@@ -218,7 +220,7 @@ void DoubtPhotographs(const gs::Scene& scene, const std::vector<ViewSigns>& sign
 
 }  // namespace
 
-ViewSigns SignsOf(const gs::Image& image) {
+ViewDiagnostics DiagnosticsOf(const gs::Image& image) {
   VESTA_CHECK(!image.empty(), "an image without pixels has no signs");
   gs::Image resized;
   if (image.width > kMaxWidth) {
@@ -228,7 +230,7 @@ ViewSigns SignsOf(const gs::Image& image) {
   const gs::Image& seen = resized.empty() ? image : resized;
   const std::vector<double> luma = LumaOf(seen);
   const auto count = static_cast<double>(luma.size());
-  ViewSigns signs;
+  ViewDiagnostics signs;
   double mean = 0, square = 0;
   for (std::size_t i = 0; i < luma.size(); ++i) {
     mean += luma[i] / count;
@@ -243,7 +245,7 @@ ViewSigns SignsOf(const gs::Image& image) {
   return signs;
 }
 
-double ThumbnailDistance(const ViewSigns& a, const ViewSigns& b) {
+double ThumbnailDistance(const ViewDiagnostics& a, const ViewDiagnostics& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.thumbnail.size(); ++i) {
     sum += static_cast<double>(std::abs(a.thumbnail[i] - b.thumbnail[i]));
@@ -268,17 +270,17 @@ std::vector<double> ExposureStops(const gs::Scene& scene) {
   return stops;
 }
 
-std::vector<std::string> SceneDoubts(const gs::Scene& scene) {
+std::vector<std::string> SceneWarnings(const gs::Scene& scene) {
   std::vector<std::string> doubts;
   if (scene.views.empty()) return doubts;
-  std::vector<ViewSigns> signs;
+  std::vector<ViewDiagnostics> signs;
   signs.reserve(scene.views.size());
-  for (const gs::View& view : scene.views) signs.push_back(SignsOf(*view.Photograph()));
-  DoubtNumbers(scene, &doubts);
-  DoubtSeen(scene, &doubts);
-  DoubtPoses(scene, &doubts);
-  DoubtSame(scene, signs, &doubts);
-  DoubtPhotographs(scene, signs, &doubts);
+  for (const gs::View& view : scene.views) signs.push_back(DiagnosticsOf(*view.Photograph()));
+  WarnOfNumbers(scene, &doubts);
+  WarnOfSeen(scene, &doubts);
+  WarnOfPoses(scene, &doubts);
+  WarnOfDuplicates(scene, signs, &doubts);
+  WarnOfPhotographs(scene, signs, &doubts);
   return doubts;
 }
 

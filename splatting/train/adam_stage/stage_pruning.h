@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is taken out of the model in the course of the Adam stage (parsimony/parsimony_options.h). Judged on the host,
+// What is taken out of the model in the course of the Adam stage (pruning/pruning_options.h). Judged on the host,
 // by the training views at full size whatever the iterations see.
 #pragma once
 
@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "kernels/core/profile.h"
-#include "splatting/parsimony/harmonics.h"
-#include "splatting/parsimony/parsimony_options.h"
-#include "splatting/parsimony/prune.h"
-#include "splatting/parsimony/support.h"
+#include "splatting/pruning/coverage.h"
+#include "splatting/pruning/harmonics.h"
+#include "splatting/pruning/prune.h"
+#include "splatting/pruning/pruning_options.h"
 #include "splatting/train/adam_stage/trained_model.h"
 #include "splatting/train/forecast/forecast.h"
 #include "splatting/train/session/session.h"
@@ -19,11 +19,11 @@
 namespace vesta::gs {
 
 template <class B>
-class StageParsimony {
+class StagePruning {
  public:
   // pace: is told how long judging takes.
-  StageParsimony(TrainingSession& session, StagePace& pace)
-      : session_(session), options_(session.options().parsimony), pace_(pace) {}
+  StagePruning(TrainingSession& session, IterationTimer& pace)
+      : session_(session), options_(session.options().pruning), pace_(pace) {}
 
   // What goes after the iteration of that plan; Gaussians have been added before, by what was observed of them.
   // degree: of the harmonics in use. before() is called where views judge, and may free what iterations work in.
@@ -46,12 +46,12 @@ class StageParsimony {
 
   // Where the stage is over with so many Gaussians, and more than were to be left; or judging was left out.
   void NoteWhoStayed(const AdamStageState<B>& state, Index gaussians) const {
-    if (state.judging_left_out > 0) {
-      session_.Note(notes::kJudgingLeftOut, state.judging_left_out, session_.options().time_limit);
+    if (state.scoring_skipped > 0) {
+      session_.Note(notes::kScoringSkipped, state.scoring_skipped, session_.options().time_limit);
     }
     const Index wanted = CountAfter(options_, {1, 1}, state.before_pruning > 0 ? state.before_pruning : gaussians);
     if (!options_.prunes_to_count() || gaussians <= wanted) return;
-    session_.Note(notes::kKeepsMoreThanAsked, gaussians, wanted, options_.keep);
+    session_.Note(notes::kKeepsMoreThanAsked, gaussians, wanted, options_.keep_fraction);
   }
 
  private:
@@ -63,11 +63,11 @@ class StageParsimony {
   bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
-    const double free = part * kJudgingPart * limit - state.judged_seconds;
+    const double free = part * kScoringFraction * limit - state.judged_seconds;
     const auto judged = static_cast<double>(state.model.count());
-    const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, session_.IterationsPerEpoch()) <= free;
+    const bool fits = pace_.is_known() && passes * pace_.ScoringSeconds(judged, session_.IterationsPerEpoch()) <= free;
     const bool has_time = session_.processes().OfFirst(fits ? 1 : 0) > 0;
-    if (!has_time) ++state.judging_left_out;
+    if (!has_time) ++state.scoring_skipped;
     return has_time;
   }
   void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state) {
@@ -82,17 +82,17 @@ class StageParsimony {
     const splat::Model<float> model = OnHost(state, degree);
     const std::vector<Index> kept =
         options_.prunes_to_count()
-            ? Keepers(model, Judges(), options_.supported, left)
-            : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span), session_.options().seed, round);
+            ? Keepers(model, Judges(), options_.prune_unseen, left)
+            : KeepByAic(model, Judges(), AicWeightAt(options_, state.span), session_.options().seed, round);
     KeepOnly(kept, state);
-    pace_.ObserveJudging(judged, session_.Seconds() - begin);
+    pace_.ObserveScoring(judged, session_.Seconds() - begin);
     state.judged_seconds += session_.Seconds() - begin;
   }
   void LowerDegrees(AdamStageState<B>& state, int degree) {
     const double begin = session_.Seconds();
     const splat::Model<float> model = OnHost(state, degree);
-    const HarmonicsWorth worth(model, Judges());
-    const std::vector<std::uint8_t> degrees = DegreesWorthTheirPrice(model, worth, options_.sh_price);
+    const ShRemovalCost worth(model, Judges());
+    const std::vector<std::uint8_t> degrees = DegreesByAic(model, worth, options_.sh_aic_weight);
     for (int a = splat::kSh; a < splat::NumAttributes(model.sh_degree - 1); ++a) {
       state.model.SetAttribute(a, StandIns(model, worth, degrees, a));
     }
@@ -100,7 +100,7 @@ class StageParsimony {
     state.judged_seconds += session_.Seconds() - begin;
   }
   // The attribute of the harmonics of all Gaussians that have it: of those that are lowered what stands in.
-  static std::vector<float> StandIns(const splat::Model<float>& model, const HarmonicsWorth& worth,
+  static std::vector<float> StandIns(const splat::Model<float>& model, const ShRemovalCost& worth,
                                      const std::vector<std::uint8_t>& degrees, int attribute) {
     const float* own = model.x + model.Offset(attribute);
     std::vector<float> values(own, own + model.Rows(attribute));
@@ -123,13 +123,13 @@ class StageParsimony {
     }
     return model;
   }
-  JudgingViews Judges() const {
+  ScoringViews Judges() const {
     return TrainingViewsOf(session_.scene(), session_.options().background, session_.processes());
   }
 
   TrainingSession& session_;
-  const ParsimonyOptions& options_;
-  StagePace& pace_;
+  const PruningOptions& options_;
+  IterationTimer& pace_;
   SplatModel copy_;  // of a device's model
 };
 

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 
 #include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::gs {
 
-JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
+ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes) {
-  JudgingViews judges{.views = {}, .background = background, .near = NearPlane(scene), .processes = processes};
+  ScoringViews judges{.views = {}, .background = background, .near = NearPlane(scene), .processes = processes};
   for (const View& view : scene.views) {
     if (view.is_trained()) judges.views.push_back(&view);
   }
   return judges;
 }
 
-Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges) {
-  Worth worth;
+RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& judges) {
+  RemovalCost worth;
   worth.rise.resize(static_cast<std::size_t>(model.count));
   RenderedViews rendered(model, judges);
   JudgedLoss judged;

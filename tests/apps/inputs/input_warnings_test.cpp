@@ -65,7 +65,7 @@ TEST_F(Doubts, PointsThatAreOne) {
 
 TEST_F(Doubts, AbsurdRates) {
   WriteTinyScene(scene_);
-  EXPECT_THAT(Train({"--set=adam.rate_factor=1e6"}).out, ContainsRegex("at [0-9.]+ dB only: are the poses"));
+  EXPECT_THAT(Train({"--set=adam.lr_scale=1e6"}).out, ContainsRegex("at [0-9.]+ dB only: are the poses"));
 }
 
 // Equal images have no finite PSNR.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/harmonics.h"
+#include "splatting/pruning/harmonics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "kernels/core/block_lanes.h"
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/formulas/color.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 
 namespace vesta::gs {
 namespace {
@@ -37,7 +37,7 @@ std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, c
 using Curvature = std::array<float, kBlock>;
 
 // The sum over the views.
-std::vector<Curvature> Curvatures(const splat::Model<float>& model, const JudgingViews& judges) {
+std::vector<Curvature> Curvatures(const splat::Model<float>& model, const ScoringViews& judges) {
   std::vector<Curvature> sums(static_cast<std::size_t>(model.count), Curvature{});
   RenderedViews rendered(model, judges);
   JudgedLoss judged;
@@ -92,7 +92,7 @@ void StandIn(const Curvature& curvature, const float* coefficients, int bases, i
 
 }  // namespace
 
-HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingViews& judges)
+ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringViews& judges)
     : count_(model.count),
       lower_(static_cast<std::size_t>(kLowerCoefficients * model.count)),
       rises_(static_cast<std::size_t>(model.count)) {
@@ -124,7 +124,7 @@ HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingVi
   cost_ = judged.Cost(judges), values_ = judged.Values(judges);
 }
 
-void HarmonicsWorth::ChooseCoefficients(const splat::Model<float>& model, const JudgingViews& judges) {
+void ShRemovalCost::ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& judges) {
   const std::vector<Curvature> curvatures = Curvatures(model, judges);
   ParallelFor(model.count, kGrain, [&](Index i) {
     const int own_degree = DegreeOf(model, i), bases = ShCoefficients(own_degree);
@@ -141,9 +141,9 @@ void HarmonicsWorth::ChooseCoefficients(const splat::Model<float>& model, const 
   });
 }
 
-std::vector<std::uint8_t> DegreesWorthTheirPrice(const splat::Model<float>& model, const HarmonicsWorth& worth,
-                                                 double price) {
-  const double unit = price * worth.cost() / worth.values();
+std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& worth,
+                                       double aic_weight) {
+  const double unit = aic_weight * worth.cost() / worth.values();
   std::vector<std::uint8_t> degrees(static_cast<std::size_t>(model.count));
   for (std::size_t i = 0; i < degrees.size(); ++i) {
     int best = model.DegreeOf(static_cast<Index>(i));

@@ -31,12 +31,12 @@ struct RankTraffic {
 
 // All ranks call the same functions in the same order, each from one thread. Where a rank has called Abandon, or is
 // gone, the others' calls throw OthersGaveUp with its words.
-class Ranks {
+class Communicator {
  public:
   using Bytes = std::span<std::byte>;
   using ConstBytes = std::span<const std::byte>;
 
-  virtual ~Ranks() = default;
+  virtual ~Communicator() = default;
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
@@ -67,7 +67,7 @@ class Ranks {
 };
 
 // One process alone.
-class SoloRank final : public Ranks {
+class SoloRank final : public Communicator {
  public:
   int rank() const override { return 0; }
   int size() const override { return 1; }
@@ -95,24 +95,24 @@ inline Share ShareOf(std::int64_t count, int parts, int k) { return {count * k /
 
 // Of values of one type. mine: this rank's; the result has the values of all ranks, rank by rank.
 template <class T>
-std::vector<T> GatherValues(Ranks& ranks, const std::vector<T>& mine);
+std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine);
 // The same where all know how many there are of each: `all` holds this rank's already.
 template <class T>
-void GatherInto(Ranks& ranks, std::span<T> all, std::span<const std::size_t> counts);
+void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts);
 // This rank's words and those of the others.
-std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine);
+std::vector<std::string> GatherWords(Communicator& ranks, const std::string& mine);
 // Whether any rank says so.
-bool OnAnyRank(Ranks& ranks, bool mine);
+bool OnAnyRank(Communicator& ranks, bool mine);
 
 template <class T>
-void GatherInto(Ranks& ranks, std::span<T> all, std::span<const std::size_t> counts) {
+void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts) {
   std::vector<std::size_t> sizes(counts.begin(), counts.end());
   for (std::size_t& size : sizes) size *= sizeof(T);
   ranks.AllGather(std::as_writable_bytes(all), sizes);
 }
 
 template <class T>
-std::vector<T> GatherValues(Ranks& ranks, const std::vector<T>& mine) {
+std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine) {
   const auto size = static_cast<std::size_t>(ranks.size()), rank = static_cast<std::size_t>(ranks.rank());
   std::vector<std::size_t> counts(size);
   counts[rank] = mine.size();

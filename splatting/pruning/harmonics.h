@@ -17,11 +17,11 @@
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/gaussian_splatting/raster/loss_of_change.h"
 #include "kernels/math/spherical_harmonics.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 
 namespace vesta::gs {
 
-class HarmonicsWorth {
+class ShRemovalCost {
   static constexpr int kLowerCoefficients = 42;  // of degrees 0, 1 and 2
   // Half of a symmetric matrix of as many rows as a Gaussian has coefficients.
   static constexpr int kCurvatures = PackedSize(kMaxShCoefficients);
@@ -32,9 +32,9 @@ class HarmonicsWorth {
   static constexpr double kBytes =
       sizeof(float) * (kCurvatures + 1 + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
   // Takes about five times as long as rendering all views.
-  HarmonicsWorth(const splat::Model<float>& model, const JudgingViews& judges);
+  ShRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
 
-  double cost() const { return cost_; }      // of the views, as in Worth
+  double cost() const { return cost_; }      // of the views, as in RemovalCost
   double values() const { return values_; }  // pixels of the views, by channel
   // Of the cost, when Gaussian i is lowered to this degree, 0..2; negative: better so. 0 where it has no higher one.
   double Rise(Index i, int degree) const { return rises_[static_cast<std::size_t>(i)].rise[degree]; }
@@ -46,7 +46,7 @@ class HarmonicsWorth {
  private:
   static constexpr int FirstOf(int degree) { return degree == 0 ? 0 : degree == 1 ? 3 : 15; }
 
-  void ChooseCoefficients(const splat::Model<float>& model, const JudgingViews& judges);
+  void ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& judges);
 
   Index count_;
   double cost_ = 0, values_ = 0;
@@ -54,9 +54,8 @@ class HarmonicsWorth {
   std::vector<splat::RecolorRises<double>> rises_;
 };
 
-// The degree of each Gaussian that pays for its parameters (WorthTheirPrice, prune.h): of all up to its own the one for
-// which the rise of the cost and the price of the coefficients are together the least.
-std::vector<std::uint8_t> DegreesWorthTheirPrice(const splat::Model<float>& model, const HarmonicsWorth& worth,
-                                                 double price);
+// The degree of each Gaussian that pays for its parameters (KeepByAic, prune.h): of all up to its own the one for
+// which the rise of the cost and the aic_weight of the coefficients are together the least.
+std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& worth, double aic_weight);
 
 }  // namespace vesta::gs

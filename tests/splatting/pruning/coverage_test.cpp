@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/support.h"
+#include "splatting/pruning/coverage.h"
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 namespace vesta::gs {
 namespace {
 
-std::vector<Support> Measure(const SplatModel& model, const Scene& scene) {
-  return MeasureSupport(ToKernelModel(model), TrainingViewsOf(scene, {0, 0, 0}));
+std::vector<Coverage> Measure(const SplatModel& model, const Scene& scene) {
+  return MeasureCoverage(ToKernelModel(model), TrainingViewsOf(scene, {0, 0, 0}));
 }
 
 // One Gaussian so far above the middle, with these standard deviations.
@@ -29,11 +29,11 @@ SplatModel OneAt(double y, double deviation) {
 }
 
 // The sum over the pixels, whose centres see the falloff.
-TEST(Support, ShownIsTheIntegralOfTheFalloff) {
+TEST(Coverage, ShownIsTheIntegralOfTheFalloff) {
   const Scene scene = test::RingOfCameras(5, 80, 60, false);
   SplatModel model = test::RandomModel(30, 0, 8);
   for (Index i = 0; i < model.count; ++i) model.attribute(splat::kMean)[i] *= 2;  // some at the border and beyond
-  const JudgingViews judges = TrainingViewsOf(scene, {0, 0, 0});
+  const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
   std::vector<double> sums(30);
   for (const View* view : judges.views) {
     splat::SplatView<float> splats;
@@ -51,7 +51,7 @@ TEST(Support, ShownIsTheIntegralOfTheFalloff) {
       }
     }
   }
-  const std::vector<Support> support = Measure(model, scene);
+  const std::vector<Coverage> support = Measure(model, scene);
   int at_border = 0;
   for (std::size_t i = 0; i < support.size(); ++i) {
     EXPECT_NEAR(support[i].shown, sums[i], 0.01 * sums[i] + 1e-5) << i;
@@ -60,7 +60,7 @@ TEST(Support, ShownIsTheIntegralOfTheFalloff) {
   EXPECT_GT(at_border, 2) << "that the images cut";
 }
 
-TEST(Support, BodyIsWhatTheNearestCameraCouldSee) {
+TEST(Coverage, BodyIsWhatTheNearestCameraCouldSee) {
   const Scene scene = test::RingOfCameras(4, 80, 60, false);
   constexpr double kFocal = 1.5 * 80, kDistance = 3;
   const double expected = 2 * std::numbers::pi * 0.04 * 0.04 * (kFocal / kDistance) * (kFocal / kDistance) / (80 * 60);
@@ -68,15 +68,15 @@ TEST(Support, BodyIsWhatTheNearestCameraCouldSee) {
   EXPECT_EQ(Measure(OneAt(0, 100), scene)[0].body, 1) << "the whole image at most";
 }
 
-TEST(Support, WantsWhereNoViewLooks) {
+TEST(Coverage, WantsWhereNoViewLooks) {
   const Scene scene = test::RingOfCameras(4, 80, 60, false);
-  EXPECT_FALSE(Measure(OneAt(0, 0.3), scene)[0].is_wanting()) << "in the middle";
+  EXPECT_FALSE(Measure(OneAt(0, 0.3), scene)[0].IsUnderObserved()) << "in the middle";
   // Far outside all images.
-  EXPECT_TRUE(Measure(OneAt(4, 0.3), scene)[0].is_wanting());
-  EXPECT_FALSE(Measure(OneAt(4, 0.001), scene)[0].is_wanting()) << "too small to hide anything";
+  EXPECT_TRUE(Measure(OneAt(4, 0.3), scene)[0].IsUnderObserved());
+  EXPECT_FALSE(Measure(OneAt(4, 0.001), scene)[0].IsUnderObserved()) << "too small to hide anything";
 }
 
-TEST(Support, WhichAreWantingIsWhatIsMeasuredOfEach) {
+TEST(Coverage, UnderObservedIsWhatIsMeasuredOfEach) {
   const Scene scene = test::RingOfCameras(5, 80, 60, false);
   SplatModel model = test::RandomModel(200, 2, 8);
   for (Index i = 0; i < model.count; ++i) {
@@ -85,18 +85,18 @@ TEST(Support, WhichAreWantingIsWhatIsMeasuredOfEach) {
     // Small ones among them.
     for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[i] -= i % 3 == 0 ? 4 : 0;
   }
-  const JudgingViews judges = TrainingViewsOf(scene, {0, 0, 0});
-  const std::vector<Support> support = Measure(model, scene);
-  const std::vector<bool> are_wanting = WhichAreWanting(ToKernelModel(model), judges);
-  ASSERT_EQ(are_wanting.size(), support.size());
-  JudgingViews first = judges;
+  const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
+  const std::vector<Coverage> support = Measure(model, scene);
+  const std::vector<bool> under_observed = WhichAreUnderObserved(ToKernelModel(model), judges);
+  ASSERT_EQ(under_observed.size(), support.size());
+  ScoringViews first = judges;
   first.views.resize(1);
-  const std::vector<bool> by_first = WhichAreWanting(ToKernelModel(model), first);
+  const std::vector<bool> by_first = WhichAreUnderObserved(ToKernelModel(model), first);
   int wanting = 0, small = 0, shown_later = 0;
   for (std::size_t i = 0; i < support.size(); ++i) {
-    EXPECT_EQ(are_wanting[i], support[i].is_wanting()) << i;
-    wanting += are_wanting[i] ? 1 : 0;
-    shown_later += by_first[i] && !are_wanting[i] ? 1 : 0;
+    EXPECT_EQ(under_observed[i], support[i].IsUnderObserved()) << i;
+    wanting += under_observed[i] ? 1 : 0;
+    shown_later += by_first[i] && !under_observed[i] ? 1 : 0;
     small += support[i].body < 0.003 ? 1 : 0;
   }
   EXPECT_GT(wanting, 5);
@@ -153,7 +153,7 @@ TEST(Floaters, IsolatedIsFarFromAllForItsSize) {
 
 TEST(Floaters, UnsupportedIsWhatNoViewShows) {
   const Scene scene = test::RingOfCameras(6, 60, 40, false);
-  const JudgingViews judges = TrainingViewsOf(scene, {0, 0, 0});
+  const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
   EXPECT_EQ(FindFloaters(test::RandomModel(kCount, 0, 4), &judges).unsupported, 0);
   const SplatModel model = WithOneAt(4.5, 0.9, 0.5);  // above the images of all cameras
   EXPECT_EQ(FindFloaters(model, nullptr).kept.size(), static_cast<std::size_t>(kCount));

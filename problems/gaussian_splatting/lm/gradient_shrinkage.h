@@ -29,7 +29,7 @@ struct AddViewGradient {
 // squares, of the gradients of `views` views with this sum, becomes the descent: minus the sum, shrunk. strength > 0;
 // with 1 an entry stays only where it is larger than its deviation. One view agrees with itself.
 template <class S>
-struct AgreedDescent {
+struct ShrunkGradient {
   S strength, views;
   const S* sum;
   S* squares;

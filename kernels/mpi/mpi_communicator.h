@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ranks over MPI: the only place that knows of it. Open MPI and MPICH do.
+// Communicator over MPI: the only place that knows of it. Open MPI and MPICH do.
 #pragma once
 
 #include <memory>
 #include <string>
 
-#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/communicator.h"
 
 namespace vesta {
 
@@ -20,6 +20,6 @@ struct MpiOptions {
 //
 // Throws Error where MPI cannot start, and where the ranks do not run the same instruction set: their results would not
 // be the same bits (VESTA_SIMD chooses one that all have).
-std::unique_ptr<Ranks> StartMpi(const MpiOptions& options = {});
+std::unique_ptr<Communicator> StartMpi(const MpiOptions& options = {});
 
 }  // namespace vesta

@@ -10,10 +10,10 @@
 namespace vesta::app {
 
 // Whether splat and scene belong together. train_psnr: mean of the training views, dB.
-std::string DoubtOfScene(double train_psnr);
+std::string WarningOfScene(double train_psnr);
 
 // Whether the scene, or the options, of a training that ended so were what was meant; with the reason, where it is
 // seen: photographs of one colour, points that no training view sees, or that are all one.
-std::string DoubtOfTraining(const gs::Scene& scene, double train_psnr);
+std::string WarningOfTraining(const gs::Scene& scene, double train_psnr);
 
 }  // namespace vesta::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "problems/gaussian_splatting/lm/view_agreement.h"
+#include "problems/gaussian_splatting/lm/gradient_shrinkage.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ TEST(ViewAgreement, LeavesWhatIsUnanimousAndDropsWhatCancels) {
       AddViewGradient<double>{&one, &sum, &squares}(0);
       EXPECT_EQ(one, 0);
     }
-    AgreedDescent<double>{strength, static_cast<double>(gradients.size()), &sum, &squares}(0);
+    ShrunkGradient<double>{strength, static_cast<double>(gradients.size()), &sum, &squares}(0);
     return -squares;
   };
   EXPECT_DOUBLE_EQ(shrunk({0.1, 0.1, 0.1}, 1e6), 0.1 * 3);

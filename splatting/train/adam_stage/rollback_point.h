@@ -22,12 +22,12 @@ namespace vesta::gs {
 // Its arrays stay in the memory of the device where there is room for a second one of each, else they go to the host
 // with the rest.
 template <class Space>
-class KeptState {
+class StateSnapshot {
  public:
-  KeptState() = default;
+  StateSnapshot() = default;
   // Throws OutOfDeviceMemory where the arrays are to stay on the device and do not fit.
   template <class State>
-  KeptState(State& state, bool on_device) : on_device_(on_device) {
+  StateSnapshot(State& state, bool on_device) : on_device_(on_device) {
     Writer writer(*this);
     writer(state);
   }
@@ -46,7 +46,7 @@ class KeptState {
   void MoveTo(State& state) {
     Reader reader(*this);
     reader(state);
-    *this = KeptState();
+    *this = StateSnapshot();
   }
 
  private:
@@ -82,7 +82,7 @@ class KeptState {
   class Writer {
    public:
     static constexpr bool kReads = false;
-    explicit Writer(KeptState& kept)
+    explicit Writer(StateSnapshot& kept)
         : kept_(kept), archive_([&kept](std::string_view bytes) { kept.bytes_.append(bytes); }) {}
     template <class... Ts>
     void operator()(Ts&... values) {
@@ -102,14 +102,14 @@ class KeptState {
       kept_.arrays_.emplace_back().CopyFrom(all);
     }
 
-    KeptState& kept_;
+    StateSnapshot& kept_;
     ArchiveWriter archive_;
   };
 
   class Reader {
    public:
     static constexpr bool kReads = true;
-    explicit Reader(KeptState& kept) : kept_(kept), archive_(kept.bytes_) {}
+    explicit Reader(StateSnapshot& kept) : kept_(kept), archive_(kept.bytes_) {}
     template <class... Ts>
     void operator()(Ts&... values) {
       (Dispatch(
@@ -128,7 +128,7 @@ class KeptState {
       array.CopyFrom(Span<const T, Space>(reinterpret_cast<const T*>(bytes.data()), size));
     }
 
-    KeptState& kept_;
+    StateSnapshot& kept_;
     ArchiveReader archive_;
     std::size_t next_ = 0;
   };
@@ -141,9 +141,9 @@ class KeptState {
 // The state of the Adam stage before its Gaussians last became more: what it goes back to where the memory of a device
 // does not suffice for those.
 template <class B>
-class BeforeGrowth {
+class RollbackPoint {
  public:
-  explicit BeforeGrowth(TrainingSession& session) : session_(session) {}
+  explicit RollbackPoint(TrainingSession& session) : session_(session) {}
 
   bool empty() const { return kept_.empty(); }
   // On the GPU as long as that takes no room from what was planned for there.
@@ -164,8 +164,8 @@ class BeforeGrowth {
   void Forget() { kept_ = Kept(); }
   // Once every view has been through with the Gaussians there are, there is room for them.
   void ForgetWhatHolds(int iteration) {
-    const auto seen = static_cast<std::size_t>(iteration - iteration_) *
-                      static_cast<std::size_t>(session_.options().adam.views_per_iteration);
+    const auto seen =
+        static_cast<std::size_t>(iteration - iteration_) * static_cast<std::size_t>(session_.options().adam.batch_size);
     if (!empty() && seen >= 2 * session_.training_views().size()) Forget();
   }
   // Puts it back; the Gaussians stay as many from then on. Needs what was kept.
@@ -179,7 +179,7 @@ class BeforeGrowth {
   }
 
  private:
-  using Kept = KeptState<typename B::Space>;
+  using Kept = StateSnapshot<typename B::Space>;
 
   TrainingSession& session_;
   Kept kept_;

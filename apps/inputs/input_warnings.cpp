@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/inputs/doubts.h"
+#include "apps/inputs/input_warnings.h"
 
 #include <fmt/format.h>
 
@@ -48,7 +48,7 @@ const char* ReasonOf(const gs::Scene& scene) {
 
 }  // namespace
 
-std::string DoubtOfScene(double train_psnr) {
+std::string WarningOfScene(double train_psnr) {
   if (!IsHopeless(train_psnr)) return "";
   return fmt::format(
       "The splat meets the photographs at {} dB only: is it of this scene, in the same frame and scale, and over "
@@ -56,7 +56,7 @@ std::string DoubtOfScene(double train_psnr) {
       Figure(train_psnr, 1));
 }
 
-std::string DoubtOfTraining(const gs::Scene& scene, double train_psnr) {
+std::string WarningOfTraining(const gs::Scene& scene, double train_psnr) {
   if (HoldsForTrainingViews(scene, [](const gs::View& view) { return IsOfOneColor(*view.Photograph()); })) {
     return "There is nothing to see in the photographs: each is of one colour\n";
   }

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/parsimony_options.h"
+#include "splatting/pruning/pruning_options.h"
 
 #include "kernels/core/check.h"
 
 namespace vesta::gs {
 
-const schema::Table<ParsimonyOptions>& ParsimonyFields() {
-  using O = ParsimonyOptions;
+const schema::Table<PruningOptions>& PruningFields() {
+  using O = PruningOptions;
   // Behind the end nothing would make up for what goes.
   constexpr schema::Range kBeforeTheEnd{0, 0.99};
   static const schema::Table<O> fields = {
-      {"supported", &O::supported, "whether what hardly any training view shows is taken out"},
-      {"price",
-       &O::price,
+      {"unseen", &O::prune_unseen, "whether what hardly any training view shows is taken out"},
+      {"aic_weight",
+       &O::aic_weight,
        {0, 1e9},
        "what each parameter of a Gaussian must be worth, in parts of the cost by the pixels' values (1: Akaike)"},
-      {"sh_price", &O::sh_price, {0, 1e9}, "the same for those of the higher degrees of its harmonics"},
-      {"keep",
-       &O::keep,
+      {"sh_aic_weight", &O::sh_aic_weight, {0, 1e9}, "the same for those of the higher degrees of its harmonics"},
+      {"keep_fraction",
+       &O::keep_fraction,
        {1e-9, 1},
        "part of the Gaussians that stays; of a training, of as many as they will become",
        "keep"},
@@ -29,11 +29,10 @@ const schema::Table<ParsimonyOptions>& ParsimonyFields() {
   return fields;
 }
 
-void CheckTogether(const ParsimonyOptions& parsimony) {
-  if (!parsimony.prunes()) return;
-  if (parsimony.begin > parsimony.end) {
-    Fail(kBadArgument, "parsimony.begin={} lies behind parsimony.end={}: none would go", parsimony.begin,
-         parsimony.end);
+void CheckTogether(const PruningOptions& pruning) {
+  if (!pruning.prunes()) return;
+  if (pruning.begin > pruning.end) {
+    Fail(kBadArgument, "pruning.begin={} lies behind pruning.end={}: none would go", pruning.begin, pruning.end);
   }
 }
 

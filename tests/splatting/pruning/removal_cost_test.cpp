@@ -7,7 +7,7 @@
 
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/evaluate/evaluation.h"
-#include "splatting/parsimony/judging_views.h"
+#include "splatting/pruning/scoring_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {
@@ -21,10 +21,10 @@ struct Fit {
   SplatModel model = test::RandomModel(40, 1, 3);
 
   Fit() { test::RenderTruth(test::Perturbed(model, 0.03, 4), 0, &scene); }
-  Worth Measure() const { return MeasureWorth(ToKernelModel(model), TrainingViewsOf(scene, kBackground)); }
+  RemovalCost Measure() const { return MeasureRemovalCost(ToKernelModel(model), TrainingViewsOf(scene, kBackground)); }
 };
 
-TEST(Worth, CostIsThatOfTheTrainingViews) {
+TEST(RemovalCost, CostIsThatOfTheTrainingViews) {
   Fit fit;
   Renderer renderer(kBackground, NearPlane(fit.scene));
   double values = 0;
@@ -39,9 +39,9 @@ TEST(Worth, CostIsThatOfTheTrainingViews) {
   EXPECT_EQ(fit.Measure().cost, cost) << "test views have no say";
 }
 
-TEST(Worth, IsTheRiseOfTheCostWithoutIt) {
+TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
   Fit fit;
-  const Worth worth = fit.Measure();
+  const RemovalCost worth = fit.Measure();
   float* logit = fit.model.attribute(splat::kOpacity);
   int compared = 0;
   for (Index i = 0; i < fit.model.count; ++i) {
@@ -57,9 +57,9 @@ TEST(Worth, IsTheRiseOfTheCostWithoutIt) {
 }
 
 // Whole views left out, and halves: what is seen there alone is worth nothing.
-TEST(Worth, PixelsThatDoNotCountHaveNoSay) {
+TEST(RemovalCost, PixelsThatDoNotCountHaveNoSay) {
   Fit fit;
-  const Worth whole = fit.Measure();
+  const RemovalCost whole = fit.Measure();
   const auto mask_from = [&](int column) {
     for (View& view : fit.scene.views) {
       view.image.mask.clear();
@@ -69,7 +69,7 @@ TEST(Worth, PixelsThatDoNotCountHaveNoSay) {
   mask_from(48);
   EXPECT_EQ(fit.Measure().rise, whole.rise);
   mask_from(24);
-  const Worth half = fit.Measure();
+  const RemovalCost half = fit.Measure();
   EXPECT_LT(half.cost, 0.8 * whole.cost);
   EXPECT_EQ(half.values, whole.values / 2);
   float* logit = fit.model.attribute(splat::kOpacity);
@@ -80,15 +80,15 @@ TEST(Worth, PixelsThatDoNotCountHaveNoSay) {
     EXPECT_NEAR(half.rise[static_cast<std::size_t>(i)], rise, 0.35 * std::abs(rise) + 0.002 * half.cost) << i;
   }
   mask_from(0);
-  const Worth nothing = fit.Measure();
+  const RemovalCost nothing = fit.Measure();
   EXPECT_EQ(nothing.cost, 0);
   for (const double rise : nothing.rise) EXPECT_EQ(rise, 0);
 }
 
-TEST(Worth, WhatNoViewShowsHasNone) {
+TEST(RemovalCost, WhatNoViewShowsHasNone) {
   Fit fit;
   fit.model.attribute(splat::kMean + 1)[7] = 1000;
-  const Worth worth = fit.Measure();
+  const RemovalCost worth = fit.Measure();
   EXPECT_EQ(worth.rise[7], 0);
   EXPECT_NE(worth.rise[8], 0);
 }

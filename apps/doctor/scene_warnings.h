@@ -13,7 +13,7 @@
 namespace vesta::app {
 
 // What a photograph shows of how it was taken, in a few figures that can be compared between the views of a scene.
-struct ViewSigns {
+struct ViewDiagnostics {
   double sharpness = 0;  // mean square of the Laplacian of the luma, by its variance; blur lowers it, contrast does not
   double burnt = 0;      // part of the pixels with a channel at its top, 0..1
   double contrast = 0;   // standard deviation of the luma, 0..1
@@ -25,10 +25,10 @@ inline constexpr int kThumbnail = 16;
 inline double Luma(double red, double green, double blue) { return 0.299 * red + 0.587 * green + 0.114 * blue; }
 
 // Of an image with pixels. Large ones are made 640 pixels wide first, so that figures of one scene are of one scale.
-ViewSigns SignsOf(const gs::Image& image);
+ViewDiagnostics DiagnosticsOf(const gs::Image& image);
 
 // Mean over pixels and channels of |a - b| of two thumbnails, 0..1.
-double ThumbnailDistance(const ViewSigns& a, const ViewSigns& b);
+double ThumbnailDistance(const ViewDiagnostics& a, const ViewDiagnostics& b);
 
 // Of each view, in stops (factors of two of light, by luma^2.2) beside the median view: the median over the points that
 // lie in its image of how much lighter its pixel is than the point's colour, which is the mean of all photographs that
@@ -40,6 +40,6 @@ std::vector<double> ExposureStops(const gs::Scene& scene);
 // for: few views, few points, views that see few of the points, photographs of one colour, that are nearly the same as
 // another, blurred, or darker or lighter than the others, or burnt out, and views at one place that look one way. The
 // images must be there. These are signs, and a photograph that is meant so shows them too.
-std::vector<std::string> SceneDoubts(const gs::Scene& scene);
+std::vector<std::string> SceneWarnings(const gs::Scene& scene);
 
 }  // namespace vesta::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/prune.h"
+#include "splatting/pruning/prune.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,8 @@
 #include "kernels/core/random.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/parsimony/judging_views.h"
-#include "splatting/parsimony/support.h"
+#include "splatting/pruning/coverage.h"
+#include "splatting/pruning/scoring_views.h"
 
 namespace vesta::gs {
 namespace {
@@ -41,21 +41,21 @@ std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
 }
 
 // Scores with what hardly any view shows below all else, where `supported` asks for that.
-std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<float>& model,
-                                const JudgingViews& judges, bool supported) {
-  if (!supported) return scores;
-  const std::vector<bool> are_wanting = WhichAreWanting(model, judges);
+std::vector<double> WithCoverage(std::vector<double> scores, const splat::Model<float>& model,
+                                 const ScoringViews& judges, bool prune_unseen) {
+  if (!prune_unseen) return scores;
+  const std::vector<bool> under_observed = WhichAreUnderObserved(model, judges);
   for (std::size_t i = 0; i < scores.size(); ++i) {
-    if (are_wanting[i]) scores[i] = -std::numeric_limits<double>::infinity();
+    if (under_observed[i]) scores[i] = -std::numeric_limits<double>::infinity();
   }
   return scores;
 }
 
-void PruneToCount(const JudgingViews& judges, const PruneOptions& options, PruneResult& result) {
+void PruneToCount(const ScoringViews& judges, const PruneOptions& options, PruneResult& result) {
   const Index count = std::max<Index>(*options.goal.count, 1);
   for (; result.model.count > count; ++result.rounds) {
     const Index left = std::max(count, result.model.count - PartOf(result.model.count, kPartOfRound));
-    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.supported, left);
+    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.prune_unseen, left);
     result.model = InOrder(std::move(result.model), kept);
   }
 }
@@ -74,14 +74,14 @@ Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& r
 // Each round spends, by what is foreseen, a part of what may still be lost. Those that go together cost more than one
 // by one: where they cost too much the round is taken back, and rounds become smaller.
 // worth: of the whole model.
-void PruneToRise(const JudgingViews& judges, const PruneOptions& options, Worth worth, PruneResult& result) {
+void PruneToRise(const ScoringViews& judges, const PruneOptions& options, RemovalCost worth, PruneResult& result) {
   constexpr double kLeastRound = 0.002;
   const double most = result.cost_before * (1 + *options.goal.max_rise);
   SplatModel last = result.model;
   double part_of_rest = 0.5, part_of_round = kPartOfRound;
   while (part_of_round > kLeastRound) {
     const splat::Model<float> model = ToKernelModel(last);
-    std::vector<Index> order = LeastFirst(WithSupport(worth.rise, model, judges, options.supported));
+    std::vector<Index> order = LeastFirst(WithCoverage(worth.rise, model, judges, options.prune_unseen));
     const auto limit = std::min(PartOf(last.count, part_of_round), last.count - 1);
     const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
     if (gone < PartOf(last.count, kLeastRound)) break;
@@ -89,7 +89,7 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, Worth 
     std::ranges::sort(order);
     result.model = InOrder(last, order);
     ++result.rounds;
-    Worth after = MeasureWorth(ToKernelModel(result.model), judges);
+    RemovalCost after = MeasureRemovalCost(ToKernelModel(result.model), judges);
     if (after.cost > most) {
       part_of_rest *= 0.5, part_of_round *= 0.5;
       continue;
@@ -102,15 +102,16 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, Worth 
 
 }  // namespace
 
-std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, bool supported, Index count) {
-  return Highest(WithSupport(MeasureWorth(model, judges).rise, model, judges, supported), count);
+std::vector<Index> Keepers(const splat::Model<float>& model, const ScoringViews& judges, bool prune_unseen,
+                           Index count) {
+  return Highest(WithCoverage(MeasureRemovalCost(model, judges).rise, model, judges, prune_unseen), count);
 }
 
-std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price,
-                                   std::uint64_t seed, std::uint64_t round) {
+std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& judges, double aic_weight,
+                             std::uint64_t seed, std::uint64_t round) {
   constexpr double kPartOfPoor = 0.4;
-  const Worth worth = MeasureWorth(model, judges);
-  const double unit = price * worth.cost / worth.values;
+  const RemovalCost worth = MeasureRemovalCost(model, judges);
+  const double unit = aic_weight * worth.cost / worth.values;
   std::vector<double> gain = worth.rise;
   Index going = 0;
   for (std::size_t i = 0; i < gain.size(); ++i) {
@@ -122,19 +123,19 @@ std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const Judgi
   return Highest(gain, model.count - std::min(going, PartOf(model.count, kPartOfRound)));
 }
 
-PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {
+PruneResult Prune(SplatModel model, const ScoringViews& judges, const PruneOptions& options) {
   if (judges.views.empty()) Fail(kBadArgument, "the scene has no training view to judge Gaussians by");
   VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
   PruneResult result;
   result.model = std::move(model);
-  Worth worth = MeasureWorth(ToKernelModel(result.model), judges);
+  RemovalCost worth = MeasureRemovalCost(ToKernelModel(result.model), judges);
   result.cost_before = worth.cost;
   if (options.goal.count) {
     PruneToCount(judges, options, result);
   } else {
     PruneToRise(judges, options, std::move(worth), result);
   }
-  result.cost_after = MeasureWorth(ToKernelModel(result.model), judges).cost;
+  result.cost_after = MeasureRemovalCost(ToKernelModel(result.model), judges).cost;
   return result;
 }
 

@@ -22,7 +22,7 @@
 namespace vesta::gs {
 
 // The views that speak for or against a Gaussian: those that are trained on, with their images, never the test views.
-struct JudgingViews {
+struct ScoringViews {
   std::vector<const View*> views;  // must outlive this
   std::array<double, 3> background{0, 0, 0};
   double near = 0;              // distance of the near plane, world units
@@ -30,7 +30,7 @@ struct JudgingViews {
 };
 
 // The training views of the scene.
-JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
+ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes = {});
 
 // Bytes of a RenderedViews and a JudgedLoss of such a model and its largest view, with what they sum up by pair and
@@ -49,7 +49,7 @@ inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians
 class RenderedViews {
  public:
   // Both must outlive this.
-  RenderedViews(const splat::Model<float>& model, const JudgingViews& judges) : model_(model), judges_(judges) {}
+  RenderedViews(const splat::Model<float>& model, const ScoringViews& judges) : model_(model), judges_(judges) {}
 
   // What judges tell of the Gaussians that they see. ask(view, rows), with view() and image() of that judge: adds to
   // rows, one for each Gaussian and zero before. take(view) gives what takes (i, row) of each that is seen, the judges
@@ -70,7 +70,7 @@ class RenderedViews {
   }
 
   const splat::Model<float>& model_;
-  const JudgingViews& judges_;
+  const ScoringViews& judges_;
   splat::SplatView<float> view_;
   splat::ViewWorkspace<float> workspace_;
   HostBuffer<float> image_;
@@ -147,8 +147,8 @@ class JudgedLoss {
             .counts = is_masked ? counts_.data() : nullptr};
   }
   // Of all views, those of other processes among them; their pixels that count, by channel. Collective.
-  double Cost(const JudgingViews& judges) const { return SumInOrder(judges.processes.Gather(costs_)); }
-  double Values(const JudgingViews& judges) const { return SumInOrder(judges.processes.Gather(values_)); }
+  double Cost(const ScoringViews& judges) const { return SumInOrder(judges.processes.Gather(costs_)); }
+  double Values(const ScoringViews& judges) const { return SumInOrder(judges.processes.Gather(values_)); }
 
  private:
   static double SumInOrder(const std::vector<double>& of_views) {
@@ -175,13 +175,13 @@ class JudgedLoss {
 // What each Gaussian of a model is worth: by how much the photometric cost of the training views rises without it
 // (kernels/gaussian_splatting/raster/removal_pass.h).
 // Costs are sums over views, pixels and channels of the loss that trainings lower: 0.8 |e| + 0.2 (1 - SSIM).
-struct Worth {
+struct RemovalCost {
   double cost = 0;           // of the views with all Gaussians
   double values = 0;         // pixels of the views, by channel
   std::vector<double> rise;  // by Gaussian: when it goes and all others stay as they are; negative: better without
 };
 
 // Takes about three times as long as rendering all views.
-Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges);
+RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/prune.h"
+#include "splatting/pruning/prune.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <set>
 
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/parsimony/judging_views.h"
-#include "splatting/parsimony/parsimony_options.h"
+#include "splatting/pruning/pruning_options.h"
+#include "splatting/pruning/scoring_views.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"
 
@@ -29,7 +29,7 @@ struct Padded {
     test::RenderTruth(model, 0, &scene);
     for (Index i = kNeeded; i < kAll; ++i) logit[i] = -4;
   }
-  JudgingViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
+  ScoringViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
   PruneResult PruneTo(const PruneGoal& goal) const { return Prune(model, Judges(), {.goal = goal}); }
 };
 
@@ -56,26 +56,26 @@ TEST(Keepers, AreAsManyAsAskedForInTheirOrder) {
   EXPECT_TRUE(std::ranges::is_sorted(kept));
 }
 
-TEST(WorthTheirPrice, GoesByTheRiseForEachParameter) {
+TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   Padded padded;
   for (View& view : padded.scene.views) {
     for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;  // so that there is a cost
   }
   const splat::Model<float> model = ToKernelModel(padded.model);
-  const auto kept = [&](double price, std::uint64_t round) {
-    return WorthTheirPrice(model, padded.Judges(), price, 3, round);
+  const auto kept = [&](double aic_weight, std::uint64_t round) {
+    return KeepByAic(model, padded.Judges(), aic_weight, 3, round);
   };
-  const Worth worth = MeasureWorth(model, padded.Judges());
+  const RemovalCost worth = MeasureRemovalCost(model, padded.Judges());
   std::vector<double> rise = worth.rise;
   std::ranges::sort(rise);
   // Between the tenth and the eleventh.
-  const double price = (rise[9] + rise[10]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
-  ASSERT_GT(price, 0);
+  const double aic_weight = (rise[9] + rise[10]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
+  ASSERT_GT(aic_weight, 0);
   std::set<Index> gone;
   constexpr int kRounds = 20;
   double went = 0;
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Index> left = kept(price, static_cast<std::uint64_t>(round));
+    const std::vector<Index> left = kept(aic_weight, static_cast<std::uint64_t>(round));
     for (Index i = 0; i < Padded::kAll; ++i) {
       if (!std::ranges::binary_search(left, i)) gone.insert(i), went += 1.0 / kRounds;
     }
@@ -83,7 +83,7 @@ TEST(WorthTheirPrice, GoesByTheRiseForEachParameter) {
   EXPECT_EQ(gone.size(), 10U);
   for (const Index i : gone) EXPECT_LE(worth.rise[static_cast<std::size_t>(i)], rise[9]);
   EXPECT_NEAR(went, 4, 1) << "two fifths of them at a time";
-  EXPECT_EQ(kept(price, 1), kept(price, 1));
+  EXPECT_EQ(kept(aic_weight, 1), kept(aic_weight, 1));
   EXPECT_EQ(kept(1e12, 1).size(), 30U) << "no more than a quarter at a time";
   EXPECT_EQ(kept(-1e12, 1).size(), 40U);
 }
@@ -105,13 +105,13 @@ TEST(Prune, ToACount) {
   EXPECT_GT(one.rounds, 8) << "a quarter at a time";
 }
 
-TEST(Prune, PriceRisesByAndBy) {
-  const ParsimonyOptions parsimony{.price = 2, .begin = 0.5, .end = 0.75};
-  EXPECT_EQ(PriceAt(parsimony, {0.49, 0.5}), 0);
-  EXPECT_EQ(PriceAt(parsimony, {0.5, 0.625}), 1);
-  EXPECT_EQ(PriceAt(parsimony, {0.7, 0.75}), 2);
-  EXPECT_TRUE(Prunes(parsimony, {0.7, 0.75}));
-  EXPECT_FALSE(Prunes({.price = 0}, {0.79, 0.8}));
+TEST(Prune, AicWeightRisesGradually) {
+  const PruningOptions pruning{.aic_weight = 2, .begin = 0.5, .end = 0.75};
+  EXPECT_EQ(AicWeightAt(pruning, {0.49, 0.5}), 0);
+  EXPECT_EQ(AicWeightAt(pruning, {0.5, 0.625}), 1);
+  EXPECT_EQ(AicWeightAt(pruning, {0.7, 0.75}), 2);
+  EXPECT_TRUE(Prunes(pruning, {0.7, 0.75}));
+  EXPECT_FALSE(Prunes({.aic_weight = 0}, {0.79, 0.8}));
 }
 
 TEST(Prune, ToARise) {
@@ -136,38 +136,40 @@ TEST(Prune, NeedsAJudge) {
   EXPECT_THAT([&] { padded.PruneTo({.count = 3, .max_rise = {}}); }, ThrowsError(kBadArgument));
 }
 
-TEST(ParsimonySchedule, TheSamePartGoesEachTime) {
-  const ParsimonyOptions parsimony{.keep = 0.25, .begin = 0.5, .end = 0.7, .every = 0.1};
+TEST(PruningSchedule, TheSamePartGoesEachTime) {
+  const PruningOptions pruning{.keep_fraction = 0.25, .begin = 0.5, .end = 0.7, .every = 0.1};
   constexpr int kIterations = 100;
   std::vector<std::pair<int, Index>> left;
   for (int it = 1; it <= kIterations; ++it) {
     const StageSpan span{(it - 1.0) / kIterations, 1.0 * it / kIterations};
-    if (Prunes(parsimony, span)) left.emplace_back(it, CountAfter(parsimony, span, 1000));
+    if (Prunes(pruning, span)) left.emplace_back(it, CountAfter(pruning, span, 1000));
   }
   EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}}));
-  EXPECT_FALSE(Prunes(ParsimonyOptions::None(), {0.69, 0.7})) << "unless it is asked for";
+  EXPECT_FALSE(Prunes(PruningOptions::None(), {0.69, 0.7})) << "unless it is asked for";
   EXPECT_TRUE(LowersDegrees({}, {0.59, 0.6}));
   EXPECT_FALSE(LowersDegrees({}, {0.61, 0.62})) << "once";
   EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "not in the first iterations";
-  EXPECT_FALSE(LowersDegrees(ParsimonyOptions::None(), {0.59, 0.6}));
-  EXPECT_TRUE(Prunes({.keep = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8})) << "over the end, in few steps";
-  EXPECT_THAT([] { CheckTogether(ParsimonyOptions{.keep = 0.5, .begin = 0.9}); },
-              ThrowsError(kBadArgument, "parsimony.begin=0.9", "parsimony.end=0.8"));
-  EXPECT_FALSE(Prunes({.keep = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1})) << "nothing would train on";
-  EXPECT_EQ(CountAfter({.keep = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
+  EXPECT_FALSE(LowersDegrees(PruningOptions::None(), {0.59, 0.6}));
+  EXPECT_TRUE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8}))
+      << "over the end, in few steps";
+  EXPECT_THAT([] { CheckTogether(PruningOptions{.keep_fraction = 0.5, .begin = 0.9}); },
+              ThrowsError(kBadArgument, "pruning.begin=0.9", "pruning.end=0.8"));
+  EXPECT_FALSE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1}))
+      << "nothing would train on";
+  EXPECT_EQ(CountAfter({.keep_fraction = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
 }
 
-TEST(ParsimonySchedule, SupportIsAskedForTwice) {
+TEST(PruningSchedule, CoverageIsAskedForTwice) {
   constexpr int kIterations = 50;
-  const auto asked = [](const ParsimonyOptions& parsimony) {
+  const auto asked = [](const PruningOptions& pruning) {
     std::vector<int> at;
     for (int it = 1; it <= kIterations; ++it) {
-      if (ChecksSupport(parsimony, {(it - 1.0) / kIterations, 1.0 * it / kIterations})) at.push_back(it);
+      if (ChecksCoverage(pruning, {(it - 1.0) / kIterations, 1.0 * it / kIterations})) at.push_back(it);
     }
     return at;
   };
   EXPECT_THAT(asked({}), testing::ElementsAre(30, 40));
-  EXPECT_THAT(asked({.supported = false}), testing::IsEmpty());
+  EXPECT_THAT(asked({.prune_unseen = false}), testing::IsEmpty());
   EXPECT_THAT(asked({.begin = 0, .end = 0.5}), testing::ElementsAre(25)) << "the first iteration is no change";
   EXPECT_THAT(asked({.begin = 0.5, .end = 1}), testing::ElementsAre(25)) << "after the last nothing is trained";
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/mpi/mpi_ranks.h"
+#include "kernels/mpi/mpi_communicator.h"
 
 #include <fmt/format.h>
 #include <mpi.h>
@@ -63,9 +63,9 @@ struct Pieces {
   std::vector<int> counts, offsets;
 };
 
-class MpiRanks final : public Ranks {
+class MpiCommunicator final : public Communicator {
  public:
-  explicit MpiRanks(const MpiOptions& options) : options_(options) {
+  explicit MpiCommunicator(const MpiOptions& options) : options_(options) {
     int provided = 0;
     CheckMpi(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
     if (provided < MPI_THREAD_FUNNELED)
@@ -79,15 +79,15 @@ class MpiRanks final : public Ranks {
     CheckMpi(MPI_Irecv(words_.data(), kMostWords, MPI_CHAR, MPI_ANY_SOURCE, kAbandonTag, news_, &abandoned_by_),
              "MPI_Irecv");
   }
-  ~MpiRanks() override {
+  ~MpiCommunicator() override {
     if (is_abandoned_) return;  // with calls of others pending MPI_Finalize would wait for ever
     MPI_Cancel(&abandoned_by_);
     MPI_Wait(&abandoned_by_, MPI_STATUS_IGNORE);
     MPI_Comm_free(&news_);
     MPI_Finalize();
   }
-  MpiRanks(const MpiRanks&) = delete;
-  MpiRanks& operator=(const MpiRanks&) = delete;
+  MpiCommunicator(const MpiCommunicator&) = delete;
+  MpiCommunicator& operator=(const MpiCommunicator&) = delete;
 
   int rank() const override { return rank_; }
   int size() const override { return size_; }
@@ -190,7 +190,7 @@ class MpiRanks final : public Ranks {
   bool is_abandoned_ = false;
 };
 
-void CheckSameInstructions(Ranks& ranks) {
+void CheckSameInstructions(Communicator& ranks) {
   const std::vector<std::string> names = GatherWords(ranks, IsaName(ActiveIsa()));
   for (std::size_t r = 1; r < names.size(); ++r) {
     if (names[r] != names[0]) {
@@ -203,8 +203,8 @@ void CheckSameInstructions(Ranks& ranks) {
 
 }  // namespace
 
-std::unique_ptr<Ranks> StartMpi(const MpiOptions& options) {
-  auto ranks = std::make_unique<MpiRanks>(options);
+std::unique_ptr<Communicator> StartMpi(const MpiOptions& options) {
+  auto ranks = std::make_unique<MpiCommunicator>(options);
   CheckSameInstructions(*ranks);
   return ranks;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/parsimony/support.h"
+#include "splatting/pruning/coverage.h"
 
 #include <algorithm>
 #include <array>
@@ -38,7 +38,7 @@ double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
   return sum * step * std::sqrt(std::numbers::pi) / (2 * root * r);
 }
 
-// Support::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as part of the
+// Coverage::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as part of the
 // image in the camera where that is largest; at most 1.
 double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
   std::array<double, 3> deviation{};
@@ -59,7 +59,7 @@ double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat
   return std::min(1.0, 2 * std::numbers::pi * deviation[1] * deviation[2] * largest);
 }
 
-std::vector<splat::PosedCamera> CamerasOf(const JudgingViews& judges) {
+std::vector<splat::PosedCamera> CamerasOf(const ScoringViews& judges) {
   std::vector<splat::PosedCamera> cameras;
   cameras.reserve(judges.views.size());
   for (const View* view : judges.views) cameras.push_back(ToPosedCamera(*view, judges.near));
@@ -71,7 +71,7 @@ class ShownByView {
  public:
   explicit ShownByView(const double* background) : background_(background) {}
 
-  // add(i, Support::shown in this view alone) of each that is seen, in parallel.
+  // add(i, Coverage::shown in this view alone) of each that is seen, in parallel.
   template <class Add>
   void ForEach(const splat::Model<float>& model, const splat::PosedCamera& camera, const Add& add) {
     projected_.Build(model, camera, background_, workspace_);
@@ -90,8 +90,8 @@ class ShownByView {
 };
 
 // Of each, without what views show of it.
-std::vector<Support> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
-  std::vector<Support> support(static_cast<std::size_t>(model.count));
+std::vector<Coverage> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
+  std::vector<Coverage> support(static_cast<std::size_t>(model.count));
   ParallelFor(model.count, 1024,
               [&](Index i) { support[static_cast<std::size_t>(i)].body = BodyOf(model, i, cameras); });
   return support;
@@ -176,16 +176,16 @@ Index TakeIsolated(const SplatModel& model, std::vector<Index>& gaussians) {
   });
 }
 
-Index TakeUnsupported(const SplatModel& model, const JudgingViews& judges, std::vector<Index>& gaussians) {
-  const std::vector<bool> are_wanting = WhichAreWanting(ToKernelModel(model), judges);
-  return TakeOut(gaussians, [&](std::size_t, Index i) { return are_wanting[static_cast<std::size_t>(i)]; });
+Index RemoveUnderObserved(const SplatModel& model, const ScoringViews& judges, std::vector<Index>& gaussians) {
+  const std::vector<bool> under_observed = WhichAreUnderObserved(ToKernelModel(model), judges);
+  return TakeOut(gaussians, [&](std::size_t, Index i) { return under_observed[static_cast<std::size_t>(i)]; });
 }
 
 }  // namespace
 
-std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges) {
+std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& judges) {
   const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
-  std::vector<Support> support = BodiesOf(model, cameras);
+  std::vector<Coverage> support = BodiesOf(model, cameras);
   ShownByView views(judges.background.data());
   for (const splat::PosedCamera& camera : cameras) {
     views.ForEach(model, camera, [&](std::size_t i, double shown) { support[i].shown += shown; });
@@ -193,13 +193,13 @@ std::vector<Support> MeasureSupport(const splat::Model<float>& model, const Judg
   return support;
 }
 
-std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const JudgingViews& judges) {
+std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& judges) {
   const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
-  std::vector<Support> support = BodiesOf(model, cameras);
+  std::vector<Coverage> support = BodiesOf(model, cameras);
   std::vector<Index> wanting;  // by the views so far, of which each can only make them fewer
-  const auto is_wanting = [&](Index i) { return support[static_cast<std::size_t>(i)].is_wanting(); };
+  const auto IsUnderObserved = [&](Index i) { return support[static_cast<std::size_t>(i)].IsUnderObserved(); };
   for (Index i = 0; i < model.count; ++i) {
-    if (is_wanting(i)) wanting.push_back(i);
+    if (IsUnderObserved(i)) wanting.push_back(i);
   }
   ShownByView views(judges.background.data());
   std::vector<float> values;
@@ -213,34 +213,34 @@ std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const Judgin
     }
     views.ForEach(left, camera,
                   [&](std::size_t k, double shown) { support[static_cast<std::size_t>(wanting[k])].shown += shown; });
-    std::erase_if(wanting, [&](Index i) { return !is_wanting(i); });
+    std::erase_if(wanting, [&](Index i) { return !IsUnderObserved(i); });
   }
-  std::vector<bool> are_wanting(support.size());
-  for (const Index i : wanting) are_wanting[static_cast<std::size_t>(i)] = true;
-  return are_wanting;
+  std::vector<bool> under_observed(support.size());
+  for (const Index i : wanting) under_observed[static_cast<std::size_t>(i)] = true;
+  return under_observed;
 }
 
-std::vector<Index> Supported(const splat::Model<float>& model, const JudgingViews& judges) {
-  const std::vector<bool> are_wanting = WhichAreWanting(model, judges);
+std::vector<Index> Supported(const splat::Model<float>& model, const ScoringViews& judges) {
+  const std::vector<bool> under_observed = WhichAreUnderObserved(model, judges);
   std::vector<Index> kept;
-  kept.reserve(are_wanting.size());
-  for (std::size_t i = 0; i < are_wanting.size(); ++i) {
-    if (!are_wanting[i]) kept.push_back(static_cast<Index>(i));
+  kept.reserve(under_observed.size());
+  for (std::size_t i = 0; i < under_observed.size(); ++i) {
+    if (!under_observed[i]) kept.push_back(static_cast<Index>(i));
   }
   if (!kept.empty()) return kept;
-  kept.resize(are_wanting.size());
+  kept.resize(under_observed.size());
   std::iota(kept.begin(), kept.end(), Index{0});
   return kept;
 }
 
-FloaterCount FindFloaters(const SplatModel& model, const JudgingViews* judges) {
+FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* judges) {
   FloaterCount count;
   count.kept.resize(static_cast<std::size_t>(model.count));
   std::iota(count.kept.begin(), count.kept.end(), Index{0});
   count.faint = TakeFaint(model, count.kept);
   count.huge = TakeHuge(model, count.kept);
   count.isolated = TakeIsolated(model, count.kept);
-  if (judges) count.unsupported = TakeUnsupported(model, *judges, count.kept);
+  if (judges) count.unsupported = RemoveUnderObserved(model, *judges, count.kept);
   return count;
 }
 
