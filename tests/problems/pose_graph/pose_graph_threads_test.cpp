@@ -2,11 +2,11 @@
 // The same bits for any number of threads.
 #include <gtest/gtest.h>
 
-#include "kernels/core/parallel.h"
 #include "problems/pose_graph/pose_graph_problem.h"
 #include "solver/internal/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/pose_graph/ring_graph.h"
+#include "tests/support/any_threads.h"
 #include "tests/support/linearize_at.h"
 
 namespace vesta::pose_graph {
@@ -37,14 +37,7 @@ std::vector<std::vector<double>> Results(const PoseGraph& graph) {
 
 template <class Space>
 void ExpectSameForAnyNumber(const PoseGraph& graph) {
-  const int before = NumThreads();
-  SetNumThreads(1);
-  const auto expected = Results<Space>(graph);
-  for (const int threads : {2, 3}) {
-    SetNumThreads(threads);
-    EXPECT_TRUE(Results<Space>(graph) == expected) << threads;
-  }
-  SetNumThreads(before);
+  vesta::test::ExpectSameForAnyThreads([&] { return Results<Space>(graph); });
 }
 
 TEST(PoseGraphThreads, Ring) {

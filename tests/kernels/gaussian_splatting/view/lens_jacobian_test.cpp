@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "tests/kernels/gaussian_splatting/image_derivative.h"
 #include "tests/support/adjoint.h"
+#include "tests/support/any_threads.h"
 #include "tests/support/splat_scenes.h"
 
 namespace vesta::splat {
@@ -126,21 +126,13 @@ TEST(LensJacobianThreads, BitIdenticalForAnyNumber) {
   RenderedView<float> rendered(test::RandomScene(options, 95));
   test::Random random(96);
   const std::vector<float> u = random.NormalVector<float>(rendered.image.size());
-  const auto everything = [&] {
+  test::ExpectSameForAnyThreads([&] {
     std::vector<float> d_image(u.size());
     ApplyLensJ(rendered.view, Unit(0), d_image.data(), rendered.workspace);
     const LensTangent sums =
         LensCotangent(rendered.view, rendered.view.ApplyRasterJT(rendered.image.data(), u.data(), rendered.workspace));
     return std::pair(d_image, std::vector<double>(sums.v, sums.v + kLensTangent));
-  };
-  const int before = NumThreads();
-  SetNumThreads(1);
-  const auto expected = everything();
-  for (const int threads : {2, 3}) {
-    SetNumThreads(threads);
-    EXPECT_TRUE(everything() == expected) << threads;
-  }
-  SetNumThreads(before);
+  });
 }
 
 }  // namespace
