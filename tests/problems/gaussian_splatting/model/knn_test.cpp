@@ -44,7 +44,7 @@ TEST(Knn, AgreesWithBruteForce) {
 
 TEST(Knn, SameBitsForAnyNumberOfThreads) {
   const Points points = RandomPositions(5000);
-  test::ExpectSameForAnyThreads([&] { return MeanSquaredNeighborDistance(points); });
+  vesta::test::ExpectSameForAnyThreads([&] { return MeanSquaredNeighborDistance(points); });
 }
 
 TEST(Knn, FewPoints) {

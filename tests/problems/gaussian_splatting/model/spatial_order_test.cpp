@@ -8,19 +8,11 @@
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/initialize.h"
+#include "tests/problems/gaussian_splatting/host_vectors.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {
 namespace {
-
-SplatModel AtMeans(const std::vector<std::array<float, 3>>& means) {
-  SplatModel model;
-  model.Resize(0, static_cast<Index>(means.size()));
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) model.attribute(splat::kMean + static_cast<int>(k))[i] = means[i][k];
-  }
-  return model;
-}
 
 // The eight corners of a cube come in the order of their numbers, x being the lowest bit.
 TEST(SpatialOrder, IsMortons) {
@@ -28,18 +20,18 @@ TEST(SpatialOrder, IsMortons) {
   for (const int c : {5, 2, 7, 0, 1, 6, 3, 4}) {
     corners.push_back({static_cast<float>(c & 1), static_cast<float>(c >> 1 & 1), static_cast<float>(c >> 2)});
   }
-  EXPECT_EQ(SpatialOrder(AtMeans(corners)), (std::vector<Index>{3, 4, 1, 6, 7, 0, 5, 2}));
+  EXPECT_EQ(SpatialOrder(test::ModelAt(corners)), (std::vector<Index>{3, 4, 1, 6, 7, 0, 5, 2}));
 }
 
 // In memory's neighbourhoods of 16 there is less space than a random order has there.
 TEST(SpatialOrder, NeighboursInMemoryAreNeighboursInSpace) {
   constexpr Index kCount = 4096;
-  test::Random random(1);
+  vesta::test::Random random(1);
   std::vector<std::array<float, 3>> means(kCount);
   for (auto& mean : means)
     mean = {static_cast<float>(random.Normal()), static_cast<float>(random.Normal()),
             static_cast<float>(random.Normal())};
-  const SplatModel model = AtMeans(means);
+  const SplatModel model = test::ModelAt(means);
   const std::vector<Index> order = SpatialOrder(model);
   std::vector<Index> sorted = order;
   std::sort(sorted.begin(), sorted.end());
@@ -61,12 +53,12 @@ TEST(SpatialOrder, NeighboursInMemoryAreNeighboursInSpace) {
 TEST(SpatialOrder, WhateverTheMeansAreEachComesOnce) {
   const float infinity = std::numeric_limits<float>::infinity();
   const SplatModel model =
-      AtMeans({{0, std::nanf(""), 0}, {1e30f, 0, 0}, {-1e30f, 0, 0}, {-infinity, 0, 0}, {0, 0, 0}});
+      test::ModelAt({{0, std::nanf(""), 0}, {1e30f, 0, 0}, {-1e30f, 0, 0}, {-infinity, 0, 0}, {0, 0, 0}});
   std::vector<Index> order = SpatialOrder(model);
   std::sort(order.begin(), order.end());
   EXPECT_EQ(order, (std::vector<Index>{0, 1, 2, 3, 4}));
-  EXPECT_TRUE(SpatialOrder(AtMeans({})).empty());
-  EXPECT_EQ(SpatialOrder(AtMeans({{2, 2, 2}, {2, 2, 2}})), (std::vector<Index>{0, 1}));
+  EXPECT_TRUE(SpatialOrder(test::ModelAt({})).empty());
+  EXPECT_EQ(SpatialOrder(test::ModelAt({{2, 2, 2}, {2, 2, 2}})), (std::vector<Index>{0, 1}));
 }
 
 }  // namespace
