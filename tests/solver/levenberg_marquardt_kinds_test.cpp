@@ -31,16 +31,6 @@ TEST(LmKinds, AnEmptyProblemIsSolved) {
   EXPECT_EQ(x[1], 2);
 }
 
-TEST(LmKinds, AZeroResidualIsConverged) {
-  Cpu backend;
-  ResidualBlocks<Rosenbrock, Cpu> rosenbrock(2, std::vector<Rosenbrock>(1));
-  Cpu::Vector x = Vector({1, 1});
-  const LmSummary summary = SolveLm(LmOptions(), backend, rosenbrock, x.view());
-  EXPECT_EQ(summary.status, LmStatus::kGradientTolerance);
-  EXPECT_EQ(summary.final_cost, 0);
-  EXPECT_EQ(summary.num_accepted, 0);
-}
-
 TEST(LmKinds, ParametersNobodyReadsStay) {
   Cpu backend;
   ResidualBlocks<Rosenbrock, Cpu> problem(4, std::vector<Rosenbrock>(1), {1, 3});
