@@ -256,7 +256,8 @@ TEST_F(LmTest, WhenNoTrialIsFiniteTheStartComesBack) {
   EXPECT_LT(bounded.num_rejected, 10);
 }
 
-// And the solve is the same to the bit. Many samples: a phase of less than 0.5 % of the whole is left out, as many were beside a scheduler's delay.
+// And the solve is the same to the bit. Of many samples: on a busy machine few leave phases of less than 0.5 % of the
+// whole, which are left out.
 TEST_F(LmTest, TimesItsPhasesWhereAsked) {
   const auto samples = ExponentialSamples(20000);
   ResidualBlocks<ExponentialFit, Cpu> problem(2, samples);

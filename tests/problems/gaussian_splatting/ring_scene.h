@@ -14,6 +14,9 @@ namespace vesta::gs::test {
 // the clamp at 0.
 SplatModel RandomModel(Index count, int sh_degree, std::uint64_t seed);
 
+// Of Gaussians in order: 0, 1, 2, 3, 0, ...
+std::vector<std::uint8_t> MixedDegrees(std::size_t count);
+
 // Every parameter moved by `amount` times a standard normal number.
 SplatModel Perturbed(const SplatModel& model, double amount, std::uint64_t seed);
 

@@ -88,10 +88,7 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
 
 TEST(GsThreads, TrainingOfDifferentDegreesIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
-  std::vector<std::uint8_t> degrees;
-  degrees.reserve(60);
-  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
-  const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), degrees);
+  const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), test::MixedDegrees(60));
   ExpectSameForAnyThreads([&] { return Refine(scene, start, ShortTraining(30, 2), {}, {}).model.data; });
 }
 

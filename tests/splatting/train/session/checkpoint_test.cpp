@@ -102,10 +102,7 @@ TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
 
 // A model of different degrees, in both stages.
 TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
-  std::vector<std::uint8_t> degrees;
-  degrees.reserve(60);
-  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
-  const SplatModel start = WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), degrees);
+  const SplatModel start = WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), test::MixedDegrees(60));
   const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(scene_, start, Options(), {}, callbacks); };
   const TrainResult whole = refine({});
   EXPECT_FALSE(whole.model.is_uniform());
