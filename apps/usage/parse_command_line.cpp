@@ -77,7 +77,7 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
 
 [[noreturn]] void RefuseFlag(const GivenFlag& flag, const CommandInfo& command) {
   const std::string& name = flag.name;
-  if (name == "low_pass") throw UsageError("--low_pass: this flag is now called --eps2d");
+  if (name == "eps2d") throw UsageError("--eps2d: this flag is now called --eps2d");
   std::vector<const char*> takers;
   for (const CommandInfo& other : Commands()) {
     GivenFlag copy = flag;

@@ -34,7 +34,7 @@ TEST_F(BundleAdjust, WritesTheSolvedProblemAndItsNumbers) {
   EXPECT_EQ(output.err, "");
   EXPECT_THAT(output.out, HasSubstr("12 cameras, 200 points"));
   EXPECT_THAT(output.out, HasSubstr("reprojection error"));
-  const auto json = nlohmann::json::parse(ReadFile(json_));
+  const auto json = nlohmann::json::parse(ReadBytes(json_));
   EXPECT_LT(json["final_cost"].get<double>(), 1e-2 * json["initial_cost"].get<double>());
   EXPECT_LT(json["final_rms_pixels"].get<double>(), 1);
   EXPECT_EQ(json["history"].back()["cost"], json["final_cost"]);
@@ -42,7 +42,7 @@ TEST_F(BundleAdjust, WritesTheSolvedProblemAndItsNumbers) {
   // What was written is at its minimum.
   const std::string again = folder_ / "again.txt";
   ASSERT_EQ(RunProgram({"bundle_adjust", out_, "--out=" + again, "--json=" + json_}).status, 0);
-  const auto second = nlohmann::json::parse(ReadFile(json_));
+  const auto second = nlohmann::json::parse(ReadBytes(json_));
   EXPECT_EQ(second["initial_cost"], json["final_cost"]);
 }
 
@@ -51,7 +51,7 @@ TEST_F(BundleAdjust, TakesARobustLossAndLimits) {
   const ProgramOutput output = RunProgram({"bundle_adjust", in_, "--out=" + out_, "--json=" + json_, "--loss=huber",
                                            "--loss_scale=2", "--iterations=2", "--pcg_iterations=3"});
   EXPECT_EQ(output.status, 0) << output.err;
-  const auto json = nlohmann::json::parse(ReadFile(json_));
+  const auto json = nlohmann::json::parse(ReadBytes(json_));
   ASSERT_EQ(json["history"].size(), 3u);
   EXPECT_LE(json["history"][2]["pcg_iterations"], 3);
 }
@@ -63,17 +63,17 @@ TEST_F(BundleAdjust, ComputesWhereItIsTold) {
         {"bundle_adjust", in_, "--out=" + out_, "--json=" + json_, "--iterations=3", "--device=" + device});
   };
   ASSERT_EQ(solve("cpu").status, 0);
-  EXPECT_EQ(nlohmann::json::parse(ReadFile(json_))["device"], "cpu");
-  const std::string on_cpu = ReadFile(out_);
+  EXPECT_EQ(nlohmann::json::parse(ReadBytes(json_))["device"], "cpu");
+  const std::string on_cpu = ReadBytes(out_);
   // auto is the CPU to the last digit.
   ASSERT_EQ(solve("auto").status, 0);
-  EXPECT_EQ(nlohmann::json::parse(ReadFile(json_))["device"], "cpu");
-  EXPECT_EQ(ReadFile(out_), on_cpu);
+  EXPECT_EQ(nlohmann::json::parse(ReadBytes(json_))["device"], "cpu");
+  EXPECT_EQ(ReadBytes(out_), on_cpu);
   // cuda fails where there is no GPU, in one line.
   std::filesystem::remove(out_);
   const ProgramOutput output = solve("cuda");
   if (output.status == 0) {
-    EXPECT_EQ(nlohmann::json::parse(ReadFile(json_))["device"], "cuda");
+    EXPECT_EQ(nlohmann::json::parse(ReadBytes(json_))["device"], "cuda");
     return;
   }
   EXPECT_EQ(CountLines(output.err), 1) << output.err;

@@ -44,18 +44,18 @@ TEST_F(KilledTraining, GoesOnToTheSameSplat) {
   ASSERT_EQ(resumed.status, 0) << resumed.err;
   EXPECT_THAT(resumed.out, HasSubstr("\nphase ")) << "of the part that was gone on with";
   ASSERT_EQ(RunProgram(Train(whole_)).status, 0);
-  EXPECT_EQ(ReadFile(out_ + "/point_cloud.ply"), ReadFile(whole_ + "/point_cloud.ply"));
+  EXPECT_EQ(ReadBytes(out_ + "/point_cloud.ply"), ReadBytes(whole_ + "/point_cloud.ply"));
 }
 
 // Resumed without a word about checkpoints, and killed again later.
 TEST_F(KilledTraining, IsSavedAsOftenAfterItIsResumed) {
   TrainAndKill();
-  const std::string first = ReadFile(out_ + "/checkpoint.vesta");
+  const std::string first = ReadBytes(out_ + "/checkpoint.vesta");
   Program again({"train", "--resume=" + out_});
   ASSERT_TRUE(again.WaitForOutput("adam 3000/4000")) << again.Wait().err;
   again.Signal(SIGKILL);
   ASSERT_EQ(again.Wait().status, 128 + SIGKILL);
-  EXPECT_NE(ReadFile(out_ + "/checkpoint.vesta"), first);
+  EXPECT_NE(ReadBytes(out_ + "/checkpoint.vesta"), first);
   EXPECT_EQ(RunProgram({"train", "--resume=" + out_}).status, 0);
 }
 
@@ -69,18 +69,18 @@ TEST_F(KilledTraining, IsSavedByCtrlCToo) {
   const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_, "--out=" + (folder_ / "more")});
   ASSERT_EQ(resumed.status, 0) << resumed.err;
   ASSERT_EQ(RunProgram(Train(whole_)).status, 0);
-  EXPECT_EQ(ReadFile(folder_ / "more/point_cloud.ply"), ReadFile(whole_ + "/point_cloud.ply"));
+  EXPECT_EQ(ReadBytes(folder_ / "more/point_cloud.ply"), ReadBytes(whole_ + "/point_cloud.ply"));
 }
 
 TEST_F(KilledTraining, DamagedAndForeignCheckpointsAreNamedAndNothingIsLost) {
   TrainAndKill();
-  const std::string file = out_ + "/checkpoint.vesta", bytes = ReadFile(file);
+  const std::string file = out_ + "/checkpoint.vesta", bytes = ReadBytes(file);
   std::string flipped = bytes;
   flipped[bytes.size() / 3] = static_cast<char>(flipped[bytes.size() / 3] ^ 1);
   for (const std::string& damaged : {bytes.substr(0, bytes.size() / 2), flipped, std::string("ply\nformat ascii\n")}) {
     std::ofstream(file, std::ios::binary) << damaged;
     ExpectRefusal({"train", "--resume=" + out_}, kFailed, {file});
-    EXPECT_EQ(ReadFile(file), damaged);
+    EXPECT_EQ(ReadBytes(file), damaged);
   }
   std::ofstream(file, std::ios::binary) << bytes;
   EXPECT_EQ(RunProgram({"train", "--resume=" + out_}).status, 0);

@@ -147,8 +147,8 @@ TEST_F(ConfigFiles, ATrainingIsRepeatedFromItsMetrics) {
   ASSERT_EQ(output.status, 0) << output.err;
   const std::string metrics = first + "/metrics.json";
   ASSERT_EQ(RunProgram({"train", scene, "--out=" + again, "--config", metrics}).status, 0);
-  EXPECT_TRUE(ReadFile(first + "/point_cloud.ply") == ReadFile(again + "/point_cloud.ply"));
-  const json before = json::parse(ReadFile(metrics)), after = json::parse(ReadFile(again + "/metrics.json"));
+  EXPECT_TRUE(ReadBytes(first + "/point_cloud.ply") == ReadBytes(again + "/point_cloud.ply"));
+  const json before = json::parse(ReadBytes(metrics)), after = json::parse(ReadBytes(again + "/metrics.json"));
   EXPECT_EQ(before["preset"], "fast");
   EXPECT_EQ(before["options"], after["options"]);
   EXPECT_EQ(json::parse(Config({"--config", metrics}))["options"], before["options"]);
@@ -157,7 +157,7 @@ TEST_F(ConfigFiles, ATrainingIsRepeatedFromItsMetrics) {
   // And what is given besides is another training.
   ASSERT_EQ(RunProgram({"train", scene, "--out=" + again, "--config", metrics, "--seed=4", "--iterations=30"}).status,
             0);
-  EXPECT_FALSE(ReadFile(first + "/point_cloud.ply") == ReadFile(again + "/point_cloud.ply"));
+  EXPECT_FALSE(ReadBytes(first + "/point_cloud.ply") == ReadBytes(again + "/point_cloud.ply"));
 }
 
 }  // namespace

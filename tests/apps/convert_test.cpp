@@ -33,7 +33,7 @@ class Convert : public testing::Test {
   double TrainPsnr(const std::string& splat) const {
     const std::string json = folder_ / "eval.json";
     EXPECT_EQ(RunProgram({"eval", splat, scene_, "--json=" + json}).status, 0);
-    return nlohmann::json::parse(ReadFile(json))["train"]["psnr"];
+    return nlohmann::json::parse(ReadBytes(json))["train"]["psnr"];
   }
 
   TempFolder folder_;
@@ -56,7 +56,7 @@ TEST_F(Convert, EveryFormatShowsTheSame) {
     EXPECT_EQ(gs::ReadSplatPly(back).count, gs::ReadSplatPly(ply_).count);
     EXPECT_EQ(TrainPsnr(back), TrainPsnr(splat));
   }
-  EXPECT_TRUE(ReadFile(folder_ / "a.ply") == ReadFile(ply_));
+  EXPECT_TRUE(ReadBytes(folder_ / "a.ply") == ReadBytes(ply_));
   EXPECT_LT(4 * fs::file_size(folder_ / "a.spz"), fs::file_size(ply_));
 }
 
@@ -84,7 +84,7 @@ TEST_F(Convert, DegreesGoThroughTheProgram) {
   const std::string ply = folder_ / "mixed.ply", spz = folder_ / "mixed.spz", again = folder_ / "again.ply";
   gs::WriteSplatPly(ply, mixed);
   ASSERT_EQ(RunProgram({"convert", ply, "--out=" + again}).status, 0);
-  EXPECT_TRUE(ReadFile(again) == ReadFile(ply));
+  EXPECT_TRUE(ReadBytes(again) == ReadBytes(ply));
   ASSERT_EQ(RunProgram({"convert", ply, "--out=" + spz}).status, 0);
   EXPECT_NEAR(TrainPsnr(spz), TrainPsnr(ply), 0.3);
   const std::string refined = folder_ / "refined", pruned = folder_ / "pruned";
@@ -100,10 +100,10 @@ TEST_F(Convert, DegreesGoThroughTheProgram) {
 }
 
 TEST_F(Convert, WhatIsReadStays) {
-  const std::string before = ReadFile(ply_), link = folder_ / "link.ply";
+  const std::string before = ReadBytes(ply_), link = folder_ / "link.ply";
   fs::create_symlink(ply_, link);
   for (const std::string& out : {ply_, link}) ExpectRefusal({"convert", ply_, "--out=" + out}, kFailed, {ply_});
-  EXPECT_TRUE(ReadFile(ply_) == before);
+  EXPECT_TRUE(ReadBytes(ply_) == before);
 }
 
 TEST_F(Convert, WhatCannotBeDoneIsOneLine) {
@@ -117,7 +117,7 @@ TEST_F(Convert, WhatCannotBeDoneIsOneLine) {
   model.attribute(splat::kMean)[0] = 1e9f;
   gs::WriteSplatPly(folder_ / "far.ply", model);
   ExpectRefusal({"convert", folder_ / "far.ply", "--out=" + spz}, kFailed, {spz, "1e+09"});
-  EXPECT_EQ(ReadFile(spz), "old");
+  EXPECT_EQ(ReadBytes(spz), "old");
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(folder_.path())) files += entry.path().extension() == ".tmp" ? 1 : 0;
   EXPECT_EQ(files, 0u);

@@ -141,7 +141,7 @@ TEST(ViewDiagnostics, ContrastDoesNotChangeSharpness) {
 }
 
 TEST(Doctor, SaysWhatASceneIsAndTakes) {
-  const test::TempFolder folder;
+  const TempFolder folder;
   test::WriteTinyScene(folder / "scene");
   const test::ProgramOutput output = test::RunProgram({"doctor", folder / "scene"});
   EXPECT_EQ(output.status, 0) << output.err;

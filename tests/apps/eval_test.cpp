@@ -48,7 +48,7 @@ class AlignedEval : public testing::Test {
     words.insert(words.end(), flags.begin(), flags.end());
     return RunProgram(words);
   }
-  json Numbers() const { return json::parse(ReadFile(json_)); }
+  json Numbers() const { return json::parse(ReadBytes(json_)); }
 
   TempFolder folder_;
   const std::string scene_ = folder_ / "scene", splat_ = folder_ / "out/point_cloud.ply", json_ = folder_ / "eval.json";

@@ -25,12 +25,6 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-std::vector<std::string> NamesIn(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
-  return names;
-}
-
 // As long as it lives, programs are looked for in this folder alone.
 class PathIs {
  public:
@@ -91,17 +85,17 @@ TEST_F(Render, PathsAreNumberedImagesAndTheirCameras) {
   for (const char* path : {"orbit", "spiral", "photographs"}) {
     fs::remove_all(out_);
     ExpectDone({"--path=" + std::string(path), "--frames=3", "--size=24x20"}, "wrote 3 images to " + out_);
-    EXPECT_THAT(NamesIn(out_), UnorderedElementsAre("00000.png", "00001.png", "00002.png", "cameras.json"));
+    EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("00000.png", "00001.png", "00002.png", "cameras.json"));
     const gs::ImageSize size = gs::ReadImageSize(out_ + "/00002.png");
     EXPECT_TRUE(size.width == 24 && size.height == 20);
     // The middle of what the photographs show: their height is 24, and 20 now.
-    const auto frame = nlohmann::json::parse(ReadFile(out_ + "/cameras.json"))["frames"][1];
+    const auto frame = nlohmann::json::parse(ReadBytes(out_ + "/cameras.json"))["frames"][1];
     EXPECT_EQ(frame["file_path"], "00001.png");
     EXPECT_NEAR(frame["fl_x"].get<double>(), 40.0 * 20 / 24, 1e-9);
     EXPECT_NEAR(frame["cx"].get<double>(), 12, 1e-9);
   }
   ExpectDone({"--path=orbit"}, "no photograph");
-  EXPECT_EQ(NamesIn(out_).size(), 181u);
+  EXPECT_EQ(FilesIn(out_).size(), 181u);
 }
 
 TEST_F(Render, TheCamerasOfAPathAreAPath) {
@@ -109,10 +103,10 @@ TEST_F(Render, TheCamerasOfAPathAreAPath) {
   const std::string cameras = folder_ / "path.json", again = folder_ / "again", through = folder_ / "through";
   fs::copy_file(out_ + "/cameras.json", cameras);
   ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + again, "--path=" + cameras}).status, 0);
-  for (const char* name : {"/00000.png", "/00003.png"}) EXPECT_TRUE(ReadFile(out_ + name) == ReadFile(again + name));
-  EXPECT_FALSE(ReadFile(out_ + "/00000.png") == ReadFile(out_ + "/00001.png"));
+  for (const char* name : {"/00000.png", "/00003.png"}) EXPECT_TRUE(ReadBytes(out_ + name) == ReadBytes(again + name));
+  EXPECT_FALSE(ReadBytes(out_ + "/00000.png") == ReadBytes(out_ + "/00001.png"));
   ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + through, "--path=" + cameras, "--frames=9"}).status, 0);
-  EXPECT_EQ(NamesIn(through).size(), 10u);
+  EXPECT_EQ(FilesIn(through).size(), 10u);
   // What is read is not replaced.
   ExpectRefusal({"render", ply_, scene_, "--out=" + out_, "--path=" + out_ + "/cameras.json"}, kFailed,
                 {"--out=" + out_, out_ + "/cameras.json"});
@@ -137,9 +131,9 @@ TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
       ASSERT_EQ(RunProgram(words).status, 0);
     };
     draw(narrow, 0.3, {}), draw(wide, 4, {});
-    EXPECT_FALSE(ReadFile(narrow + "/00000.png") == ReadFile(wide + "/00000.png"));
+    EXPECT_FALSE(ReadBytes(narrow + "/00000.png") == ReadBytes(wide + "/00000.png"));
     draw(narrow, 0.3, {"--eps2d=4"});
-    EXPECT_TRUE(ReadFile(narrow + "/00000.png") == ReadFile(wide + "/00000.png"));
+    EXPECT_TRUE(ReadBytes(narrow + "/00000.png") == ReadBytes(wide + "/00000.png"));
   }
 }
 
@@ -158,7 +152,7 @@ TEST_F(Render, CamerasAreInTheWorld) {
   wall.origin = {kFar, 0, 0};
   gs::WriteSplatPly(ply_, wall);
   ExpectDone({"--path=photographs", "--frames=2"}, "wrote 2 images");
-  const auto frame = nlohmann::json::parse(ReadFile(out_ + "/cameras.json"))["frames"][0];
+  const auto frame = nlohmann::json::parse(ReadBytes(out_ + "/cameras.json"))["frames"][0];
   EXPECT_NEAR(frame["transform_matrix"][0][3].get<double>(), kFar, 5);
   const std::string again = folder_ / "again";
   ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + again, "--path=" + out_ + "/cameras.json"}).status, 0);
@@ -169,14 +163,14 @@ TEST_F(Render, CamerasAreInTheWorld) {
 
 TEST_F(Render, DepthIsLevelsOfAStatedUnit) {
   ExpectDone({"--show=depth"}, "wrote 2 images");
-  EXPECT_THAT(NamesIn(out_),
+  EXPECT_THAT(FilesIn(out_),
               UnorderedElementsAre("000.png", "000_preview.png", "008.png", "008_preview.png", "cameras.json"));
-  const double unit = nlohmann::json::parse(ReadFile(out_ + "/cameras.json"))["depth_unit"];
+  const double unit = nlohmann::json::parse(ReadBytes(out_ + "/cameras.json"))["depth_unit"];
   const gs::Image depth = gs::LoadImage(out_ + "/008.png");
   // The wall is 4 before all cameras, turned by 0.18 for this one.
   const double level = 65535 * static_cast<double>(depth.plane(0)[12 * kTinyWidth + 16]);
   EXPECT_NEAR(unit * level, 4, 0.02);
-  EXPECT_THAT(ReadFile(out_ + "/008.png"), HasSubstr("units of the scene a level"));
+  EXPECT_THAT(ReadBytes(out_ + "/008.png"), HasSubstr("units of the scene a level"));
 }
 
 TEST_F(Render, NormalsAreColours) {
@@ -192,11 +186,11 @@ TEST_F(Render, AFilmHasTheFrames) {
   if (!HasFfmpeg()) GTEST_SKIP() << "no ffmpeg";
   const std::string film = folder_ / "-a film's.mp4", raw = folder_ / "raw";
   ExpectDone({"--path=orbit", "--frames=5", "--size=63x48", "--film=" + film, "--fps=7"}, " and " + film);
-  EXPECT_EQ(NamesIn(folder_.path().string()).size(), 4u) << "no temporary";
+  EXPECT_EQ(FilesIn(folder_.path()).size(), 4u) << "no temporary";
   const std::string decode = "ffmpeg -v error -i \"file:" + film + "\" -f rawvideo -pix_fmt rgb24 -vf " +
                              "scale=in_color_matrix=bt709 " + raw + " 2>&1";
   ASSERT_EQ(std::system(decode.c_str()), 0);
-  const std::string bytes = ReadFile(raw);
+  const std::string bytes = ReadBytes(raw);
   ASSERT_EQ(bytes.size(), 5u * 3 * 64 * 48) << "five frames, with a column of black";
   const gs::Image last = gs::LoadImage(out_ + "/00004.png");
   double difference = 0;
@@ -227,8 +221,8 @@ TEST_F(Render, WithoutFfmpegThereIsNoFilm) {
   // One that fails when it has all frames, as for a full disk.
   std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\nwhile read -r line; do :; done\necho full >&2\nexit 1\n";
   refused("--frames=2", "full");
-  EXPECT_EQ(ReadFile(film), "old");
-  EXPECT_THAT(NamesIn(folder_.path().string()), UnorderedElementsAre("scene", "wall.ply", "a.mp4", "bin", "out"));
+  EXPECT_EQ(ReadBytes(film), "old");
+  EXPECT_THAT(FilesIn(folder_.path()), UnorderedElementsAre("scene", "wall.ply", "a.mp4", "bin", "out"));
 }
 
 TEST_F(Render, FlagsThatMakeNoPathAreRefused) {

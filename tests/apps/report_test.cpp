@@ -24,7 +24,7 @@ using testing::StartsWith;
 
 class TinyReport : public testing::Test {
  protected:
-  static std::string Page(const std::string& folder) { return ReadFile(folder + "/report.html"); }
+  static std::string Page(const std::string& folder) { return ReadBytes(folder + "/report.html"); }
   void Train(const std::string& out, std::vector<std::string> flags = {}) const {
     flags.insert(flags.begin(), {"train", scene_, "--out=" + out, "--iterations=30"});
     const ProgramOutput output = RunProgram(flags);
@@ -43,7 +43,7 @@ TEST_F(TinyReport, ShowsTheTestViewsOfATraining) {
   const std::vector<std::string> images = AttributeValues(page, "img", "src");
   EXPECT_EQ(images.size(), 6u) << "photograph, render and error of two views";
   EXPECT_THAT(images, Each(StartsWith("data:image/jpeg;base64,/9j/")));
-  const auto metrics = nlohmann::json::parse(ReadFile(out_ + "/metrics.json"));
+  const auto metrics = nlohmann::json::parse(ReadBytes(out_ + "/metrics.json"));
   const std::string text = PageText(page);
   EXPECT_THAT(text, HasSubstr(fmt::format("{:.2f} dB", metrics["test"]["psnr"].get<double>())));
   EXPECT_THAT(text, HasSubstr("8 views to train on, 2 to test; 32 × 24 pixels"));
@@ -79,7 +79,7 @@ TEST_F(TinyReport, ReadsTheSceneAsTheTrainingDid) {
   EXPECT_EQ(output.status, 0) << output.err;
   EXPECT_THAT(output.out, Not(HasSubstr("does not show")));
   EXPECT_TRUE(Page(out_) == before);
-  const auto metrics = nlohmann::json::parse(ReadFile(out_ + "/metrics.json"));
+  const auto metrics = nlohmann::json::parse(ReadBytes(out_ + "/metrics.json"));
   EXPECT_EQ(metrics["scene_flags"],
             nlohmann::json::parse(R"({"images": "pictures", "allow_missing": "true", "test_every": "4"})"));
 }
@@ -91,7 +91,7 @@ TEST_F(TinyReport, RunsWithOtherTestViewsShowTheirOwn) {
   Train(out_, {"--noreport"}), Train(other, {"--noreport", "--test_every=5"});
   const ProgramOutput output = RunProgram({"report", out_, other, "--out=" + page});
   EXPECT_EQ(output.status, 0) << output.err;
-  const std::string text = ReadFile(page);
+  const std::string text = ReadBytes(page);
   for (const char* name : {"000.png", "008.png", "005.png"}) {
     EXPECT_THAT(text, HasSubstr(fmt::format("<h3><bdi>{}</bdi></h3>", name)));
   }
@@ -102,7 +102,7 @@ TEST_F(TinyReport, RunsWithAnotherFilterAreDrawnWithTheirOwn) {
   const std::string other = folder_ / "other", page = folder_ / "both.html";
   Train(out_, {"--noreport"}), Train(other, {"--eps2d=2"});
   ASSERT_EQ(RunProgram({"report", out_, other, "--out=" + page}).status, 0);
-  const std::string text = ReadFile(page);
+  const std::string text = ReadBytes(page);
   for (const std::string& image : AttributeValues(Page(other), "img", "src")) EXPECT_THAT(text, HasSubstr(image));
 }
 
@@ -135,7 +135,7 @@ TEST_F(TinyReport, PutsRunsSideBySide) {
   Train(out_);
   Train(other, {"--sh_degree=0", "--seed=5"});
   ASSERT_EQ(RunProgram({"report", out_, other, "--out=" + file}).status, 0);
-  const std::string page = ReadFile(file);
+  const std::string page = ReadBytes(file);
   EXPECT_THAT(HtmlFaults(page), IsEmpty());
   EXPECT_EQ(AttributeValues(page, "img", "src").size(), 10u) << "each photograph is there once";
   EXPECT_EQ(AttributeValues(page, "img", "data-of").size(), 2u);

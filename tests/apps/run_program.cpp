@@ -8,25 +8,11 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
+#include <cstdio>
+#include <filesystem>
 #include <stdexcept>
 
 namespace vesta::test {
-
-namespace fs = std::filesystem;
-
-TempFolder::TempFolder() {
-  std::string name = (fs::temp_directory_path() / "vesta_test_XXXXXX").string();
-  if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder can be made: " + name);
-  path_ = name;
-}
-
-TempFolder::~TempFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
 
 Program::Program(const std::vector<std::string>& arguments) {
   std::vector<std::string> words = {VESTA_PROGRAM};
@@ -64,7 +50,7 @@ bool Program::WaitForOutput(const std::string& text) {
   constexpr int kPolls = 12000;
   for (int i = 0; i < kPolls; ++i) {
     const bool ended = HasEnded();
-    if (ReadFile(folder_ / "out").find(text) != std::string::npos) return !ended;
+    if (ReadBytes(folder_ / "out").find(text) != std::string::npos) return !ended;
     if (ended) return false;
     ::usleep(5000);
   }
@@ -77,18 +63,29 @@ ProgramOutput Program::Wait() {
   if (!ended_) ::waitpid(pid_, &wait_status_, 0);
   ended_ = true;
   const int status = WIFEXITED(wait_status_) ? WEXITSTATUS(wait_status_) : 128 + WTERMSIG(wait_status_);
-  return {status, ReadFile(folder_ / "out"), ReadFile(folder_ / "err")};
+  return {status, ReadBytes(folder_ / "out"), ReadBytes(folder_ / "err")};
 }
 
 ProgramOutput RunProgram(const std::vector<std::string>& arguments) { return Program(arguments).Wait(); }
 
-std::string ReadFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  return bytes.str();
+ProgramOutput RunShell(const std::string& command) {
+  ProgramOutput output;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (!pipe) return output;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) output.out += static_cast<char>(c);
+  const int status = pclose(pipe);
+  output.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return output;
 }
 
 int CountLines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
+
+std::vector<std::string> FilesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    names.push_back(entry.path().filename().string());
+  }
+  return names;
+}
 
 }  // namespace vesta::test

@@ -4,26 +4,12 @@
 
 #include <sys/types.h>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "tests/support/test_files.h"
+
 namespace vesta::test {
-
-// A folder of the test's own, removed with everything in it.
-class TempFolder {
- public:
-  TempFolder();
-  ~TempFolder();
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 struct ProgramOutput {
   int status = 0;  // exit status; 128 + signal where one killed it
@@ -50,8 +36,11 @@ class Program {
 };
 
 ProgramOutput RunProgram(const std::vector<std::string>& arguments);
+// By the shell, for what it does with files: status and what came to stdout.
+ProgramOutput RunShell(const std::string& command);
 
-std::string ReadFile(const std::string& path);
 int CountLines(const std::string& text);
+// The names of what is in a folder.
+std::vector<std::string> FilesIn(const std::string& folder);
 
 }  // namespace vesta::test

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -22,19 +21,12 @@ inline std::vector<std::string> Keys(const json& object) {
   return keys;
 }
 
-inline std::vector<std::string> FilesIn(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    names.push_back(entry.path().filename().string());
-  return names;
-}
-
 class TinyTraining : public testing::Test {
  protected:
   TinyTraining() { WriteTinyScene(scene_); }
 
   static std::string Ply(const std::string& out) { return out + "/point_cloud.ply"; }
-  static json Metrics(const std::string& out) { return json::parse(ReadFile(out + "/metrics.json")); }
+  static json Metrics(const std::string& out) { return json::parse(ReadBytes(out + "/metrics.json")); }
 
   ProgramOutput Train(const std::string& out, std::vector<std::string> flags) const {
     flags.insert(flags.begin(), {"train", scene_, "--out=" + out});
@@ -46,7 +38,7 @@ class TinyTraining : public testing::Test {
     const std::string file = folder_ / "eval.json";
     const ProgramOutput output = RunProgram({"eval", Ply(out), scene_, "--json=" + file});
     ASSERT_EQ(output.status, 0) << output.err;
-    const json eval = json::parse(ReadFile(file)), metrics = Metrics(out);
+    const json eval = json::parse(ReadBytes(file)), metrics = Metrics(out);
     for (const char* split : {"test", "train"}) {
       EXPECT_NEAR(eval[split]["psnr"], metrics[split]["psnr"].get<double>(), 0.01);
       EXPECT_NEAR(eval[split]["ssim"], metrics[split]["ssim"].get<double>(), 0.001);

@@ -128,7 +128,7 @@ TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
   EXPECT_THAT(train(out_, "1000"), testing::Not(HasSubstr("photographs take")));
   // What is known by its header alone may have a mask.
   EXPECT_THAT(train(few, "8"), testing::ContainsRegex("10 photographs take 3[5-8] MiB, of which 8 are kept"));
-  EXPECT_EQ(ReadFile(Ply(few)), ReadFile(Ply(out_)));
+  EXPECT_EQ(ReadBytes(Ply(few)), ReadBytes(Ply(out_)));
 #ifndef __SANITIZE_ADDRESS__  // which keeps what was freed
   const json all_memory = Metrics(out_)["memory"], memory = Metrics(few)["memory"];
   EXPECT_LT(memory["peak_mib"].get<double>() + 15, all_memory["peak_mib"].get<double>());

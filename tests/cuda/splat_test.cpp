@@ -163,9 +163,7 @@ TEST_F(CudaSplatProblem, CostGradientDiagonalAndCurvatureAreThoseOfTheHost) {
 TEST_F(CudaSplatProblem, DegreesMayDiffer) {
   gs::Scene scene = gs::test::RingOfCameras(3, 40, 30, false);
   gs::test::RenderTruth(gs::test::RandomModel(30, 3, 11), 0, &scene);
-  std::vector<std::uint8_t> degrees(30);
-  for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
-  const gs::SplatModel mixed = gs::test::WithDegrees(gs::test::RandomModel(30, 3, 12), degrees);
+  const gs::SplatModel mixed = gs::test::WithDegrees(gs::test::RandomModel(30, 3, 12), gs::test::MixedDegrees(30));
   ExpectOperatorsOfTheHost(gs::test::RingProblem<float>(scene, mixed));
 }
 

@@ -43,9 +43,7 @@ class CudaTraining : public test::OnDevice {};
 
 TEST_F(CudaTraining, DegreesStayWhatTheyAre) {
   const gs::Scene scene = gs::test::TrainingScene();
-  std::vector<std::uint8_t> degrees(60);
-  for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
-  const gs::SplatModel start = gs::test::WithDegrees(gs::test::RandomModel(60, 3, 8), degrees);
+  const gs::SplatModel start = gs::test::WithDegrees(gs::test::RandomModel(60, 3, 8), gs::test::MixedDegrees(60));
   gs::TrainOptions options = ShortDeviceTraining(20, 1);
   options.adam.lr_scale = 1;
   const gs::TrainResult host = gs::Refine(scene, start, options, {}, {}),

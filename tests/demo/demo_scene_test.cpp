@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 #include <string>
 
@@ -16,6 +14,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "splatting/io/scenes/load_scene.h"
+#include "tests/support/test_files.h"
 
 namespace vesta::demo {
 namespace {
@@ -24,16 +23,8 @@ constexpr DemoOptions kSmall{.views = 10, .width = 40, .height = 30, .points = 2
 
 class DemoSceneTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("vesta_demo_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-  }
-  void TearDown() override {
-    SetNumThreads(0);
-    std::filesystem::remove_all(folder_);
-  }
-  std::filesystem::path folder_;
+  TempFolder temporary_;
+  std::filesystem::path folder_ = temporary_ / "scene";
 };
 
 // Pixel position of a world point in a loaded view, and its depth.
@@ -226,22 +217,19 @@ TEST_F(DemoSceneTest, PointNoiseIsTheStatedShareOfTheDistance) {
   EXPECT_LT(deviation, 7.5 * kPointNoise);
 }
 
-std::string FileBytes(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST_F(DemoSceneTest, SameBytesForAnyNumberOfThreads) {
   for (const int threads : {1, 2}) {
     SetNumThreads(threads);
     WriteDemoScene(kSmall, (folder_ / std::to_string(threads)).string());
   }
+  SetNumThreads(0);
   int files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "1")) {
     if (!entry.is_regular_file()) continue;
-    const std::string bytes = FileBytes(entry.path());
+    const std::string bytes = ReadBytes(entry.path().string());
     EXPECT_FALSE(bytes.empty());
-    EXPECT_EQ(bytes, FileBytes(folder_ / "2" / entry.path().lexically_relative(folder_ / "1"))) << entry.path();
+    EXPECT_EQ(bytes, ReadBytes((folder_ / "2" / entry.path().lexically_relative(folder_ / "1")).string()))
+        << entry.path();
     ++files;
   }
   EXPECT_EQ(files, 10 + 3);

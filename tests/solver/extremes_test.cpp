@@ -155,6 +155,8 @@ TEST_P(Extremes, JacobianNotFiniteAtTheStart) {
       j << bad, 1;
     });
     EXPECT_EQ(summary.status, LmStatus::kNonFinite);
+    EXPECT_EQ(x_[0], 1);
+    EXPECT_EQ(x_[1], 2);
   }
 }
 

@@ -215,22 +215,6 @@ TEST_F(LmTest, ASavedSolveOfAnotherSizeIsRefused) {
   EXPECT_THROW(LmStepper<Cpu>(Tight(), backend_, rosenbrock_, cut), Error);
 }
 
-TEST_F(LmTest, NaNAtTheStartIsAStatus) {
-  x_[0] = kNaN;
-  const LmSummary summary = SolveLm(Tight(), backend_, rosenbrock_, x_.view());
-  EXPECT_EQ(summary.status, LmStatus::kNonFinite);
-  EXPECT_TRUE(std::isnan(x_[0]));
-  EXPECT_EQ(x_[1], 1);
-}
-
-TEST_F(LmTest, NaNInTheFirstLinearizationIsAStatus) {
-  tampered_.poisoned_linearization = 1;
-  const LmSummary summary = SolveLm(Tight(), backend_, tampered_, x_.view());
-  EXPECT_EQ(summary.status, LmStatus::kNonFinite);
-  EXPECT_EQ(x_[0], -1.2);
-  EXPECT_EQ(x_[1], 1);
-}
-
 TEST_F(LmTest, NaNInALaterLinearizationKeepsTheBest) {
   tampered_.poisoned_linearization = 4;
   const LmSummary summary = SolveLm(Tight(), backend_, tampered_, x_.view());
@@ -264,20 +248,17 @@ TEST_F(LmTest, WhenNoTrialIsFiniteTheStartComesBack) {
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease);
   EXPECT_EQ(summary.num_accepted, 0);
   EXPECT_EQ(x_[0], -1.2);
-}
-
-TEST_F(LmTest, ARejectAtTheUpperBoundEndsTheSolve) {
-  tampered_.on_cost = [](Cpu::ConstVectorView x, double cost) { return x[0] == -1.2 && x[1] == 1 ? cost : kNaN; };
-  LmOptions options = Tight();
+  // A rejected step at the upper bound of lambda ends the solve earlier.
   options.step_control.max_lambda = 1e-2;
-  const LmSummary summary = SolveLm(options, backend_, tampered_, x_.view());
-  EXPECT_EQ(summary.status, LmStatus::kNoDecrease);
-  EXPECT_LT(summary.num_rejected, 10);
+  const LmSummary bounded = SolveLm(options, backend_, tampered_, x_.view());
+  EXPECT_EQ(bounded.status, LmStatus::kNoDecrease);
+  EXPECT_LT(bounded.num_rejected, 10);
 }
 
-// And the solve is the same to the bit.
+// And the solve is the same to the bit. Of many samples: on a busy machine few leave phases of less than 0.5 % of the
+// whole, which are left out.
 TEST_F(LmTest, TimesItsPhasesWhereAsked) {
-  const auto samples = ExponentialSamples(200);
+  const auto samples = ExponentialSamples(20000);
   ResidualBlocks<ExponentialFit, Cpu> problem(2, samples);
   LmOptions options = Tight();
   options.normal_system.linear_solver = LinearSolverKind::kPcg;

@@ -137,4 +137,10 @@ void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder
   Emulate(kernel, blocks, fibers);
 }
 
+// Backwards: the steps may not depend on the order of the indices.
+template <class F>
+void ForEachBackwards(Index count, const F& f) {
+  for (Index i = count - 1; i >= 0; --i) f(i);
+}
+
 }  // namespace vesta::test

@@ -20,7 +20,7 @@ splat::PosedCamera RandomView(Random& random, int width, int height);
 
 // How a random model looks. Lengths are in pixels of the view it is made for.
 struct SceneOptions {
-  std::string name;
+  std::string name = {};
   int width = 37, height = 21;
   int count = 40;
   int sh_degree = 3;

@@ -37,7 +37,7 @@ class Doubts : public testing::Test {
     words.insert(words.end(), flags.begin(), flags.end());
     return RunProgram(words);
   }
-  json Metrics() const { return json::parse(ReadFile(out_ + "/metrics.json")); }
+  json Metrics() const { return json::parse(ReadBytes(out_ + "/metrics.json")); }
 
   TempFolder folder_;
   const std::string scene_ = folder_ / "scene", out_ = folder_ / "out";
@@ -81,7 +81,7 @@ TEST_F(Doubts, BlackPhotographs) {
   const std::string file = folder_ / "eval.json", refined = folder_ / "refined";
   const ProgramOutput eval = Eval({"--json=" + file});
   EXPECT_THAT(eval.out, AllOf(HasSubstr("exact"), Not(HasSubstr("inf"))));
-  EXPECT_TRUE(json::parse(ReadFile(file))["train"]["psnr"].is_null());
+  EXPECT_TRUE(json::parse(ReadBytes(file))["train"]["psnr"].is_null());
   const ProgramOutput refine = RunProgram({"refine", out_ + "/point_cloud.ply", scene_, "--out=" + refined});
   EXPECT_EQ(refine.status, 0) << refine.err;
   EXPECT_THAT(refine.out, AllOf(HasSubstr("exact"), Not(HasSubstr("inf")), Not(HasSubstr("nan"))));
@@ -130,7 +130,7 @@ TEST_F(Doubts, AFarSceneIsAnyOther) {
   EXPECT_EQ(gs::ReadSplatPly(out_ + "/point_cloud.ply").origin[0], kEast);
   const std::string file = folder_ / "eval.json";
   ASSERT_EQ(Eval({"--json=" + file}).status, 0);
-  EXPECT_EQ(json::parse(ReadFile(file))["test"], Metrics()["test"]);
+  EXPECT_EQ(json::parse(ReadBytes(file))["test"], Metrics()["test"]);
 }
 
 }  // namespace

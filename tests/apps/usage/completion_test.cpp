@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <fstream>
 #include <regex>
 
@@ -19,14 +18,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 // Both outputs of a command of the shell.
-std::string Shell(const std::string& command) {
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  if (pipe == nullptr) return "no shell";
-  std::string text;
-  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
-  pclose(pipe);
-  return text;
-}
+std::string Shell(const std::string& command) { return RunShell(command + " 2>&1").out; }
 
 bool Has(const char* program) { return !Shell(fmt::format("command -v {}", program)).empty(); }
 
@@ -78,7 +70,7 @@ TEST_F(Completion, OfZsh) {
 }
 
 TEST_F(Completion, OfZshHasArgumentsThatNeedNotBe) {
-  const std::string script = ReadFile(Write("--completion=zsh"));
+  const std::string script = ReadBytes(Write("--completion=zsh"));
   EXPECT_THAT(script, HasSubstr("'2::SCENE:_files -/' ;;")) << "of view";
   EXPECT_THAT(script, HasSubstr("{compadd orbit spiral photographs; _files}"));
   EXPECT_THAT(script, HasSubstr("'--view=-["));
@@ -107,7 +99,7 @@ TEST_F(Completion, NamesEveryFlagInEveryShell) {
   }
   EXPECT_GT(flags.size(), 100U);
   for (const char* shell : {"bash", "zsh", "fish"}) {
-    const std::string script = ReadFile(Write(fmt::format("--completion={}", shell)));
+    const std::string script = ReadBytes(Write(fmt::format("--completion={}", shell)));
     const char* before = shell == std::string("fish") ? "-l " : "--";
     for (const std::string& flag : flags) EXPECT_THAT(script, HasSubstr(before + flag)) << shell;
     for (const char* flag : {"all", "man", "completion"}) EXPECT_THAT(script, HasSubstr(before + std::string(flag)));
@@ -117,7 +109,7 @@ TEST_F(Completion, NamesEveryFlagInEveryShell) {
 }
 
 TEST_F(Completion, ManualIsSound) {
-  const std::string file = Write("--man"), text = ReadFile(file);
+  const std::string file = Write("--man"), text = ReadBytes(file);
   EXPECT_THAT(text, HasSubstr("\n.SS vesta train SCENE \\-\\-out=DIR\n"));
   for (const auto& field : gs::TrainFields()) EXPECT_THAT(text, HasSubstr("\n\\fB" + field.name + "=")) << field.name;
   if (!Has("man")) GTEST_SKIP() << "no man";

@@ -29,12 +29,6 @@ inline void SortPairs(std::vector<std::uint32_t>& keys, std::vector<std::uint32_
   values = Permuted(values, order);
 }
 
-// Backwards: the steps may not depend on the order of the indices.
-template <class F>
-void ForEachBackwards(Index count, const F& f) {
-  for (Index i = count - 1; i >= 0; --i) f(i);
-}
-
 template <class S>
 struct DeviceLists {
   splat::TileGrid grid;

@@ -111,8 +111,7 @@ template <class V>
 void CheckGrowth(const Scene& scene) {
   V in_float(scene);
   RenderedView<double> in_double(scene);
-  const splat::reference::Image<double> expected =
-      splat::reference::Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
+  const splat::reference::Image<double> expected = splat::reference::Render(scene);
   Random random(41);
   const auto v = random.NormalVector<float>(scene.x.size());
   auto u = random.NormalVector<float>(in_float.image.size()), omega = u;

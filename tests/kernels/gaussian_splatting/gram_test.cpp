@@ -112,8 +112,7 @@ TEST_P(GramMatrices, InFloatAreNearThoseInDouble) {
     RenderedView<float> view(scene);
     const Gram<double> exact(exact_view, omega);
     const Gram<float> gram(view, omega);
-    const reference::Image<double> image =
-        reference::Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
+    const reference::Image<double> image = reference::Render(scene);
     double floor[kGeometry] = {};
     for (int i = 0; i < scene.count; ++i) {
       for (int a = 0; a < kGeometry; ++a) floor[a] += 1e-6 * exact.Block(a, a, i) / scene.count;

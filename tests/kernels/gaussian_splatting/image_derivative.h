@@ -15,8 +15,7 @@ namespace vesta::test {
 // changed(step): the scene with so much more of it. Compared where no decision is near.
 template <class Changed>
 void ExpectDerivativeOfImage(const Scene& scene, const Changed& changed, const std::vector<double>& d_image) {
-  const splat::reference::Image<double> decisions =
-      splat::reference::Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
+  const splat::reference::Image<double> decisions = splat::reference::Render(scene);
   const double step = 1e-6;
   const std::vector<double> below = RenderedView<double>(changed(-step)).image,
                             above = RenderedView<double>(changed(step)).image;

@@ -93,8 +93,7 @@ constexpr Group kGroups[] = {{"mean", kMean, kMean + 2},
 template <class S>
 void CheckAdjointness(const Scene& scene, bool extreme, double tolerance) {
   RenderedView<S> rendered(scene);
-  const reference::Image<double> image =
-      reference::Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
+  const reference::Image<double> image = reference::Render(scene);
   const auto conditioned = [&](double condition) {
     return std::max(tolerance, 32 * std::numeric_limits<S>::epsilon() * condition);
   };

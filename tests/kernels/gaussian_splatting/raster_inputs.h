@@ -44,6 +44,20 @@ struct RasterInputs {
   }
 };
 
+// A scene rendered on the host, and what a GPU's kernels take for it.
+template <class S>
+struct RasterScene {
+  Scene scene;
+  RenderedView<S> rendered{scene};
+  DeviceLists<S> lists{rendered.model, scene.view, scene.background};
+  RasterInputs<S> in{lists.splats.size(), rendered.image.size()};
+};
+
+// More splats in a tile than a kernel takes at once, and pixels that close on the way.
+inline Scene ManySplatsInATile(std::uint64_t seed) {
+  return RandomScene({.width = 33, .height = 20, .count = 700, .sh_degree = 0, .sigma_min = 1, .sigma_max = 8}, seed);
+}
+
 template <class S>
 inline constexpr S kUnwritten = std::numeric_limits<S>::quiet_NaN();
 

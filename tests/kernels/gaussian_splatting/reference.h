@@ -16,6 +16,7 @@
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "tests/support/legendre.h"
+#include "tests/support/splat_scenes.h"
 
 namespace vesta::splat::reference {
 
@@ -182,6 +183,9 @@ Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const 
   image.condition_of_all =
       ratio(std::accumulate(noise.begin(), noise.end(), 0.0), std::accumulate(signal.begin(), signal.end(), 0.0));
   return image;
+}
+inline Image<double> Render(const test::Scene& scene) {
+  return Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
 }
 
 }  // namespace vesta::splat::reference

@@ -2,7 +2,7 @@
 // The same bits for any number of threads.
 #include <gtest/gtest.h>
 
-#include "kernels/core/parallel.h"
+#include "tests/support/any_threads.h"
 #include "tests/support/splat_scenes.h"
 
 namespace vesta::splat {
@@ -32,15 +32,7 @@ void CheckThreads(int count, int degree) {
   options.sigma_min = 0.5, options.sigma_max = 4;
   test::Scene scene = test::RandomScene(options, 61);
   if (degree > 1) scene = test::WithBands(scene, {count, count / 2 + 3, count / 3, 77});
-  const int before = NumThreads();
-  SetNumThreads(1);
-  const std::vector<std::vector<S>> expected = Everything<S>(scene);
-  for (const int threads : {2, 3}) {
-    SetNumThreads(threads);
-    // Equal as numbers, and none of them NaN, is equal as bits but for the sign of zeros.
-    EXPECT_TRUE(Everything<S>(scene) == expected) << threads;
-  }
-  SetNumThreads(before);
+  test::ExpectSameForAnyThreads([&] { return Everything<S>(scene); });
 }
 
 // More Gaussians than one task takes, and enough splats that several slices fill the tiles.

@@ -109,6 +109,13 @@ TEST_P(ExtremeImages, InFloatOfEveryInstructionSet) {
   }
 }
 
+// Where sums over windows have no digits left for their differences.
+TEST(LargeImages, OfBothSignsStayFinite) {
+  const Pair large{"", [](Index i, Index) { return 1e8 * std::sin(7.0 * static_cast<double>(i)); }, Ramp};
+  CheckPair<double>(large, Isa::kBaseline);
+  for (const Isa isa : test::CpuIsas()) CheckPair<float>(large, isa);
+}
+
 // By direct sums: in double to the last digits, in float to four.
 template <class S>
 void CheckValue(const Pair& pair, double tolerance) {

@@ -64,18 +64,6 @@ TEST(PhotometricCurvature, IsTheFixedQuadratic) {
   }
 }
 
-// 1 - SSIM = (Ge)^2/D1 + l Var(e)/D2 makes e^T W e / 2 the SSIM term itself; the weights 1/|e| give half the L1 term.
-TEST(PhotometricCurvature, ReproducesTheCostAtItsOwnPoint) {
-  for (const ImageShape& shape : reference::Shapes()) {
-    Point<double> point(shape, {.l1 = 0.8, .ssim = 0.2, .l1_floor = 0.0});
-    HostBuffer<double> e(shape.NumValues());
-    for (Index i = 0; i < e.size(); ++i) e[i] = point.x[i] - point.y[i];
-    const PhotometricValue value = point.loss.Evaluate(point.x, point.y, shape);
-    const double want = 0.2 * value.dissimilarity + 0.4 * value.absolute;
-    EXPECT_NEAR(0.5 * Dot(e, point.Apply(e)), want, 1e-12 * want);
-  }
-}
-
 template <class S>
 class PhotometricCurvatureTyped : public testing::Test {
  public:

@@ -8,6 +8,7 @@
 
 #include "bench/solver_race/snavely_error.h"
 #include "solver/check_problem.h"
+#include "solver/compose.h"
 #include "solver/derivative_check.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/adjoint.h"
@@ -18,19 +19,6 @@
 
 namespace vesta::bundle {
 namespace {
-
-// The Jacobian as a map, for the checks of the engine.
-class JacobianMap final : public LinearMap<Cpu> {
- public:
-  explicit JacobianMap(Linearization<Cpu>& linearization) : linearization_(linearization) {}
-  Index rows() const override { return linearization_.num_residuals(); }
-  Index cols() const override { return linearization_.num_parameters(); }
-  void Apply(Cpu::ConstVectorView x, Cpu::VectorView y) override { linearization_.ApplyJ(x, y); }
-  void ApplyAdjoint(Cpu::ConstVectorView y, Cpu::VectorView x) override { linearization_.ApplyJT(y, x); }
-
- private:
-  Linearization<Cpu>& linearization_;
-};
 
 struct Case {
   JacobianStorage storage;
@@ -50,7 +38,7 @@ TEST(BundleProblem, ProductsAreAdjointAndBlocksThoseOfTheColumns) {
   for (const Case& c : Cases()) {
     BundleProblem problem(data, {.loss = c.loss, .storage = c.storage});
     const auto linearization = LinearizeAt(problem, x);
-    JacobianMap map(linearization->get());
+    JacobianMap<Cpu> map(linearization->get());
     EXPECT_LE(WorstAdjointError(backend, map, 5), 1e-12);
     EXPECT_LE(DiagonalError(backend, linearization->get()), 1e-10);
     EXPECT_LE(BlockError(backend, linearization->get()), 1e-10);

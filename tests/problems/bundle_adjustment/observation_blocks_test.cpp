@@ -7,6 +7,7 @@
 #include "problems/bundle_adjustment/observation.h"
 #include "solver/internal/functor_call.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
+#include "tests/support/emulated_block.h"
 #include "tests/support/linearize_at.h"
 #include "tests/support/random.h"
 
@@ -14,11 +15,6 @@ namespace vesta::bundle {
 namespace {
 
 using B = CpuBackend<double>;
-
-template <class F>
-void ForEachBackwards(Index count, const F& f) {
-  for (Index i = count - 1; i >= 0; --i) f(i);
-}
 
 // The rows of all observations at x.
 struct HostRows {
@@ -32,15 +28,16 @@ struct HostRows {
     const auto count = static_cast<Index>(data.observations.size());
     residuals.resize(2 * data.observations.size());
     jacobian.resize(kRowSize * residuals.size());
-    ForEachBackwards(count,
-                     EvaluateFunctor<BundleObservation, double>{blocks.functors.data(), count, blocks.index.data(),
-                                                                data.x.data(), residuals.data(), jacobian.data()});
+    test::ForEachBackwards(
+        count, EvaluateFunctor<BundleObservation, double>{blocks.functors.data(), count, blocks.index.data(),
+                                                          data.x.data(), residuals.data(), jacobian.data()});
     rows = {count, 2, kRowSize, blocks.index.data(), jacobian.data()};
   }
   std::vector<double> ApplyJT(const double* u) const {
     std::vector<double> partial(transpose.segments.size()), g(static_cast<std::size_t>(blocks.num_parameters));
-    ForEachBackwards(static_cast<Index>(partial.size()), SumSegment<double>{rows, transpose.view(), u, partial.data()});
-    ForEachBackwards(blocks.num_parameters, SumSegments<double>{transpose.view(), partial.data(), g.data()});
+    test::ForEachBackwards(static_cast<Index>(partial.size()),
+                           SumSegment<double>{rows, transpose.view(), u, partial.data()});
+    test::ForEachBackwards(blocks.num_parameters, SumSegments<double>{transpose.view(), partial.data(), g.data()});
     return g;
   }
 };
@@ -90,7 +87,8 @@ TEST_P(ObservationBlocksOf, CostGradientDiagonalAndBlocksAreThoseOfTheHost) {
   for (int g = 0; g < 2; ++g) {
     const BlockGroup& group = found.blocks.groups[static_cast<std::size_t>(g)];
     std::vector<double> values(static_cast<std::size_t>(group.NumValues()));
-    ForEachBackwards(group.NumValues(), GramOfRows<double>{found.rows, found.transpose.view(), group, values.data()});
+    test::ForEachBackwards(group.NumValues(),
+                           GramOfRows<double>{found.rows, found.transpose.view(), group, values.data()});
     ExpectNear(values, blocks.values(g), 1e-12);
   }
 }
@@ -102,7 +100,7 @@ TEST_P(ObservationBlocksOf, ProductsAreAdjoint) {
   const auto v = random.NormalVector<double>(data.x.size());
   const auto u = random.NormalVector<double>(rows.residuals.size());
   std::vector<double> Jv(u.size());
-  ForEachBackwards(rows.rows.blocks, MultiplyRows<double>{rows.rows, v.data(), Jv.data()});
+  test::ForEachBackwards(rows.rows.blocks, MultiplyRows<double>{rows.rows, v.data(), Jv.data()});
   const std::vector<double> JTu = rows.ApplyJT(u.data());
   double left = 0, right = 0, scale = 0;
   for (std::size_t i = 0; i < u.size(); ++i) left += u[i] * Jv[i], scale += u[i] * Jv[i] * u[i] * Jv[i];

@@ -49,6 +49,12 @@ SplatModel RandomModel(Index count, int sh_degree, std::uint64_t seed) {
   return model;
 }
 
+std::vector<std::uint8_t> MixedDegrees(std::size_t count) {
+  std::vector<std::uint8_t> degrees(count);
+  for (std::size_t i = 0; i < count; ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
+  return degrees;
+}
+
 SplatModel Perturbed(const SplatModel& model, double amount, std::uint64_t seed) {
   vesta::test::Random random(seed);
   SplatModel result = model;

@@ -21,6 +21,9 @@ inline SplatModel WithDegrees(const SplatModel& model, const std::vector<std::ui
   return TakeGaussians(model, OrderByDegree(model, degrees));
 }
 
+// Of Gaussians in order: 0, 1, 2, 3, 0, ...
+std::vector<std::uint8_t> MixedDegrees(std::size_t count);
+
 // Every parameter moved by `amount` times a standard normal number.
 SplatModel Perturbed(const SplatModel& model, double amount, std::uint64_t seed);
 

@@ -8,6 +8,7 @@
 #include "problems/pose_graph/pose_graph_problem.h"
 #include "solver/ceres/ceres_problem.h"
 #include "solver/levenberg_marquardt.h"
+#include "tests/problems/pose_graph/ring_graph.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::pose_graph {
@@ -19,6 +20,8 @@ using B = CpuBackend<double>;
 struct Known {
   const char* name;
   double cost;
+  double slack = 1e-8;
+  int max_iterations = 100;
 };
 
 class PoseGraphData : public testing::TestWithParam<Known> {};
@@ -29,34 +32,22 @@ TEST_P(PoseGraphData, ReachesTheBestCostKnown) {
   if (!FileExists(path)) GTEST_SKIP() << "no " << path << ": set VESTA_DATA to a folder with nlls/g2o";
   PoseGraphProblem problem(ReadG2o(path), {.whitening = Whitening::kLower});
   B backend;
-  B::Vector x(problem.num_parameters());
-  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  B::Vector x = test::Start(problem);
   LmOptions options = PoseGraphOptions();
-  options.max_iterations = 100;
+  options.max_iterations = GetParam().max_iterations;
   options.function_tolerance = 1e-10;
   const LmSummary summary = SolveLm(options, backend, problem, x.view());
-  EXPECT_LE(summary.final_cost, (1 + 1e-8) * GetParam().cost) << summary.FullReport();
+  EXPECT_LE(summary.final_cost, (1 + GetParam().slack) * GetParam().cost) << summary.FullReport();
 }
 
 INSTANTIATE_TEST_SUITE_P(Graphs, PoseGraphData,
                          testing::Values(Known{"sphere2500", 6.757560928e2}, Known{"input_M3500_g2o", 6.895647547e1},
                                          Known{"intel", 2.293877685e1}, Known{"smallGrid3D", 5.126990278e2},
-                                         Known{"tinyGrid3D", 9.259683211}),
+                                         Known{"tinyGrid3D", 9.259683211},
+                                         // Two minima, 2.2556e4 and 2.6375e4, and a start whose first step is refused;
+                                         // after 40 iterations the rest is slow: 0.05 % from there.
+                                         Known{"torus3D", 2.255596e4, 1e-3, 40}),
                          [](const auto& tested) { return std::string(tested.param.name); });
-
-// Two minima, 2.2556e4 and 2.6375e4, and a start whose first step is refused.
-TEST(PoseGraphDataMinimum, TorusEndsInTheLowerOne) {
-  const std::string path = DataFolder() + "/nlls/g2o/torus3D.g2o";
-  if (!FileExists(path)) GTEST_SKIP() << "no " << path << ": set VESTA_DATA to a folder with nlls/g2o";
-  PoseGraphProblem problem(ReadG2o(path), {.whitening = Whitening::kLower});
-  B backend;
-  B::Vector x(problem.num_parameters());
-  std::copy(problem.start().begin(), problem.start().end(), x.begin());
-  LmOptions options = PoseGraphOptions();
-  options.max_iterations = 40;  // the rest is slow: 0.05 % from here
-  const LmSummary summary = SolveLm(options, backend, problem, x.view());
-  EXPECT_LE(summary.final_cost, 1.001 * 2.255596e4) << summary.FullReport();
-}
 
 // Graphs of the field through the bridge, as cost functions that vesta knows nothing of, beside Ceres itself.
 class BridgeData : public testing::TestWithParam<const char*> {};

@@ -16,12 +16,6 @@ namespace {
 
 using B = CpuBackend<double>;
 
-B::Vector Start(const PoseGraphProblem& problem) {
-  B::Vector x(problem.num_parameters());
-  std::copy(problem.start().begin(), problem.start().end(), x.begin());
-  return x;
-}
-
 template <class Space>
 class PoseGraphDerivatives : public testing::Test {
  protected:
@@ -32,7 +26,7 @@ class PoseGraphDerivatives : public testing::Test {
     const Index held = std::max<Index>(1, static_cast<Index>(graph.fixed.size()));
     EXPECT_EQ(problem.num_tangent(), (graph.num_poses() - held) * Space::kTangent);
     B backend;
-    const B::Vector x = Start(problem);
+    const B::Vector x = test::Start(problem);
     const auto linearization = LinearizeAt(problem, x);
     JacobianMap<B> jacobian(linearization->get());
     EXPECT_LE(WorstAdjointError(backend, jacobian, 2), 1e-12);
@@ -75,7 +69,7 @@ TEST(PoseGraphProblem, CostIsTheInformationMatricesQuadraticForm) {
                     w[2] * r[0] * r[2] + w[4] * r[1] * r[2]);
     expected += parts.back();
   }
-  const B::Vector x = Start(problem);
+  const B::Vector x = test::Start(problem);
   EXPECT_NEAR(problem.Cost(x), expected, 1e-12 * expected);
   EXPECT_EQ(problem.num_units(), graph.num_edges());
   const Index units[] = {1, 4};
@@ -87,7 +81,7 @@ TEST(PoseGraphProblem, FixedPosesStay) {
   graph.fixed = {1, 5};
   PoseGraphProblem problem(graph);
   B backend;
-  B::Vector x = Start(problem);
+  B::Vector x = test::Start(problem);
   SolveLm(PoseGraphOptions(), backend, problem, x.view());
   for (const Index pose : graph.fixed) {
     for (Index i = 7 * pose; i < 7 * pose + 7; ++i) EXPECT_EQ(x[i], problem.start()[static_cast<std::size_t>(i)]);
@@ -100,7 +94,7 @@ TEST(PoseGraphProblem, NothingToMoveIsASolvedProblem) {
   graph.fixed = {0, 1, 2, 3};
   PoseGraphProblem problem(graph);
   B backend;
-  B::Vector x = Start(problem);
+  B::Vector x = test::Start(problem);
   EXPECT_TRUE(IsConverged(SolveLm(PoseGraphOptions(), backend, problem, x.view()).status));
 }
 
@@ -111,7 +105,7 @@ TEST(PoseGraphProblem, PosesWithoutEdgesStayWhereTheyAre) {
   graph.ids.push_back(999);
   PoseGraphProblem problem(graph);
   B backend;
-  B::Vector x = Start(problem);
+  B::Vector x = test::Start(problem);
   const LmSummary summary = SolveLm(PoseGraphOptions(), backend, problem, x.view());
   EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
   EXPECT_EQ(summary.num_zero_columns, 6);
@@ -144,7 +138,7 @@ TEST(PoseGraphProblem, RefusesGraphsThatDoNotFit) {
 TEST(PoseGraphProblem, AQuaternionOfZerosIsNoStart) {
   PoseGraphProblem problem(test::RingGraph<Se3>(8, 0.2, 1));
   B backend;
-  B::Vector x = Start(problem);
+  B::Vector x = test::Start(problem);
   const ProblemCheck check = CheckProblem<B>(backend, problem, x);
   EXPECT_TRUE(check.ok()) << check.Report();
   std::fill_n(x.data() + 5 * Se3::kPose + 3, 4, 0.0);

@@ -22,8 +22,7 @@ LmOptions ExactOptions() {
 void ExpectSameMinimum(const PoseGraph& graph, std::shared_ptr<const Loss> loss, ceres::LossFunction* ceres_loss) {
   PoseGraphProblem problem(graph, {.loss = std::move(loss)});
   B backend;
-  B::Vector x(problem.num_parameters());
-  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  B::Vector x = test::Start(problem);
   const double start_cost = problem.Cost(x);
   const LmSummary summary = SolveLm(ExactOptions(), backend, problem, x.view());
   std::vector<double> poses;
@@ -54,8 +53,7 @@ TEST(PoseGraphSolve, WithoutNoiseTheResidualVanishes) {
   }
   PoseGraphProblem problem(graph);
   B backend;
-  B::Vector x(problem.num_parameters());
-  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  B::Vector x = test::Start(problem);
   const LmSummary summary = SolveLm(ExactOptions(), backend, problem, x.view());
   EXPECT_LE(summary.final_cost, 1e-20 * summary.initial_cost) << summary.FullReport();
 }
@@ -64,8 +62,7 @@ TEST(PoseGraphSolve, TheCholeskyFactorIsAnExactPreconditioner) {
   PoseGraphProblem problem(test::RingGraph<Se3>(200, 0.1, 6));
   B backend;
   const auto iterations = [&](PreconditionerKind kind) {
-    B::Vector x(problem.num_parameters());
-    std::copy(problem.start().begin(), problem.start().end(), x.begin());
+    B::Vector x = test::Start(problem);
     LmOptions options = PoseGraphOptions();
     options.max_iterations = 3;
     options.normal_system.preconditioner = kind;
@@ -83,8 +80,7 @@ TEST(PoseGraphSolve, WithoutMemoryForAFactorTheDiagonalBlocksDo) {
   const auto cost = [&](double max_factor_gib, int* pcg_iterations) {
     PoseGraphProblem problem(graph, {.max_factor_gib = max_factor_gib});
     B backend;
-    B::Vector x(problem.num_parameters());
-    std::copy(problem.start().begin(), problem.start().end(), x.begin());
+    B::Vector x = test::Start(problem);
     const LmSummary summary = SolveLm(ExactOptions(), backend, problem, x.view());
     *pcg_iterations = summary.num_pcg_iterations / summary.num_accepted;
     return summary.final_cost;

@@ -2,11 +2,11 @@
 // The same bits for any number of threads.
 #include <gtest/gtest.h>
 
-#include "kernels/core/parallel.h"
 #include "problems/pose_graph/pose_graph_problem.h"
 #include "solver/internal/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/pose_graph/ring_graph.h"
+#include "tests/support/any_threads.h"
 #include "tests/support/linearize_at.h"
 
 namespace vesta::pose_graph {
@@ -14,12 +14,10 @@ namespace {
 
 using B = CpuBackend<double>;
 
-template <class Space>
 std::vector<std::vector<double>> Results(const PoseGraph& graph) {
   PoseGraphProblem problem(graph);
   B backend;
-  B::Vector x(problem.num_parameters()), v(problem.num_tangent()), out(v.size());
-  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  B::Vector x = test::Start(problem), v(problem.num_tangent()), out(v.size());
   FillRandom(backend, 1, v.view());
   std::vector<std::vector<double>> results{{problem.Cost(x)}};
   const auto keep = [&](const B::Vector& values) { results.emplace_back(values.begin(), values.end()); };
@@ -35,21 +33,13 @@ std::vector<std::vector<double>> Results(const PoseGraph& graph) {
   return results;
 }
 
-template <class Space>
 void ExpectSameForAnyNumber(const PoseGraph& graph) {
-  const int before = NumThreads();
-  SetNumThreads(1);
-  const auto expected = Results<Space>(graph);
-  for (const int threads : {2, 3}) {
-    SetNumThreads(threads);
-    EXPECT_TRUE(Results<Space>(graph) == expected) << threads;
-  }
-  SetNumThreads(before);
+  vesta::test::ExpectSameForAnyThreads([&] { return Results(graph); });
 }
 
 TEST(PoseGraphThreads, Ring) {
-  ExpectSameForAnyNumber<Se2>(test::RingGraph<Se2>(500, 0.1, 1));
-  ExpectSameForAnyNumber<Se3>(test::RingGraph<Se3>(500, 0.1, 2));
+  ExpectSameForAnyNumber(test::RingGraph<Se2>(500, 0.1, 1));
+  ExpectSameForAnyNumber(test::RingGraph<Se3>(500, 0.1, 2));
 }
 
 TEST(PoseGraphThreads, GridOfLargeFronts) {
@@ -62,7 +52,7 @@ TEST(PoseGraphThreads, GridOfLargeFronts) {
     graph.measurements.insert(graph.measurements.end(), measurement.begin(), measurement.end());
     graph.information.insert(graph.information.end(), information.begin(), information.end());
   }
-  ExpectSameForAnyNumber<Se3>(graph);
+  ExpectSameForAnyNumber(graph);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "problems/pose_graph/pose_graph.h"
+#include "problems/pose_graph/pose_graph_problem.h"
 #include "problems/pose_graph/poses.h"
 #include "tests/support/random.h"
 
@@ -87,6 +87,12 @@ pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t see
   join(0, 1);
   join(1, 0);
   return graph;
+}
+
+inline CpuBackend<double>::Vector Start(const pose_graph::PoseGraphProblem& problem) {
+  CpuBackend<double>::Vector x(problem.num_parameters());
+  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  return x;
 }
 
 }  // namespace vesta::test

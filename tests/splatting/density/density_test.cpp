@@ -42,6 +42,16 @@ DensityOptions OptionsThatSplit() {
   return options;
 }
 
+// Densifies once after every Gaussian was pulled by so much.
+void DensifyOnce(DensityScene& scene, const DensityOptions& options, const std::vector<float>& pull,
+                 double extent = 1) {
+  DensityControl<Host> control(options, extent, kSeed);
+  control.Forget(scene.model.count);
+  scene.Observe(control, pull);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
+}
+
 // Mean of Gaussian i.
 std::array<float, 3> MeanOf(const SplatModel& model, Index i) {
   return {model.attribute(0)[i], model.attribute(1)[i], model.attribute(2)[i]};
@@ -49,12 +59,8 @@ std::array<float, 3> MeanOf(const SplatModel& model, Index i) {
 
 TEST(Density, LeavesWhatIsPulledLittle) {
   DensityScene scene(8);
-  DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
-  control.Forget(8);
-  scene.Observe(control, Pulls(8, kWeak));
   const SplatModel before = scene.model;
-  test::ModelAdam adam{LearningRates()};
-  test::Densify(control, scene.model, adam, 1);
+  DensifyOnce(scene, OptionsThatClone(), Pulls(8, kWeak));
   EXPECT_EQ(scene.model.data, before.data);
 }
 
@@ -117,12 +123,7 @@ TEST(Density, ClonesKeepTheJointOpacityAndAllElse) {
   const float logits[kCount] = {-5, -1, 0, 3, 9, 20};
   std::copy(std::begin(logits), std::end(logits), scene.model.attribute(splat::kOpacity));
   const SplatModel before = scene.model;
-  DensityOptions options = OptionsThatClone();
-  DensityControl<Host> control(options, 1, kSeed);
-  control.Forget(kCount);
-  scene.Observe(control, Pulls(kCount, kStrong));
-  test::ModelAdam adam{LearningRates()};
-  test::Densify(control, scene.model, adam, 1);
+  DensifyOnce(scene, OptionsThatClone(), Pulls(kCount, kStrong));
   ASSERT_EQ(scene.model.count, 2 * kCount);
   for (Index i = 0; i < kCount; ++i) {
     for (int a = 0; a < before.num_attributes(); ++a) {
@@ -140,11 +141,7 @@ TEST(Density, ClonesOfOpaqueGaussiansStayFinite) {
   for (const float logit : {40.0f, 100.0f, 300.0f}) {
     scene.model = test::RandomModel(1, 1, 1);
     *scene.model.attribute(splat::kOpacity) = logit;
-    DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
-    control.Forget(1);
-    scene.Observe(control, Pulls(1, kStrong));
-    test::ModelAdam adam{LearningRates()};
-    test::Densify(control, scene.model, adam, 1);
+    DensifyOnce(scene, OptionsThatClone(), Pulls(1, kStrong));
     ASSERT_EQ(scene.model.count, 2);
     EXPECT_NEAR(*scene.model.attribute(splat::kOpacity), logit / 2, 1e-3);
   }
@@ -154,11 +151,7 @@ TEST(Density, SplitsShrinkAndScatter) {
   constexpr Index kCount = 40;
   DensityScene scene(kCount);
   const SplatModel before = scene.model;
-  DensityControl<Host> control(OptionsThatSplit(), 1, kSeed);
-  control.Forget(kCount);
-  scene.Observe(control, Pulls(kCount, kStrong));
-  test::ModelAdam adam{LearningRates()};
-  test::Densify(control, scene.model, adam, 1);
+  DensifyOnce(scene, OptionsThatSplit(), Pulls(kCount, kStrong));
   ASSERT_EQ(scene.model.count, 2 * kCount);
   double squares = 0;
   for (Index child = 0; child < 2 * kCount; ++child) {
@@ -194,11 +187,7 @@ TEST(Density, SplitsWhatIsLargeAndClonesWhatIsSmall) {
     scene.model.attribute(splat::kLogScale + k)[1] = std::log(k == 1 ? 0.021f : 0.001f);
   }
   const SplatModel before = scene.model;
-  DensityControl<Host> control({}, 2, kSeed);
-  control.Forget(2);  // at 1 % of an extent of 2
-  scene.Observe(control, Pulls(2, kStrong));
-  test::ModelAdam adam{LearningRates()};
-  test::Densify(control, scene.model, adam, 1);
+  DensifyOnce(scene, {}, Pulls(2, kStrong), 2);  // at 1 % of an extent of 2
   ASSERT_EQ(scene.model.count, 4);
   EXPECT_EQ(MeanOf(scene.model, 0), MeanOf(before, 0));
   EXPECT_EQ(MeanOf(scene.model, 1), MeanOf(before, 0));

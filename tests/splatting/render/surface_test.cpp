@@ -72,12 +72,14 @@ double DepthOfPlane(double tilt, std::size_t pixel) {
 }
 
 TEST(Surface, DepthOfAPlaneIsKnown) {
-  for (const double tilt : {0.0, 0.5, -0.5}) {
-    const DepthImage image = SurfaceRenderer(0.01).Depth(Plane(tilt), ViewAlongZ());
-    ASSERT_EQ(image.depth.size(), static_cast<std::size_t>(kSide * kSide));
-    for (std::size_t p = 0; p < image.depth.size(); ++p) {
-      const double expected = DepthOfPlane(tilt, p);
-      EXPECT_NEAR(static_cast<double>(image.depth[p]), expected, (tilt == 0 ? 1e-5 : 0.01) * expected) << p;
+  for (const DepthKind kind : {DepthKind::kMean, DepthKind::kMedian}) {
+    for (const double tilt : {0.0, 0.5, -0.5}) {
+      const DepthImage image = SurfaceRenderer(0.01).Depth(Plane(tilt), ViewAlongZ(), kind);
+      ASSERT_EQ(image.depth.size(), static_cast<std::size_t>(kSide * kSide));
+      for (std::size_t p = 0; p < image.depth.size(); ++p) {
+        const double expected = DepthOfPlane(tilt, p);
+        EXPECT_NEAR(static_cast<double>(image.depth[p]), expected, (tilt == 0 ? 1e-5 : 0.01) * expected) << p;
+      }
     }
   }
 }
@@ -128,16 +130,6 @@ TEST(Surface, MedianDepthIsThatOfOneGaussian) {
   EXPECT_NEAR(depth(0.4, 0.5), 4, 1e-5);
   EXPECT_NEAR(depth(0.2, 0.3), 5, 1e-5) << "0.8 times 0.7 times 0.6 are less than a half, without the last more";
   EXPECT_EQ(depth(0.05, 0.05), 0) << "more than half is background";
-}
-
-TEST(Surface, MedianDepthOfAPlaneIsKnown) {
-  for (const double tilt : {0.0, 0.5}) {
-    const DepthImage image = SurfaceRenderer(0.01).Depth(Plane(tilt), ViewAlongZ(), DepthKind::kMedian);
-    for (std::size_t p = 0; p < image.depth.size(); ++p) {
-      const double expected = DepthOfPlane(tilt, p);
-      EXPECT_NEAR(static_cast<double>(image.depth[p]), expected, (tilt == 0 ? 1e-5 : 0.01) * expected) << p;
-    }
-  }
 }
 
 TEST(Surface, IsNoneWhereHalfIsBackground) {

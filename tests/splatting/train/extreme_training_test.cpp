@@ -90,8 +90,9 @@ struct Frame {
 void PrintTo(const Frame& frame, std::ostream* os) { *os << frame.name; }
 
 constexpr Frame kFrames[] = {
+    {"ScaledBy1em8", [] { return InFrame(kIdentity, 1e-8, {}); }, 0.2},
     {"ScaledBy1em4", [] { return InFrame(kIdentity, 1e-4, {}); }, 0.2},
-    {"ScaledBy1e4", [] { return InFrame(kIdentity, 1e4, {}); }, 0.2},
+    {"ScaledBy1e8", [] { return InFrame(kIdentity, 1e8, {}); }, 0.2},
     {"MovedBy1e4Sizes",
      [] {
        return InFrame(kIdentity, 1, {3e4, -1e4, 2e4});

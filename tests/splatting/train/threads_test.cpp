@@ -5,28 +5,17 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/core/parallel.h"
 #include "solver/internal/derivative_check.inl"
 #include "tests/splatting/density/density_scene.h"
 #include "tests/splatting/train/terms_of_views.h"
 #include "tests/splatting/train/training_scene.h"
+#include "tests/support/any_threads.h"
 #include "tests/support/linearize_at.h"
 
 namespace vesta::gs {
 namespace {
 
-// Calls make() with one thread, then with more, and expects the same each time.
-template <class Make>
-void ExpectSameForAnyNumber(const Make& make) {
-  const int before = NumThreads();
-  SetNumThreads(1);
-  const auto expected = make();
-  for (const int threads : {2, 3}) {
-    SetNumThreads(threads);
-    EXPECT_TRUE(make() == expected) << threads;
-  }
-  SetNumThreads(before);
-}
+using vesta::test::ExpectSameForAnyThreads;
 
 // Evaluated once on the way.
 TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
@@ -39,7 +28,7 @@ template <class S>
 void CheckProblem() {
   test::RingProblem<S> ring(3, 200, 1, 80);
   ring.options.batches.count = 2;
-  ExpectSameForAnyNumber([&] {
+  ExpectSameForAnyThreads([&] {
     SplatProblem<CpuBackend<S>> problem = ring.Make();
     const Index n = problem.num_parameters();
     HostBuffer<S> v(n);
@@ -76,7 +65,7 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
   const SplatModel before = scene.model;
   std::vector<float> pull;
   for (Index i = 0; i < kCount; ++i) pull.push_back(1e-6f * static_cast<float>(i % 1000));
-  ExpectSameForAnyNumber([&] {
+  ExpectSameForAnyThreads([&] {
     scene.model = before;
     DensityOptions options;
     options.grow_grad2d = 2e-4;  // low enough for some Gaussians to be cloned and split
@@ -98,18 +87,15 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
 
 TEST(GsThreads, TrainingOfDifferentDegreesIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
-  std::vector<std::uint8_t> degrees;
-  degrees.reserve(60);
-  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
-  const SplatModel start = test::WithDegrees(test::RandomModel(60, 3, 8), degrees);
-  ExpectSameForAnyNumber([&] { return Refine(scene, start, ShortTraining(30, 2), {}, {}).model.data; });
+  const SplatModel start = test::WithDegrees(test::RandomModel(60, 3, 8), test::MixedDegrees(60));
+  ExpectSameForAnyThreads([&] { return Refine(scene, start, ShortTraining(30, 2), {}, {}).model.data; });
 }
 
 TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = ShortTraining(50, 0);
   options.cameras.refine = CameraChoice::kAll;
-  ExpectSameForAnyNumber([&] {
+  ExpectSameForAnyThreads([&] {
     const TrainResult result = Train(scene, options, {}, {});
     std::vector<double> found;
     for (const ViewUnknowns& view : result.cameras) {
@@ -124,7 +110,7 @@ TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
 // Terms of many tasks.
 TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
   const test::MadeUpViews all(3, splat::NumAttributes(3), 20000);
-  ExpectSameForAnyNumber([&] {
+  ExpectSameForAnyThreads([&] {
     SumOfViews<Host> sum;
     DensityControl<Host> density({}, 1, 0);
     density.Forget(all.gaussians());
@@ -146,7 +132,7 @@ TEST(GsThreads, TrainingBySeveralViewsIsTheSameOnAnyNumber) {
   TrainOptions options = ShortTraining(50, 0);
   options.adam.batch_size = 3;
   options.adam.iterations = 150;
-  ExpectSameForAnyNumber([&] {
+  ExpectSameForAnyThreads([&] {
     const TrainResult result = Train(scene, options, {}, {});
     EXPECT_GT(result.model.count, 60) << "densification is part of it";
     return result.model.data;
@@ -156,7 +142,7 @@ TEST(GsThreads, TrainingBySeveralViewsIsTheSameOnAnyNumber) {
 TEST(GsThreads, TrainingIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   const TrainOptions options = ShortTraining(50, 2);
-  ExpectSameForAnyNumber([&] {
+  ExpectSameForAnyThreads([&] {
     const TrainResult result = Train(scene, options, {}, {});
     EXPECT_GT(result.model.count, 60) << "densification is part of it";
     return result.model.data;

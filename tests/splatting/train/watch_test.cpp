@@ -11,6 +11,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/trainer.h"
+#include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/test_files.h"
 
@@ -44,6 +45,10 @@ class Watch : public testing::Test {
     return callbacks;
   }
 
+  std::vector<float> GoneOn(const Checkpoint& checkpoint, const TrainOptions& options) const {
+    return test::GoneOn(checkpoint, [&](const TrainCallbacks& c) { return Train(scene_, options, {}, c); }).model.data;
+  }
+
   Scene scene_ = test::TrainingScene();
   TempFolder folder_;
   std::string path_ = folder_ / "checkpoint";
@@ -68,9 +73,7 @@ TEST_F(Watch, ChangesNoBitAndSavesWhatGoesOnToTheSameBits) {
     const Checkpoint checkpoint = ReadCheckpoint(path_);
     EXPECT_EQ(checkpoint.run.stage, stage);
     EXPECT_EQ(ModelOfCheckpoint(checkpoint, options).data, shown_[0].data);
-    TrainCallbacks goes_on;
-    goes_on.resume = &checkpoint;
-    EXPECT_EQ(Train(scene_, options, {}, goes_on).model.data, alone.model.data);
+    EXPECT_EQ(GoneOn(checkpoint, options), alone.model.data);
   }
 }
 
@@ -86,10 +89,7 @@ TEST_F(Watch, SavesWhereTheTrainingStops) {
   EXPECT_TRUE(Train(scene_, options, {}, callbacks).stopped);
   ASSERT_EQ(saved_.size(), 1u);
   EXPECT_EQ(saved_[0].first, kStop);
-  const Checkpoint checkpoint = ReadCheckpoint(path_);
-  TrainCallbacks goes_on;
-  goes_on.resume = &checkpoint;
-  EXPECT_EQ(Train(scene_, options, {}, goes_on).model.data, alone.model.data);
+  EXPECT_EQ(GoneOn(ReadCheckpoint(path_), options), alone.model.data);
 }
 
 TEST_F(Watch, SavesNothingUnasked) {

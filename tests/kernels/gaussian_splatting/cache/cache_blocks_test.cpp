@@ -20,8 +20,8 @@ using test::Emulate;
 using test::Error;
 using test::kUnwritten;
 using test::RasterInputs;
+using test::RasterScene;
 using test::RenderedView;
-using test::Scene;
 using test::SceneOptions;
 using test::ThreadOrder;
 
@@ -55,8 +55,10 @@ Products<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in, 
 
 // As DeviceJacobianCache does it; what nobody has written is NaN, or bits that are all ones.
 template <class E, class S>
-Products<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, const RasterInputs<S>& in,
-                      ThreadOrder order) {
+Products<S> RunBlocks(const RasterScene<S>& of, ThreadOrder order) {
+  const DeviceLists<S>& lists = of.lists;
+  const RasterInputs<S>& in = of.in;
+  const std::vector<S>& image = of.rendered.image;
   const TileLists<S> l = lists.Lists();
   const Index tiles = lists.grid.num_tiles(), size = static_cast<Index>(lists.ranks.size());
   std::vector<CachePair> pairs(lists.ranks.size());
@@ -88,52 +90,39 @@ Products<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, 
 
 // Entries of 16 bits are rounded from numbers that differ in the last place of a double: seldom to another neighbour.
 template <class E>
-void ExpectHost(const RenderedView<double>& rendered, const DeviceLists<double>& lists, CacheFormat format,
-                double tolerance) {
-  const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
-  const Products<double> expected = RunHost(rendered, in, format);
-  const Products<double> found = RunBlocks<E>(lists, rendered.image, in, ThreadOrder::kShuffled);
+void ExpectHost(const RasterScene<double>& of, CacheFormat format, double tolerance) {
+  const Products<double> expected = RunHost(of.rendered, of.in, format);
+  const Products<double> found = RunBlocks<E>(of, ThreadOrder::kShuffled);
   EXPECT_EQ(found.num_entries, expected.num_entries);
   EXPECT_LT(Error(found.d_image, expected.d_image), tolerance);
   EXPECT_LT(Error(found.cotangents, expected.cotangents), tolerance);
 }
 
 TEST_P(CacheBlocks, DoubleAgreesWithTheHost) {
-  const Scene scene = test::RandomScene(GetParam(), 15);
-  const RenderedView<double> rendered(scene);
-  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
-  ExpectHost<double>(rendered, lists, CacheFormat::kFull, 1e-11);
-  ExpectHost<Half>(rendered, lists, CacheFormat::kHalf, 1e-5);
+  const RasterScene<double> of{test::RandomScene(GetParam(), 15)};
+  ExpectHost<double>(of, CacheFormat::kFull, 1e-11);
+  ExpectHost<Half>(of, CacheFormat::kHalf, 1e-5);
 }
 
 // A missing barrier makes the result depend on which thread runs first. The products are adjoint, with 16 bits too.
 TEST_P(CacheBlocks, ResultsDoNotDependOnTheOrderOfThreadsAndAreAdjoint) {
-  const Scene scene = test::RandomScene(GetParam(), 17);
-  const RenderedView<float> rendered(scene);
-  const DeviceLists<float> lists(rendered.model, scene.view, scene.background);
-  const RasterInputs<float> in(lists.splats.size(), rendered.image.size());
-  const Products<float> expected = RunBlocks<Half>(lists, rendered.image, in, ThreadOrder::kForward);
+  const RasterScene<float> of{test::RandomScene(GetParam(), 17)};
+  const Products<float> expected = RunBlocks<Half>(of, ThreadOrder::kForward);
   for (const ThreadOrder order : {ThreadOrder::kBackward, ThreadOrder::kShuffled}) {
-    const Products<float> found = RunBlocks<Half>(lists, rendered.image, in, order);
+    const Products<float> found = RunBlocks<Half>(of, order);
     EXPECT_EQ(found.num_entries, expected.num_entries);
     EXPECT_EQ(found.d_image, expected.d_image);
     EXPECT_EQ(found.cotangents, expected.cotangents);
   }
   std::vector<float> v;
-  for (const SplatTangent<float>& tangent : in.tangents) v.insert(v.end(), tangent.w, tangent.w + kSplatTangent);
-  EXPECT_LE(test::AdjointGap(in.u, expected.d_image, expected.cotangents, v), 1e-5);
+  for (const SplatTangent<float>& tangent : of.in.tangents) v.insert(v.end(), tangent.w, tangent.w + kSplatTangent);
+  EXPECT_LE(test::AdjointGap(of.in.u, expected.d_image, expected.cotangents, v), 1e-5);
 }
 
-// More splats in a tile than a batch holds, and pixels that close on the way.
 TEST(CacheBlocksOfManySplats, SeveralBatchesAgreeWithTheHost) {
-  SceneOptions options;
-  options.width = 33, options.height = 20, options.count = 700, options.sh_degree = 0;
-  options.sigma_min = 1, options.sigma_max = 8;
-  const Scene scene = test::RandomScene(options, 18);
-  const RenderedView<double> rendered(scene);
-  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
-  ASSERT_GT(lists.tile_begin[1], (CachedTangentBlock<double, double>::kBatch));
-  ExpectHost<double>(rendered, lists, CacheFormat::kFull, 1e-10);
+  const RasterScene<double> of{test::ManySplatsInATile(18)};
+  ASSERT_GT(of.lists.tile_begin[1], (CachedTangentBlock<double, double>::kBatch));
+  ExpectHost<double>(of, CacheFormat::kFull, 1e-10);
 }
 
 TEST(CacheEntry, SixteenBitsAreEightBytes) {

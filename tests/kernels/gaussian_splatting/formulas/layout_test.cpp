@@ -120,16 +120,5 @@ TEST_P(Degrees, OperatorsAreThoseOfAModelWithZeros) {
   }
 }
 
-TEST_P(Degrees, ProductsAreAdjoint) {
-  test::RenderedView<double> view(Scenes(kMaxShDegree).second);
-  test::Random random(92);
-  const auto v = random.NormalVector<double>(view.x.size()), u = random.NormalVector<double>(view.image.size());
-  const std::vector<double> Jv = view.ApplyJ(v), JTu = view.ApplyJT(u);
-  double left = 0, right = 0, scale = 0;
-  for (std::size_t i = 0; i < u.size(); ++i) left += u[i] * Jv[i], scale += std::abs(u[i] * Jv[i]);
-  for (std::size_t i = 0; i < v.size(); ++i) right += v[i] * JTu[i];
-  EXPECT_NEAR(left, right, 1e-12 * scale);
-}
-
 }  // namespace
 }  // namespace vesta::splat

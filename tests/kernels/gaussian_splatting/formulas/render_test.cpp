@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "kernels/gaussian_splatting/formulas/project.h"
+#include "tests/kernels/gaussian_splatting/extreme_checks.h"
 #include "tests/kernels/gaussian_splatting/reference.h"
 #include "tests/support/splat_scenes.h"
 
@@ -21,10 +22,6 @@ using test::SceneOptions;
 
 constexpr std::uint64_t kSeeds = 3;
 
-reference::Image<double> Reference(const Scene& scene) {
-  return reference::Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
-}
-
 class Rendering : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Rendering, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
@@ -32,7 +29,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Rendering, testing::ValuesIn(test::SceneKinds()
 TEST_P(Rendering, DoubleIsTheReference) {
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     const Scene scene = test::RandomScene(GetParam(), seed);
-    const reference::Image<double> expected = Reference(scene);
+    const reference::Image<double> expected = reference::Render(scene);
     const RenderedView<double> rendered(scene);
     const std::size_t pixels = expected.margin.size();
     for (std::size_t i = 0; i < rendered.image.size(); ++i) {
@@ -48,7 +45,7 @@ TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
   constexpr double kBand = 1e-3, kTolerance = 1e-4, kFlip = 0.012;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     const Scene scene = test::RandomScene(GetParam(), seed);
-    const reference::Image<double> expected = Reference(scene);
+    const reference::Image<double> expected = reference::Render(scene);
     const RenderedView<float> rendered(scene);
     const std::size_t pixels = expected.margin.size();
     double brightest = 1;
@@ -70,7 +67,7 @@ TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
 // The scenes do what their names say, so the operators' tests on them mean something.
 TEST_P(Rendering, CountsWhatIsVisited) {
   const Scene scene = test::RandomScene(GetParam(), 4);
-  const reference::Image<double> expected = Reference(scene);
+  const reference::Image<double> expected = reference::Render(scene);
   const std::int64_t blended = std::accumulate(expected.blended.begin(), expected.blended.end(), std::int64_t{0});
   const VisitCounts exact = RenderedView<double>(scene).view.CountVisits();
   // A pixel is a vector of its own in double.
@@ -87,7 +84,7 @@ TEST_P(Rendering, CountsWhatIsVisited) {
 
 TEST(Scenes, ReachTheDecisionsTheyAreFor) {
   for (const SceneOptions& options : test::SceneKinds()) {
-    const reference::Image<double> image = Reference(test::RandomScene(options, 0));
+    const reference::Image<double> image = reference::Render(test::RandomScene(options, 0));
     if (options.name == "CappedAndClosed") {
       EXPECT_GT(image.capped, 10);
       EXPECT_GT(image.closed, 100);
@@ -122,7 +119,7 @@ TEST(Rendering, EqualDepthsKeepTheOrderOfIndices) {
   for (int i = 1; i < scene.count; ++i) {
     for (int k = 0; k < 3; ++k) scene.At(kMean + k, i) = scene.At(kMean + k, 0);
   }
-  const reference::Image<double> expected = Reference(scene);
+  const reference::Image<double> expected = reference::Render(scene);
   const RenderedView<double> rendered(scene);
   for (std::size_t i = 0; i < rendered.image.size(); ++i) {
     ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-9) << i;
@@ -206,7 +203,7 @@ TEST(Rendering, LowerActiveDegreeIgnoresTheBandsAbove) {
   for (int active = 0; active <= 3; ++active) {
     Scene scene = test::RandomScene(options, 5);
     scene.active_sh_degree = active;
-    const reference::Image<double> expected = Reference(scene);
+    const reference::Image<double> expected = reference::Render(scene);
     const RenderedView<double> rendered(scene);
     for (std::size_t i = 0; i < rendered.image.size(); ++i) {
       ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-9) << active;
@@ -238,12 +235,9 @@ void CheckPoison() {
         ASSERT_EQ(rendered.view.rank_of()[kVictim], -1);
         ASSERT_EQ(rendered.image, expected.image);
       }
-      const auto all_finite = [](const std::vector<S>& v) {
-        return std::all_of(v.begin(), v.end(), [](S value) { return std::isfinite(value); });
-      };
-      ASSERT_TRUE(all_finite(rendered.image));
-      ASSERT_TRUE(all_finite(rendered.ApplyJ(random.NormalVector<S>(scene.x.size()))));
-      ASSERT_TRUE(all_finite(rendered.ApplyJT(random.NormalVector<S>(rendered.image.size()))));
+      ASSERT_TRUE(test::AllFinite(rendered.image));
+      ASSERT_TRUE(test::AllFinite(rendered.ApplyJ(random.NormalVector<S>(scene.x.size()))));
+      ASSERT_TRUE(test::AllFinite(rendered.ApplyJT(random.NormalVector<S>(rendered.image.size()))));
     }
   }
 }

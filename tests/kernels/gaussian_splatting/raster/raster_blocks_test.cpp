@@ -18,8 +18,8 @@ using test::Emulate;
 using test::Error;
 using test::kUnwritten;
 using test::RasterInputs;
+using test::RasterScene;
 using test::RenderedView;
-using test::Scene;
 using test::SceneOptions;
 using test::SumBySplat;
 using test::ThreadOrder;
@@ -35,8 +35,10 @@ struct Results {
 };
 
 template <class S>
-Results<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, const RasterInputs<S>& in,
-                     ThreadOrder order) {
+Results<S> RunBlocks(const RasterScene<S>& of, ThreadOrder order) {
+  const DeviceLists<S>& lists = of.lists;
+  const RasterInputs<S>& in = of.in;
+  const std::vector<S>& image = of.rendered.image;
   const Index tiles = lists.grid.num_tiles();
   const TileLists<S> l = lists.Lists();
   Results<S> out;
@@ -58,7 +60,9 @@ Results<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, c
 }
 
 template <class S>
-Results<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in) {
+Results<S> RunHost(const RasterScene<S>& of) {
+  const RenderedView<S>& rendered = of.rendered;
+  const RasterInputs<S>& in = of.in;
   const auto& raster = GetRasterKernels<S>();
   const TileLists<S> lists = rendered.view.Lists();
   const auto pairs = static_cast<std::size_t>(rendered.view.num_pairs());
@@ -83,44 +87,40 @@ Results<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in) {
   return out;
 }
 
+void ExpectListsOfTheHost(const RasterScene<double>& of) {
+  const auto& [scene, rendered, lists, in] = of;
+  const TileLists<double> expected = rendered.view.Lists();
+  const auto tiles = static_cast<std::size_t>(lists.grid.num_tiles());
+  ASSERT_EQ(static_cast<Index>(lists.splats.size()), rendered.view.num_splats());
+  EXPECT_EQ(lists.tile_begin, std::vector<std::int64_t>(expected.tile_begin, expected.tile_begin + tiles + 1));
+  EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
+  EXPECT_EQ(lists.rank_of, rendered.rank_of());
+  EXPECT_LT((lists.grid.num_tiles() - 1) >> lists.grid.key_bits(), 1);
+}
+
 TEST_P(RasterBlocks, ListsAreThoseOfTheHost) {
-  for (const std::uint64_t seed : {0, 1, 2}) {
-    const Scene scene = test::RandomScene(GetParam(), seed);
-    const RenderedView<double> rendered(scene);
-    const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
-    const TileLists<double> expected = rendered.view.Lists();
-    const auto tiles = static_cast<std::size_t>(lists.grid.num_tiles());
-    ASSERT_EQ(static_cast<Index>(lists.splats.size()), rendered.view.num_splats());
-    EXPECT_EQ(lists.tile_begin, std::vector<std::int64_t>(expected.tile_begin, expected.tile_begin + tiles + 1));
-    EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
-    EXPECT_EQ(lists.rank_of, std::vector<std::int32_t>(rendered.view.rank_of().begin(), rendered.view.rank_of().end()));
-    EXPECT_LT((lists.grid.num_tiles() - 1) >> lists.grid.key_bits(), 1);
-  }
+  for (const std::uint64_t seed : {0, 1, 2}) ExpectListsOfTheHost({test::RandomScene(GetParam(), seed)});
+}
+
+void ExpectNear(const Results<double>& found, const Results<double>& expected, double tolerance) {
+  EXPECT_LT(Error(found.image, expected.image), 1e-13);
+  EXPECT_LT(Error(found.d_image, expected.d_image), tolerance);
+  EXPECT_LT(Error(found.cotangents, expected.cotangents), tolerance);
+  EXPECT_LT(Error(found.grams, expected.grams), tolerance);
 }
 
 // The same formulas in double: what differs is the order of sums.
 TEST_P(RasterBlocks, DoubleAgreesWithTheHost) {
-  const Scene scene = test::RandomScene(GetParam(), 5);
-  const RenderedView<double> rendered(scene);
-  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
-  const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
-  const Results<double> expected = RunHost(rendered, in);
-  const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
-  EXPECT_LT(Error(found.image, expected.image), 1e-13);
-  EXPECT_LT(Error(found.d_image, expected.d_image), 1e-11);
-  EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-11);
-  EXPECT_LT(Error(found.grams, expected.grams), 1e-11);
+  const RasterScene<double> of{test::RandomScene(GetParam(), 5)};
+  ExpectNear(RunBlocks(of, ThreadOrder::kForward), RunHost(of), 1e-11);
 }
 
 // A missing barrier makes the result depend on which thread runs first.
 TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
-  const Scene scene = test::RandomScene(GetParam(), 6);
-  const RenderedView<float> rendered(scene);
-  const DeviceLists<float> lists(rendered.model, scene.view, scene.background);
-  const RasterInputs<float> in(lists.splats.size(), rendered.image.size());
-  const Results<float> expected = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
+  const RasterScene<float> of{test::RandomScene(GetParam(), 6)};
+  const Results<float> expected = RunBlocks(of, ThreadOrder::kForward);
   for (const ThreadOrder order : {ThreadOrder::kBackward, ThreadOrder::kShuffled}) {
-    const Results<float> found = RunBlocks(lists, rendered.image, in, order);
+    const Results<float> found = RunBlocks(of, order);
     EXPECT_EQ(found.image, expected.image);
     EXPECT_EQ(found.d_image, expected.d_image);
     EXPECT_EQ(found.cotangents, expected.cotangents);
@@ -132,9 +132,8 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
 TEST_P(RasterBlocks, SplatsConcernTheWarpsOfTheirPixels) {
   Index concerned = 0, reached = 0;
   for (const std::uint64_t seed : {9, 10, 11}) {
-    const Scene scene = test::RandomScene(GetParam(), seed);
-    const RenderedView<float> rendered(scene);
-    const DeviceLists<float> lists(rendered.model, scene.view, scene.background);
+    const RasterScene<float> of{test::RandomScene(GetParam(), seed)};
+    const DeviceLists<float>& lists = of.lists;
     const TileLists<float> l = lists.Lists();
     for (int tile = 0; tile < lists.grid.num_tiles(); ++tile) {
       for (std::int64_t pair = l.tile_begin[tile]; pair < l.tile_begin[tile + 1]; ++pair) {
@@ -157,12 +156,9 @@ TEST_P(RasterBlocks, SplatsConcernTheWarpsOfTheirPixels) {
 
 // Splats over the whole image, among others: their tiles are listed and their records added up by blocks.
 TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
-  SceneOptions options;
-  options.width = 200, options.height = 150, options.count = 60, options.sh_degree = 0;
-  options.sigma_min = 3, options.sigma_max = 90;
-  const Scene scene = test::RandomScene(options, 12);
-  const RenderedView<double> rendered(scene);
-  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+  const RasterScene<double> of{test::RandomScene(
+      {.width = 200, .height = 150, .count = 60, .sh_degree = 0, .sigma_min = 3, .sigma_max = 90}, 12)};
+  const DeviceLists<double>& lists = of.lists;
   Index wide = 0;
   for (Index r = 0; r < static_cast<Index>(lists.splats.size()); ++r) {
     wide += IsWide(lists.splat_begin.data(), r) ? 1 : 0;
@@ -170,16 +166,10 @@ TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   EXPECT_GT(wide, 2);
   EXPECT_LT(wide, static_cast<Index>(lists.splats.size()));
   EXPECT_EQ(static_cast<Index>(lists.wide.size()) - std::ranges::count(lists.wide, 0U), wide);
-  const TileLists<double> expected = rendered.view.Lists();
-  const auto tiles = static_cast<std::size_t>(lists.grid.num_tiles());
-  EXPECT_EQ(lists.tile_begin, std::vector<std::int64_t>(expected.tile_begin, expected.tile_begin + tiles + 1));
-  EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
-  const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
-  const Results<double> of_host = RunHost(rendered, in);
-  const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
-  EXPECT_LT(Error(found.cotangents, of_host.cotangents), 1e-11);
-  EXPECT_LT(Error(found.grams, of_host.grams), 1e-11);
-  const Results<double> again = RunBlocks(lists, rendered.image, in, ThreadOrder::kShuffled);
+  ExpectListsOfTheHost(of);
+  const Results<double> found = RunBlocks(of, ThreadOrder::kForward);
+  ExpectNear(found, RunHost(of), 1e-11);
+  const Results<double> again = RunBlocks(of, ThreadOrder::kShuffled);
   EXPECT_EQ(again.cotangents, found.cotangents);
   EXPECT_EQ(again.grams, found.grams);
 }
@@ -201,42 +191,28 @@ TEST(WideSplats, SumsOfManyTermsKeepTheirDigits) {
 
 // More rows of tiles than a block has threads.
 TEST(WideSplats, AreListedInATallImage) {
-  SceneOptions options;
-  options.width = 40, options.height = (kWideThreads + 44) * kTileSize, options.count = 12, options.sh_degree = 0;
-  options.sigma_min = 100, options.sigma_max = 4000;
-  const Scene scene = test::RandomScene(options, 13);
-  const RenderedView<double> rendered(scene);
-  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+  constexpr int kHeight = (kWideThreads + 44) * kTileSize;
+  const RasterScene<double> of{test::RandomScene(
+      {.width = 40, .height = kHeight, .count = 12, .sh_degree = 0, .sigma_min = 100, .sigma_max = 4000}, 13)};
+  const DeviceLists<double>& lists = of.lists;
   Index most = 0;
   for (std::size_t r = 0; r < lists.splats.size(); ++r) {
     most = std::max(most, lists.splat_begin[r + 1] - lists.splat_begin[r]);
   }
   EXPECT_GT(most, 2 * kWideThreads);
-  const TileLists<double> expected = rendered.view.Lists();
-  EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
+  ExpectListsOfTheHost(of);
 }
 
-// More splats in a tile than any kernel takes at once, and pixels that close on the way.
 TEST(RasterBlocksOfManySplats, SeveralBatchesAgreeWithTheHost) {
-  SceneOptions options;
-  options.width = 33, options.height = 20, options.count = 700, options.sh_degree = 0;
-  options.sigma_min = 1, options.sigma_max = 8;
-  const Scene scene = test::RandomScene(options, 7);
-  const RenderedView<double> rendered(scene);
-  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+  const RasterScene<double> of{test::ManySplatsInATile(7)};
+  const DeviceLists<double>& lists = of.lists;
   Index longest = 0;
   for (int tile = 0; tile < lists.grid.num_tiles(); ++tile) {
     const auto t = static_cast<std::size_t>(tile);
     longest = std::max<Index>(longest, lists.tile_begin[t + 1] - lists.tile_begin[t]);
   }
   ASSERT_GT(longest, ForwardBlock<double>::kBatch);
-  const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
-  const Results<double> expected = RunHost(rendered, in);
-  const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kShuffled);
-  EXPECT_LT(Error(found.image, expected.image), 1e-13);
-  EXPECT_LT(Error(found.d_image, expected.d_image), 1e-10);
-  EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-10);
-  EXPECT_LT(Error(found.grams, expected.grams), 1e-10);
+  ExpectNear(RunBlocks(of, ThreadOrder::kShuffled), RunHost(of), 1e-10);
 }
 
 }  // namespace

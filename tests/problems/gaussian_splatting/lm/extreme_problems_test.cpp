@@ -3,6 +3,7 @@
 // quadratic, and a solve ends in a status with a model that is finite and no worse.
 #include <limits>
 
+#include "tests/problems/gaussian_splatting/host_vectors.h"
 #include "tests/problems/gaussian_splatting/lm/extreme_problem.h"
 
 namespace vesta::gs::test {
@@ -21,11 +22,6 @@ TEST_P(ExtremeProblems, OperatorsInDouble) { CheckOperators<CpuBackend<double>>(
 TEST_P(ExtremeProblems, OperatorsInFloat) { CheckOperators<CpuBackend<float>>(GetParam()); }
 TEST_P(ExtremeProblems, SolvesInDouble) { CheckSolves<CpuBackend<double>>(GetParam(), kKinds); }
 TEST_P(ExtremeProblems, SolvesInFloat) { CheckSolves<CpuBackend<float>>(GetParam(), kKinds); }
-
-template <class S>
-std::vector<S> ToVector(const HostBuffer<S>& v) {
-  return {v.begin(), v.end()};
-}
 
 template <class S>
 class ExtremeSteps : public testing::Test {

@@ -17,10 +17,8 @@ constexpr Index kCount = 30;
 // Of a model whose Gaussians have different degrees: what a model with zeros in their place has.
 template <class S>
 void ExpectThatDegreesMayDiffer() {
-  std::vector<std::uint8_t> degrees;
-  degrees.reserve(static_cast<std::size_t>(kCount));
-  for (Index i = 0; i < kCount; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
-  const SplatModel mixed = WithDegrees(RandomModel(kCount, 3, 66), degrees), zeros = AtOneDegree(mixed);
+  const SplatModel mixed = WithDegrees(RandomModel(kCount, 3, 66), MixedDegrees(static_cast<std::size_t>(kCount))),
+                   zeros = AtOneDegree(mixed);
   Scene scene = RingOfCameras(kViews, 40, 30, false);
   RenderTruth(RandomModel(kCount, 3, 67), 0, &scene);
   RingProblem<S> ring(scene, mixed), ring_of_zeros(scene, zeros);

@@ -13,6 +13,7 @@
 #include "solver/compose.h"
 #include "solver/internal/derivative_check.inl"
 #include "splatting/adam/adam.h"
+#include "tests/problems/gaussian_splatting/host_vectors.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/linearize_at.h"
@@ -21,7 +22,12 @@
 namespace vesta::gs {
 namespace {
 
+using test::ApplyH;
+using test::Distance;
+using test::Norm;
+using test::RandomVector;
 using test::RingProblem;
+using test::ToVector;
 
 constexpr Index kCount = 30;
 constexpr Index kFew = 10;  // where every parameter takes a product
@@ -29,14 +35,6 @@ constexpr int kViews = 3;
 
 template <class S>
 constexpr double kTolerance = std::is_same_v<S, double> ? 1e-12 : 1e-5;
-
-template <class S>
-HostBuffer<S> RandomVector(Index size, std::uint64_t seed) {
-  CpuBackend<S> backend;
-  HostBuffer<S> v(size);
-  FillRandom(backend, seed, v.view());
-  return v;
-}
 
 // v with the attributes [first, last] of Gaussians [begin, end) only.
 template <class S>
@@ -47,33 +45,6 @@ HostBuffer<S> Confined(const HostBuffer<S>& v, int first, int last, Index begin,
     if (attribute >= first && attribute <= last && gaussian >= begin && gaussian < end) result[k] = v[k];
   }
   return result;
-}
-
-template <class S>
-double Norm(const HostBuffer<S>& v) {
-  CpuBackend<S> backend;
-  return std::sqrt(backend.Dot(v, v));
-}
-
-template <class S>
-double Distance(const HostBuffer<S>& a, const HostBuffer<S>& b) {
-  CpuBackend<S> backend;
-  HostBuffer<S> difference;
-  difference.CopyFrom(a);
-  backend.Axpby(-1, b, 1, difference);
-  return Norm(difference);
-}
-
-template <class S>
-std::vector<S> ToVector(const HostBuffer<S>& v) {
-  return {v.begin(), v.end()};
-}
-
-template <class S>
-HostBuffer<S> ApplyH(LinearizationAdaptor<CpuBackend<S>>& linearization, const HostBuffer<S>& v) {
-  HostBuffer<S> Hv(v.size());
-  linearization.ApplyH(v, Hv);
-  return Hv;
 }
 
 template <class S>
@@ -119,24 +90,6 @@ TEST(SplatProblem, JIsTheDerivativeOfTheResiduals) {
   EXPECT_LE((TangentError<B>(backend, problem, ring.x, 0, colors, 1e-4)), 1e-9);
 }
 
-TYPED_TEST(SplatProblemTest, HIsTheProductOfItsParts) {
-  using S = TypeParam;
-  const RingProblem<S> ring(kViews, kCount, 1, 20);
-  SplatProblem<CpuBackend<S>> problem = ring.Make();
-  const auto linearization = LinearizeAt(problem, ring.x);
-  const HostBuffer<S> v = RandomVector<S>(problem.num_parameters(), 21);
-  HostBuffer<S> Jv(linearization->num_residuals()), WJv(Jv.size()), composed(v.size());
-  linearization->ApplyJ(v, Jv);
-  linearization->ApplyW(Jv, WJv);
-  linearization->ApplyJT(WJv, composed);
-  const HostBuffer<S> Hv = ApplyH(*linearization, v);
-  ASSERT_GT(Norm(Hv), 0);
-  EXPECT_LE(Distance(Hv, composed), kTolerance<S> * Norm(Hv));
-
-  CpuBackend<S> backend;
-  EXPECT_NEAR(linearization->Curvature(v), backend.Dot(v, Hv), kTolerance<S> * Norm(v) * Norm(Hv));
-}
-
 TYPED_TEST(SplatProblemTest, HIsSymmetricAndPositiveSemidefinite) {
   using S = TypeParam;
   CpuBackend<S> backend;
@@ -173,17 +126,6 @@ TEST(SplatProblem, GradientIsTheDerivativeOfTheCost) {
     const HostBuffer<double> geometry = Confined(v, 0, splat::kOpacity, 0, kCount);
     EXPECT_LE((GradientError<B>(backend, problem, ring.x, geometry, 1e-6)), 1e-6);
   }
-}
-
-TEST(SplatProblem, DiagonalAndBlocksAreThoseOfHForL1) {
-  using B = CpuBackend<double>;
-  B backend;
-  RingProblem<double> ring(kViews, kFew, 1, 40);
-  ring.options.weights.ssim = 0;
-  SplatProblem<CpuBackend<double>> problem = ring.Make();
-  const auto linearization = LinearizeAt(problem, ring.x);
-  EXPECT_LE(DiagonalError<B>(backend, linearization->get()), 1e-10);
-  EXPECT_LE(BlockError<B>(backend, linearization->get()), 1e-10);
 }
 
 // (H e_k)_k for every k.

@@ -41,8 +41,10 @@ vesta::LmOptions SplatLmOptions(StepRule rule) {
 }
 
 // Every accepted step lowers the cost, every other one leaves it; the cost of the x returned is what is reported.
-void ExpectRightHandSide(const LmSummary& summary, SplatProblem<CpuBackend<float>>& problem,
-                         const HostBuffer<float>& x) {
+void ExpectRightHandSide(FitBack& fit, const vesta::LmOptions& options, double most_of_initial_cost) {
+  SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
+  CpuBackend<float> backend;
+  const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, fit.ring.x);
   ASSERT_GT(summary.num_accepted, 0);
   for (std::size_t i = 1; i < summary.iterations.size(); ++i) {
     const double before = summary.iterations[i - 1].cost, after = summary.iterations[i].cost;
@@ -52,27 +54,15 @@ void ExpectRightHandSide(const LmSummary& summary, SplatProblem<CpuBackend<float
       EXPECT_EQ(after, before) << "iteration " << i;
     }
   }
-  EXPECT_EQ(problem.Cost(x), summary.final_cost);
+  EXPECT_EQ(problem.Cost(fit.ring.x), summary.final_cost);
+  EXPECT_LT(summary.final_cost, most_of_initial_cost * summary.initial_cost) << summary.FullReport();
 }
 
-TEST(SplatSolve, FitsAModelBackToItsImages) {
-  FitBack fit;
-  SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
-  CpuBackend<float> backend;
-  const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kCeres), backend, problem, fit.ring.x);
-  ExpectRightHandSide(summary, problem, fit.ring.x);
-  EXPECT_LT(summary.final_cost, summary.initial_cost / 10) << summary.FullReport();
-}
-
-TEST(SplatSolve, EveryStepRuleDescends) {
+TEST(SplatSolve, EveryStepRuleFitsAModelBackToItsImages) {
   for (const StepRule rule : {StepRule::kCeres, StepRule::k3dgsLmCode, StepRule::k3dgsLmV2}) {
     SCOPED_TRACE(ToString(rule));
     FitBack fit;
-    SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
-    CpuBackend<float> backend;
-    const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(rule), backend, problem, fit.ring.x);
-    ExpectRightHandSide(summary, problem, fit.ring.x);
-    EXPECT_LT(summary.final_cost, summary.initial_cost / 2) << summary.FullReport();
+    ExpectRightHandSide(fit, SplatLmOptions(rule), rule == StepRule::kCeres ? 0.1 : 0.5);
   }
 }
 
@@ -83,14 +73,10 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
       FitBack fit;
       fit.ring.options.batches.count = 2;
       fit.ring.options.damping = damping;
-      SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
-      CpuBackend<float> backend;
       vesta::LmOptions options = SplatLmOptions(StepRule::kCeres);
       options.batch_mode = mode;
       options.line_search.enabled = mode == BatchMode::kMerge;
-      const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, fit.ring.x);
-      ExpectRightHandSide(summary, problem, fit.ring.x);
-      EXPECT_LT(summary.final_cost, 0.8 * summary.initial_cost) << summary.FullReport();
+      ExpectRightHandSide(fit, options, 0.8);
     }
   }
 }
@@ -99,11 +85,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
 TEST(SplatSolve, AGaussianThatIsNotFiniteStopsNobodyElse) {
   FitBack fit;
   fit.ring.x[4] = std::numeric_limits<float>::quiet_NaN();
-  SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
-  CpuBackend<float> backend;
-  const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kCeres), backend, problem, fit.ring.x);
-  ExpectRightHandSide(summary, problem, fit.ring.x);
-  EXPECT_LT(summary.final_cost, 0.8 * summary.initial_cost) << summary.FullReport();
+  ExpectRightHandSide(fit, SplatLmOptions(StepRule::kCeres), 0.8);
 }
 
 }  // namespace

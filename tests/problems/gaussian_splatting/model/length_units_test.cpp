@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
+#include "tests/problems/gaussian_splatting/host_vectors.h"
 
 namespace vesta::gs {
 namespace {
@@ -18,21 +19,10 @@ View CameraBehind(double back) {
   return view;
 }
 
-SplatModel ModelAt(const std::vector<std::array<float, 3>>& means) {
-  SplatModel model;
-  model.Resize(0, static_cast<Index>(means.size()));
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      model.attribute(splat::kMean + k)[static_cast<Index>(i)] = means[i][static_cast<std::size_t>(k)];
-    }
-  }
-  return model;
-}
-
 TEST(LengthUnits, AreHalfTheDepthInTheNearestImageThatHoldsTheMean) {
   // Seen by both, by the far one alone for lying beside the near one's image, by that alone for lying behind the near
   // one, and by none.
-  const SplatModel model = ModelAt({{1, -1, 4}, {5, 0, 3}, {0, 0, -4}, {0, 0, -11}});
+  const SplatModel model = test::ModelAt({{1, -1, 4}, {5, 0, 3}, {0, 0, -4}, {0, 0, -11}});
   const View at_origin = CameraBehind(0), behind = CameraBehind(10);
   const std::vector<float> units = LengthUnits(model, {&at_origin, &behind}, kNear, 7);
   EXPECT_EQ(units, (std::vector<float>{2, 6.5, 3, 7}));
@@ -45,16 +35,17 @@ TEST(LengthUnits, ManyViewsAreSampledEvenly) {
   std::vector<const View*> pointers;
   pointers.reserve(views.size());
   for (const View& view : views) pointers.push_back(&view);
-  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, -0.5f}, {0, 0, -5}}), pointers, kNear, 1), (std::vector<float>{0.25, 3}));
+  EXPECT_EQ(LengthUnits(test::ModelAt({{0, 0, -0.5f}, {0, 0, -5}}), pointers, kNear, 1), (std::vector<float>{0.25, 3}));
 }
 
 TEST(LengthUnits, BeforeTheNearPlaneNothingIsSeen) {
   const View view = CameraBehind(0);
-  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, 0.05f}, {0, 0, 0.5f}}), {&view}, kNear, 3), (std::vector<float>{3, 0.25}));
+  EXPECT_EQ(LengthUnits(test::ModelAt({{0, 0, 0.05f}, {0, 0, 0.5f}}), {&view}, kNear, 3),
+            (std::vector<float>{3, 0.25}));
 }
 
 TEST(LengthUnits, WithoutViewsAreTheOther) {
-  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, 1}}), {}, kNear, 3), (std::vector<float>{3}));
+  EXPECT_EQ(LengthUnits(test::ModelAt({{0, 0, 1}}), {}, kNear, 3), (std::vector<float>{3}));
 }
 
 }  // namespace

@@ -55,19 +55,6 @@ TEST_P(BlockCholeskyOf, SolvesAGridWithSeveralLevelsOfFronts) {
   EXPECT_LE(WorstResidual(matrix, &factor, &random), 1e-13);
 }
 
-TEST_P(BlockCholeskyOf, AgreesWithTheDenseFactorOfEigen) {
-  test::Random random(6);
-  const BlockMatrix matrix = test::RandomMatrix(test::Sizes(25, GetParam()), 40, &random);
-  BlockCholesky factor(PlanFor(matrix));
-  const std::vector<double> added(static_cast<std::size_t>(matrix.size()), 0.0);
-  EXPECT_EQ(factor.Factorize(matrix, 0, {added.data(), matrix.size()}), 0);
-  const std::vector<double> x = random.NormalVector<double>(added.size());
-  std::vector<double> y(x.size());
-  factor.Solve({x.data(), matrix.size()}, {y.data(), matrix.size()});
-  const Eigen::VectorXd expected = test::SolveSymmetric(test::Dense(matrix), test::Vector(x));
-  EXPECT_LE((test::Vector(y) - expected).norm(), 1e-13 * expected.norm());
-}
-
 INSTANTIATE_TEST_SUITE_P(Sizes, BlockCholeskyOf,
                          testing::Values(std::vector<int>{3}, std::vector<int>{6}, std::vector<int>{1},
                                          std::vector<int>{2}, std::vector<int>{7}, std::vector<int>{1, 6, 3},

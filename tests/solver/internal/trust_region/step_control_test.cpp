@@ -94,10 +94,6 @@ TEST(StepControl, ThresholdsBelongToTheRules) {
   }
 }
 
-TEST(StepControl, CeresStartsAtTheInverseOfItsRadius) {
-  EXPECT_EQ(StepControl(DefaultStepControl(StepRule::kCeres)).lambda(), 1e-4);
-}
-
 TEST(StepControl, OptionsAreChecked) {
   StepControlOptions options;
   options.initial_lambda = 0;

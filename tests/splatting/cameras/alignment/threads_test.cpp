@@ -2,32 +2,19 @@
 // The same bits for any number of threads.
 #include <gtest/gtest.h>
 
-#include "kernels/core/parallel.h"
 #include "splatting/cameras/alignment/align_view.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
+#include "tests/support/any_threads.h"
 
 namespace vesta::gs {
 namespace {
-
-// everything(): numbers.
-template <class Everything>
-void ExpectSameForAnyNumber(const Everything& everything) {
-  const int before = NumThreads();
-  SetNumThreads(1);
-  const std::vector<double> expected = everything();
-  for (const int threads : {2, 3}) {
-    SetNumThreads(threads);
-    EXPECT_TRUE(everything() == expected) << threads;
-  }
-  SetNumThreads(before);
-}
 
 TEST(GsThreads, AlignmentIsBitIdenticalForAnyNumber) {
   const SplatModel model = test::RandomModel(1500, 1, 21);
   const View view = test::RingWithImages(model, 3, 80, 64).views[1];
   const View start = test::PerturbedView(view, test::RandomMotion(0.3, 0.01, 22));
-  const auto everything = [&] {
+  vesta::test::ExpectSameForAnyThreads([&] {
     const Alignment alignment = AlignView(model, start, {.free = {true, true}, .near = 0.01, .max_iterations = 4});
     EXPECT_TRUE(alignment.is_found());
     HostBuffer<double> x(kViewParameters);
@@ -36,8 +23,7 @@ TEST(GsThreads, AlignmentIsBitIdenticalForAnyNumber) {
     numbers.insert(numbers.end(), {alignment.cost_before, alignment.cost_after, double(alignment.iterations),
                                    MedianShift(model, start, MovedView(start, alignment.found.motion), 0.01)});
     return numbers;
-  };
-  ExpectSameForAnyNumber(everything);
+  });
 }
 
 TEST(GsThreads, JointRefinementIsBitIdenticalForAnyNumber) {
@@ -46,7 +32,7 @@ TEST(GsThreads, JointRefinementIsBitIdenticalForAnyNumber) {
   TrainOptions options;
   options.adam.iterations = 0, options.lm.iterations = 2;
   options.cameras.refine = CameraChoice::kPoseAndExposure;
-  ExpectSameForAnyNumber([&] {
+  vesta::test::ExpectSameForAnyThreads([&] {
     const TrainResult refined = Refine(given, test::Perturbed(model, 0.01, 29), options, {}, {});
     std::vector<double> numbers(refined.model.data.begin(), refined.model.data.end());
     for (const ViewUnknowns& view : refined.cameras) {

@@ -7,6 +7,7 @@
 #include "solver/check_problem.h"
 #include "solver/internal/derivative_check.inl"
 #include "solver/reduced_system.h"
+#include "tests/problems/gaussian_splatting/host_vectors.h"
 #include "tests/splatting/cameras/joint_setup.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/linearize_at.h"
@@ -15,15 +16,16 @@ namespace vesta::gs {
 namespace {
 
 using test::JointSetup;
+using test::RandomVector;
 
 constexpr FreeUnknowns kKinds[] = {{.pose = true, .color = false}, {.pose = false, .color = true}, {true, true}};
 
-template <class S>
-HostBuffer<S> RandomVector(Index size, std::uint64_t seed) {
-  CpuBackend<S> backend;
-  HostBuffer<S> v(size);
-  FillRandom(backend, seed, v.view());
-  return v;
+void ExpectNoFault(const JointSetup<double>& setup, bool exact_blocks) {
+  JointProblem<CpuBackend<double>> problem = setup.Make();
+  CpuBackend<double> backend;
+  const ProblemCheck check =
+      CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = exact_blocks});
+  EXPECT_TRUE(check.ok()) << check.Report();
 }
 
 // Products, W, gradient along Plus, the blocks of a loss whose W is pointwise: then all of them are exact.
@@ -33,22 +35,13 @@ TEST(JointProblem, HasNoFault) {
     setup.options.splats.weights.ssim = 0;
     // |e| has kinks, at which nothing can be told of derivatives.
     setup.options.splats.weights.pixel = PixelLinearization::kL2;
-    JointProblem<CpuBackend<double>> problem = setup.Make();
-    CpuBackend<double> backend;
-    const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.x);
-    EXPECT_TRUE(check.ok()) << check.Report();
+    ExpectNoFault(setup, true);
   }
 }
 
 // The same of the whole loss, where the blocks of the splats stand in for those of H.
 TEST(JointProblem, HasNoFaultWithSsim) {
-  for (const FreeUnknowns& free : kKinds) {
-    const JointSetup<double> setup(free, 3, 8, 1, 6);
-    JointProblem<CpuBackend<double>> problem = setup.Make();
-    CpuBackend<double> backend;
-    const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = false});
-    EXPECT_TRUE(check.ok()) << check.Report();
-  }
+  for (const FreeUnknowns& free : kKinds) ExpectNoFault({free, 3, 8, 1, 6}, false);
 }
 
 // The engine's check leaves out J where there are weights.
@@ -113,14 +106,12 @@ TEST(JointProblem, OfMaskedViewsHasNoFault) {
   const Index pixels = setup.ring.views[0].shape().PlaneSize();
   std::vector<std::uint8_t> mask(static_cast<std::size_t>(pixels), 1);
   std::fill_n(mask.begin(), pixels / 2, std::uint8_t{0});
-  CpuBackend<double> backend;
   JointProblem<CpuBackend<double>> whole = setup.Make();
   const double cost = whole.Cost(setup.x, std::vector<Index>{0, 1, 2});
   for (auto& view : setup.ring.views) view.mask = {mask.data(), pixels};
   JointProblem<CpuBackend<double>> problem = setup.Make();
   EXPECT_LT(problem.Cost(setup.x, std::vector<Index>{0, 1, 2}), 0.95 * cost);
-  const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = true});
-  EXPECT_TRUE(check.ok()) << check.Report();
+  ExpectNoFault(setup, true);
 }
 
 // With the whole loss: SSIM's part of W is not pointwise, and yet views' blocks are those of H.

@@ -247,15 +247,6 @@ TEST_F(LoadSceneTest, ImageFoldersLieWithinTheScene) {
   }
 }
 
-TEST_F(LoadSceneTest, PhotographsMayLieInNestedFolders) {
-  model_.images[3].name = "left/day 1/view.png";
-  WriteModel();
-  WriteBytes(folder_ / "images/left/day 1/view.png", ExampleJpeg(60, 40));
-  const Scene scene = LoadScene(folder_.path());
-  EXPECT_EQ(scene.views[0].name, "left/day 1/view.png");
-  EXPECT_EQ(scene.views[0].image.width, 60);
-}
-
 TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
   model_ = ExampleModel();
   model_.points.clear();
@@ -296,27 +287,6 @@ TEST_F(LoadSceneTest, NamesTheFilesItReads) {
   EXPECT_THAT(LoadScene(folder_.path()).files,
               testing::UnorderedElementsAre(folder_ / "sparse/0/cameras.bin", folder_ / "sparse/0/images.bin",
                                             folder_ / "sparse/0/points3D.bin"));
-}
-
-TEST_F(LoadSceneTest, ATruncatedModelIsRefusedAtEveryPlace) {
-  const std::string path = folder_ / "sparse/0/images.bin", bytes = ReadBytes(path);
-  for (std::size_t k = 0; k < 20; ++k) {
-    WriteBytes(path, bytes.substr(0, k * bytes.size() / 20));
-    ExpectRefused(kBadFile, {"images.bin"});
-  }
-}
-
-TEST_F(LoadSceneTest, FindsNerfScenes) {
-  std::filesystem::remove_all(folder_ / "sparse");
-  std::string frames;
-  for (const char* name : {"view0", "view1"}) {
-    frames += std::string(frames.empty() ? "" : ",") + R"({"file_path": "images/)" + name +
-              R"(", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})";
-  }
-  WriteBytes(folder_ / "transforms.json", R"({"camera_angle_x": 1.0, "frames": [)" + frames + "]}");
-  const Scene scene = LoadScene(folder_.path());
-  ASSERT_EQ(scene.views.size(), 2u);
-  EXPECT_EQ(scene.views[1].image.width, 60);
 }
 
 }  // namespace

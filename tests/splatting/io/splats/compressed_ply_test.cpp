@@ -70,20 +70,6 @@ TEST_F(CompressedPly, RoundTripStaysWithinItsSteps) {
   }
 }
 
-TEST_F(CompressedPly, TellsWhatIsBesideTheGaussians) {
-  SplatModel model = RandomSplat(0, 3);
-  model.has_background = true;
-  model.background = {1, 0.5f, 0.1f};
-  model.eps2d = 0.1;
-  model.origin = {1e6, 2, 0.5};
-  WriteCompressedPly(path_, model);
-  const SplatModel again = Read();
-  EXPECT_TRUE(again.has_background);
-  EXPECT_EQ(again.background, model.background);
-  EXPECT_EQ(again.origin, model.origin);
-  EXPECT_EQ(again.eps2d, 0.1);
-}
-
 // What other programs rely on.
 TEST_F(CompressedPly, BytesAreTheFormats) {
   SplatModel model;

@@ -51,6 +51,23 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
   EXPECT_THAT([&] { ReadSplat(folder / "missing.spz"); }, ThrowsError(kNotFound, "missing.spz"));
 }
 
+TEST(SplatFile, TellsWhatIsBesideTheGaussians) {
+  const TempFolder folder;
+  SplatModel model = RandomSplat(0, 3);
+  model.has_background = true;
+  model.background = {1, 0.5f, 0.1f};
+  model.eps2d = 0.1;
+  model.origin = {448262.5, -5411932.0625, 1.0 / 3};
+  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply"}) {
+    WriteSplat(folder / name, model);
+    const SplatModel again = ReadSplat(folder / name);
+    EXPECT_TRUE(again.has_background) << name;
+    EXPECT_EQ(again.background, model.background) << name;
+    EXPECT_EQ(again.origin, model.origin) << name;
+    EXPECT_EQ(again.eps2d, 0.1) << name;
+  }
+}
+
 // Degrees are no part of the formats: bands that Gaussians lack are written as zeros, and zeros tell on reading.
 TEST(SplatFile, DegreesComeBack) {
   const TempFolder folder;

@@ -84,20 +84,6 @@ TEST_F(Spz, RoundTripStaysWithinItsSteps) {
   }
 }
 
-TEST_F(Spz, TellsWhatIsBesideTheGaussians) {
-  SplatModel model = RandomSplat(0, 3);
-  model.has_background = true;
-  model.background = {1, 0.5f, 0.1f};
-  model.eps2d = 0.1;
-  model.origin = {448262.5, -5411932.0625, 1.0 / 3};
-  WriteSpz(path_, model);
-  const SplatModel again = ReadSpz(path_);
-  EXPECT_TRUE(again.has_background);
-  EXPECT_EQ(again.background, model.background);
-  EXPECT_EQ(again.origin, model.origin);
-  EXPECT_EQ(again.eps2d, 0.1);
-}
-
 // What other programs rely on: x right, y up, z backward.
 TEST_F(Spz, BytesAreTheFormats) {
   SplatModel model;

@@ -21,16 +21,23 @@ TrainOptions WithIterations(int iterations) {
   return options;
 }
 
+struct OutlookOf {
+  TrainOptions options;
+  double seconds = 0;  // before the session
+  Scene scene = test::TrainingScene();
+  TrainCallbacks callbacks = {};
+  TrainingSession session{scene, options, seconds, callbacks};
+  StagePlanner outlook{session};
+};
+
 // Two iterations: the first does not count.
 void Observe(StagePlanner& outlook, double seconds) {
   for (int k = 0; k < 2; ++k) outlook.ObserveIteration(false, 100, 1000, seconds);
 }
 
 TEST(StagePlanner, IterationsAreEqualPartsWhereTimeIsNotLimited) {
-  const Scene scene = test::TrainingScene();
-  const TrainCallbacks callbacks;
-  TrainingSession session(scene, WithIterations(40), 0, callbacks);
-  StagePlanner outlook(session);
+  OutlookOf of{WithIterations(40)};
+  StagePlanner& outlook = of.outlook;
   Observe(outlook, 1e6);
   const StageProgress half{20, {19.0 / 40, 0.5}, 100};
   const StageSpan next = outlook.NextSpan(half);
@@ -41,10 +48,8 @@ TEST(StagePlanner, IterationsAreEqualPartsWhereTimeIsNotLimited) {
 
 // As where there was a time limit, or other iterations were asked for, before the training was gone on with.
 TEST(StagePlanner, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
-  const Scene scene = test::TrainingScene();
-  const TrainCallbacks callbacks;
-  TrainingSession session(scene, WithIterations(40), 0, callbacks);
-  const StagePlanner outlook(session);
+  OutlookOf of{WithIterations(40)};
+  StagePlanner& outlook = of.outlook;
   StageProgress now{20, {0.7, 0.75}, 100};
   const StageSpan next = outlook.NextSpan(now);
   EXPECT_EQ(next.before, 0.75);
@@ -55,12 +60,10 @@ TEST(StagePlanner, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
 
 // Of the time that is left some is for what is not an iteration, so that somewhat fewer fit.
 TEST(StagePlanner, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
-  const Scene scene = test::TrainingScene();
-  const TrainCallbacks callbacks;
   TrainOptions options = WithIterations(1000);
   options.time_limit = 150;
-  TrainingSession session(scene, options, 50, callbacks);
-  StagePlanner outlook(session);
+  OutlookOf of{options, 50};
+  StagePlanner& outlook = of.outlook;
   const StageProgress half{20, {19.0 / 40, 0.5}, 100};
   EXPECT_EQ(outlook.ExpectedIterations(half), 1000) << "before any has been timed";
   Observe(outlook, 1);
@@ -74,11 +77,9 @@ TEST(StagePlanner, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
 }
 
 TEST(StagePlanner, ForetellsOnce) {
-  const Scene scene = test::TrainingScene();
-  const TrainCallbacks callbacks;
   const TrainOptions options = WithIterations(100);
-  TrainingSession session(scene, options, 50, callbacks);
-  StagePlanner outlook(session);
+  OutlookOf of{options, 50};
+  StagePlanner& outlook = of.outlook;
   EXPECT_EQ(outlook.WhatToTell(false), Telling::kNothing) << "no iteration has been timed";
   Observe(outlook, 3);
   EXPECT_EQ(outlook.WhatToTell(false), Telling::kForecast);
@@ -96,10 +97,8 @@ TEST(StagePlanner, ForetellsOnce) {
 }
 
 TEST(StagePlanner, IsNoGuessOnceItIsSeenHowTheGaussiansGrow) {
-  const Scene scene = test::TrainingScene();
-  const TrainCallbacks callbacks;
-  TrainingSession session(scene, WithIterations(100), 0, callbacks);
-  StagePlanner outlook(session);
+  OutlookOf of{WithIterations(100)};
+  StagePlanner& outlook = of.outlook;
   Observe(outlook, 3);
   for (int change = 0; change < 4; ++change) outlook.ObserveGrowth(100, 150, 0.1);
   EXPECT_EQ(outlook.WhatToTell(true), Telling::kForecast);

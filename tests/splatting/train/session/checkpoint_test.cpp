@@ -12,6 +12,7 @@
 
 #include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/trainer.h"
+#include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/test_files.h"
 
@@ -100,28 +101,15 @@ TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
 
 // A model of different degrees, in both stages.
 TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
-  std::vector<std::uint8_t> degrees;
-  degrees.reserve(60);
-  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
-  const SplatModel start = test::WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), degrees);
+  const SplatModel start =
+      test::WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), test::MixedDegrees(60));
   const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(scene_, start, Options(), {}, callbacks); };
   const TrainResult whole = refine({});
   EXPECT_FALSE(whole.model.is_uniform());
   EXPECT_EQ(whole.model.WithBand(3), 15);
   EXPECT_LT(whole.history.back().cost, whole.history.front().cost);
   for (const auto& [stage, iteration] : {std::pair(Stage::kAdam, 10), std::pair(Stage::kLm, 2)}) {
-    TrainCallbacks callbacks;
-    bool reached = false;
-    callbacks.progress = [&, at = stage, stop = iteration](const TrainProgress& p) {
-      reached = reached || (p.stage == at && p.iteration >= stop);
-    };
-    callbacks.stop = [&] { return reached; };
-    callbacks.checkpoint = {.path = Path("checkpoint"), .every = {.iterations = 1}, .origin = "of a test"};
-    EXPECT_TRUE(refine(callbacks).stopped);
-    const Checkpoint checkpoint = ReadCheckpoint(Path("checkpoint"));
-    TrainCallbacks rest;
-    rest.resume = &checkpoint;
-    const TrainResult result = refine(rest);
+    const TrainResult result = test::GoneOn(test::StoppedAt(iteration, refine, stage), refine);
     const auto rows_of_starts = [](const TrainResult& of) {
       return std::ranges::count(of.history, 0, &HistoryRow::iteration);
     };

@@ -6,21 +6,47 @@
 #include <memory>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "splatting/train/session/checkpoint.h"
 #include "tests/splatting/train/is_note.h"
-#include "tests/splatting/train/training_on_ranks.h"
+#include "tests/splatting/train/training_scene.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/thread_ranks.h"
 #include "tests/support/throws_error.h"
 
 namespace vesta::gs {
 namespace {
 
-using test::TrainOn;
+// With views that judge, evaluated once on the way.
+TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
+  TrainOptions options = test::ShortTraining(iterations, lm_iterations);
+  options.adam.evaluations = 2;
+  options.pruning = PruningOptions();
+  options.adam.batch_size = 3;
+  return options;
+}
+
+// By all of them the same; of the first.
+TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
+                    const StageRunners& stages = HostStages()) {
+  std::vector<TrainResult> all(static_cast<std::size_t>(count));
+  vesta::test::OnThreadRanks(count, [&](Communicator& ranks) {
+    TrainCallbacks callbacks;
+    callbacks.ranks = &ranks;
+    all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, {}, callbacks, stages);
+  });
+  for (const TrainResult& result : all) {
+    EXPECT_EQ(result.model.data, all[0].model.data);
+    EXPECT_EQ(result.history.back().test.psnr, all[0].history.back().test.psnr);
+    EXPECT_EQ(result.history.back().cost, all[0].history.back().cost);
+  }
+  return std::move(all[0]);
+}
 
 // Both stages.
-TrainOptions Options() { return test::TrainingOnRanks(60, 2); }
+TrainOptions Options() { return TrainingOnRanks(60, 2); }
 
 TEST(TrainingOverRanks, ComesToTheSameBitsForAnyNumberOfThem) {
   const Scene scene = test::TrainingScene();
@@ -36,7 +62,7 @@ TEST(TrainingOverRanks, ComesToTheSameBitsForAnyNumberOfThem) {
 
 TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
   const Scene scene = test::TrainingScene(700);
-  TrainOptions options = test::TrainingOnRanks(60, 0);
+  TrainOptions options = TrainingOnRanks(60, 0);
   options.density.max_gaussians = 1000;
   const TrainResult alone = Train(scene, options, {}, {});
   EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
@@ -111,14 +137,14 @@ TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
   std::vector<int> all(14);
   std::iota(all.begin(), all.end(), 1);
   // Of three views: 15 iterations.
-  ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(45, 1), all);
+  ExpectToBeStoppedAndGoOn(test::TrainingScene(), TrainingOnRanks(45, 1), all);
 }
 
 // However different their clocks: one is slow, and the first one's counts.
 TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
   const Scene scene = test::TrainingScene();
   for (const int lm_iterations : {0, 2}) {
-    TrainOptions options = test::TrainingOnRanks(1000000, lm_iterations);
+    TrainOptions options = TrainingOnRanks(1000000, lm_iterations);
     options.time_limit = 0.5;
     std::vector<TrainResult> all(2);
     vesta::test::OnThreadRanks(2, [&](Communicator& ranks) {
