@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Separable coded apertures: point spread functions of 25 x 25 pixels that are the product of a column and a row of
 // transmissions, as in mask-based cameras (Asif et al., FlatCam: thin, lensless cameras using coded aperture and
-// computation, 2017). Unlike a defocused lens, a pseudo-random code preserves every spatial frequency, and several codes
-// together preserve all of them well.
+// computation, 2017). Unlike a defocused lens, a pseudo-random code preserves every spatial frequency, and several
+// codes together preserve all of them well.
 #pragma once
 
 #include <array>

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "kernels/core/buffer.h"
 #include "bench/deconvolution/coded_apertures.h"
 #include "bench/deconvolution/separable_correlation.h"
+#include "kernels/core/buffer.h"
 
 namespace vesta::deconvolution {
 
