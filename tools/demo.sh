@@ -38,7 +38,7 @@ step "Training"
 step "Rendering the test views"
 "$build_dir/vesta" render "$model/point_cloud.ply" "$scene" --out "$renders" --truth
 
-step "Result: where each stage ended, on the test views unless stated"
+step "Result: figures at the end of each stage, on the test views unless stated"
 "$python" "$tools_dir/history_table.py" "$model/metrics.json"
 "$python" "$tools_dir/plot_history.py" "$model/metrics.json" "$out_dir/convergence.png"
 "$python" "$tools_dir/contact_sheet.py" "$out_dir/renders.png" "$renders"/*.png
@@ -47,7 +47,7 @@ cat <<TEXT
 
   splat, for any splat viewer          $model/point_cloud.ply
   all figures, with the history        $model/metrics.json
-  cost and PSNR over time              $out_dir/convergence.png
+  loss and PSNR over time              $out_dir/convergence.png
   test views, render left, truth right $out_dir/renders.png
-                                       (one by one in $renders)
+                                       (single images in $renders)
 TEXT

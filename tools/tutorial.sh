@@ -102,4 +102,4 @@ cat <<TEXT
   report: quality and errors        $result/report.html
   splat, for any splat viewer       $result/point_cloud.ply
 TEXT
-[ -z "$films" ] || echo "  a film of it                      $out_dir/orbit.mp4"
+[ -z "$films" ] || echo "  film of the splat                 $out_dir/orbit.mp4"
