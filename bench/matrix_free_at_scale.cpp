@@ -8,11 +8,11 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/deconvolution/photon_image.h"
 #include "bench/report.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
+#include "bench/deconvolution/photon_image.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::bench {

@@ -44,7 +44,7 @@ def main():
     what = "all"
     if changed is not None and not any(HOW.fullmatch(name) for name in changed):
         known = {}
-        names, what = [name for name in names if leans_on(set(changed), name, known)], "of what changed"
+        names, what = [name for name in names if leans_on(set(changed), name, known)], "affected by changes"
     print(f"headers: {len(names)} to compile, {what}", flush=True)
     objects = [f"tests/headers/CMakeFiles/header_tests.dir/{name}.cpp.o" for name in names]
     if not objects:

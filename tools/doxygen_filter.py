@@ -52,7 +52,7 @@ def converted(lines):
     scopes, out = Scopes(), []
     column = None  # column of the comment after a declaration, which the next line may continue
     i = 0
-    if lines and "SPDX-License-Identifier" in lines[0]:  # the licence is no part of what a file is about
+    if lines and "SPDX-License-Identifier" in lines[0]:  # the licence does not describe the file
         out.append("//")
         i = 1
     first = i

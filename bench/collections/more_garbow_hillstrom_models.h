@@ -31,7 +31,7 @@ struct RosenbrockValley : Rosenbrock {
   static constexpr double kSumOfSquares = 0;
 };
 
-// 2. From the standard start vesta, Ceres and most methods converge to the other minimum.
+// 2. Most methods, including vesta and Ceres, converge to the other minimum from the standard start.
 struct FreudensteinRoth {
   static constexpr const char* kName = "Freudenstein and Roth";
   static constexpr int kResiduals = 2, kParameters = 2;

@@ -4,14 +4,14 @@
 
 #include <vector>
 
+#include "kernels/core/buffer.h"
 #include "bench/deconvolution/coded_apertures.h"
 #include "bench/deconvolution/separable_correlation.h"
-#include "kernels/core/buffer.h"
 
 namespace vesta::deconvolution {
 
-// Images have side x side pixels and frames (side + kSpill) x (side + kSpill), both row by row. Not thread-safe: the
-// methods write to shared buffers.
+// Images are side x side, frames (side + kSpill) x (side + kSpill), rows one after the other. One user at a time: the
+// planes below are worked in.
 class CodedBlur {
  public:
   // Throws Error unless side >= 1.
@@ -24,20 +24,20 @@ class CodedBlur {
   int num_frames() const { return static_cast<int>(apertures_.size()); }
   const std::vector<Aperture>& apertures() const { return apertures_; }
 
-  // Sets the image for the next calls of Blur, with a border of zeros: pixel k is value(k).
+  // What is blurred next: writes value(k) for each pixel k of the image into its frame of zeros.
   template <class Value>
   void SetImage(const Value& value);
-  // out = A_f image; out has frame_size() entries.
+  // out = A_f image, frame_size() entries.
   void Blur(int frame, HostSpan<double> out);
 
-  // Sets the frame for the next calls of the adjoints: pixel i is value(i).
+  // What is correlated next: writes value(i) for each pixel i of a frame.
   template <class Value>
   void SetFrame(const Value& value);
-  // out += A_f^T frame, or out = A_f^T frame if `first`; out has image_size() entries.
+  // out += A_f^T frame, image_size() entries; with `first` it overwrites.
   void AddAdjoint(int frame, bool first, HostSpan<double> out) {
     Accumulate(apertures_[static_cast<std::size_t>(frame)], first, out);
   }
-  // The same with the squares of A_f's entries, to compute column norms.
+  // The same with the squares of A_f's entries: column norms.
   void AddSquaredAdjoint(int frame, bool first, HostSpan<double> out) {
     Accumulate(squared_[static_cast<std::size_t>(frame)], first, out);
   }
@@ -49,7 +49,7 @@ class CodedBlur {
   Index side_;
   std::vector<Aperture> apertures_, turned_, squared_;
   CorrelateRows correlate_rows_;
-  HostBuffer<double> padded_image_;  // with kSpill zeros on every side
+  HostBuffer<double> padded_image_;  // kSpill zeros on every side
   HostBuffer<double> frame_;
 };
 

@@ -3,9 +3,9 @@
 // with the flipped kernel; its adjoint is the correlation with the kernel itself.
 #pragma once
 
-#include "bench/deconvolution/coded_apertures.h"
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
+#include "bench/deconvolution/coded_apertures.h"
 
 namespace vesta::deconvolution {
 

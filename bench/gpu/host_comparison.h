@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the results of the GPU with those of the host on a large workload.
+// Compares the results of GPU and host on a large workload.
 #pragma once
 
 #include "bench/kernel_times/workload.h"

@@ -110,7 +110,7 @@ class GpuBench {
     report_.AddTarget({"J^T u, of the nearer ceiling", share_["J^T u"], "%", 50, share_["J^T u"] >= 50});
   }
 
-  // Compares the results with those of the host. Returns true if they agree.
+  // Compares the results of device and host. Returns true if they agree.
   bool Comparison() {
     const HostComparison found = CompareWithHost(workload_);
     const auto add = [&](const char* name, double value, double goal) {

@@ -34,7 +34,7 @@ struct Choice {
 
 // Makes a contender with this name and these options.
 using MakeContender = std::function<Contender(const std::string& name, const LmOptions& lm)>;
-// Adds a choice for each solver and tolerance. All other options are those of `lm`.
+// Adds a choice for each solver and tolerance. `lm` gives all other options.
 void AddChoices(const std::vector<InnerSolver>& solvers, const LmOptions& lm, const std::string& precision,
                 const MakeContender& make, std::vector<Choice>& choices);
 

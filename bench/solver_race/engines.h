@@ -31,7 +31,7 @@ inline constexpr int kMaxIterations = 500;
 // Records a Moment after each LM iteration.
 class Recorder {
  public:
-  // cost: of the last trial step, which may be higher than the best so far.
+  // cost: value at the last trial step, possibly higher than the best so far.
   Moment& Add(double cost) {
     const Moment last = moments_.empty() ? Moment{0, cost, 0} : moments_.back();
     moments_.push_back({clock_.Seconds(), std::min(last.cost, cost), last.inner});

@@ -20,9 +20,9 @@ struct Run {
   bool failed = false;
 
   double FinalCost() const { return moments.empty() ? 0 : moments.back().cost; }
-  // First moment with a cost of at most `cost`; null if there is none.
+  // First moment with a cost of at most `cost`, or null.
   const Moment* FirstWithin(double cost) const;
-  // Seconds of that moment; infinity if there is none.
+  // Seconds of that moment, or infinity.
   double SecondsTo(double cost) const;
 };
 

@@ -13,11 +13,11 @@ namespace vesta::bench {
 using Curve = std::vector<gs::HistoryRow>;
 
 // Combines repeats of one training, which must be identical except for the times. Returns the rows that all repeats
-// have, with the median of the seconds (for an even number of repeats the upper median). Throws Error if the repeats
-// differ in stage, iteration or cost, or if there are none.
+// have, with the median of the seconds (for an even number of repeats the upper median). Throws Error without repeats,
+// or if they differ in stage, iteration or cost.
 Curve MedianCurve(const std::vector<Curve>& repeats);
 
-// Seconds of the first row with a cost of at most `cost`; infinity if there is none.
+// Seconds of the first row with a cost of at most `cost`, or infinity.
 double SecondsToCost(const Curve& curve, double cost);
 
 double LowestCost(const Curve& curve);

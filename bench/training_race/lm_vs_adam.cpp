@@ -7,7 +7,7 @@
 //
 // The flags after "--" set the options of the method `ours` and the number of threads; the other methods share its
 // start (methods.h). Each training runs in its own process. Repeats alternate between the methods, so that noise of the
-// machine affects all equally. Runs of one method differ only in their times, of which the median is used. After the
+// machine affects all equally. Runs of one method differ only in their times; the median is used. After the
 // first round an Adam schedule is dropped if it does not reach the target, or takes at least twice as long as the
 // fastest. Seconds exclude loading and evaluation. --evaluations: number of evenly spaced rows in each Adam stage; an
 // LM stage has one row per iteration. --curves writes all rows as CSV for bench/training_race/plot.py, in which the

@@ -20,7 +20,7 @@ struct QualityTarget {
 // tolerances are multiplied by the smallest factor with which some row does. The curves must not be empty.
 QualityTarget BestQuality(const std::vector<const Curve*>& curves);
 
-// Seconds of the first row that reaches the target; infinity if there is none.
+// Seconds of the first row that reaches the target, or infinity.
 double SecondsTo(const QualityTarget& target, const Curve& curve);
 
 // The rows with the best test PSNR and the best test SSIM.
