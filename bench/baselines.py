@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the benchmarks that bench/baselines holds figures of, each as it was run there.
+"""Runs the benchmarks of bench/baselines with the same flags as the baselines.
 
   bench/baselines.py BUILD_DIR OUT_DIR [--only NAME ...]
 
-Writes OUT_DIR/NAME.json for each: what the benchmark's --json writes, and the command. To compare:
+Writes OUT_DIR/NAME.json for each: the JSON of the benchmark, and the command line. To compare:
 
   bench/compare.py bench/baselines OUT_DIR
 
-Each takes under three minutes on two cores. Leave the machine alone meanwhile. To renew the baselines, for a release or
-after a change that is meant to move a figure, run it from a clean checkout with OUT_DIR bench/baselines, then
+Each takes under three minutes on two cores. Run nothing else on the machine meanwhile. Update the baselines for a
+release, or after a change that should move a figure: run this from a clean checkout with OUT_DIR bench/baselines, then
 bench/tables.py bench/baselines --write.
 """
 import argparse
@@ -19,7 +19,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-# The name of the baseline: the program in BUILD_DIR/bench and its flags.
+# Baseline name: program in BUILD_DIR/bench, and its flags.
 RUNS = {
     "toy_vs_ceres": ["toy_vs_ceres"],
     "image_loss": ["image_loss"],
@@ -36,7 +36,7 @@ def run(build, name, out):
     subprocess.run([build / "bench" / program, *flags, "--json", path], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
     report = json.loads(path.read_text())
-    # The command and the date come before the rows, where a reader sees them.
+    # The command and the date come before the long list of rows, where a reader sees them.
     head = {"bench": report.pop("bench"), "command": " ".join([f"bench/{program}", *flags]),
             "machine": report.pop("machine"), "commit": report.pop("commit"),
             "date": datetime.date.today().isoformat()}
@@ -46,7 +46,7 @@ def run(build, name, out):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("build", type=Path, help="such as build/release")
+    parser.add_argument("build", type=Path, help="build folder, such as build/release")
     parser.add_argument("out", type=Path)
     parser.add_argument("--only", nargs="*", choices=list(RUNS), default=list(RUNS))
     options = parser.parse_args()

@@ -18,7 +18,7 @@ void WriteAll(int file, const void* data, std::size_t bytes) {
   const char* at = static_cast<const char*>(data);
   while (bytes > 0) {
     const ssize_t written = write(file, at, bytes);
-    if (written <= 0) Fail(kUnavailable, "the parent process does not listen");
+    if (written <= 0) Fail(kUnavailable, "cannot write to the parent process");
     at += written;
     bytes -= static_cast<std::size_t>(written);
   }
@@ -33,7 +33,7 @@ void WriteAll(int file, const void* data, std::size_t bytes) {
     std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
   }
   close(out);
-  // No destructors: threads of this process may still be parked.
+  // Exit without destructors: worker threads may still be waiting.
   _exit(status);
 }
 
@@ -41,10 +41,10 @@ void WriteAll(int file, const void* data, std::size_t bytes) {
 
 ChildResult RunInChild(const std::string& name, const std::function<void(const Send&)>& work) {
   int ends[2];
-  if (pipe(ends) != 0) Fail(kUnavailable, "no pipe for a child process");
+  if (pipe(ends) != 0) Fail(kUnavailable, "cannot create a pipe for a child process");
   std::fflush(nullptr);
   const pid_t child = fork();
-  if (child < 0) Fail(kUnavailable, "no child process could be made");
+  if (child < 0) Fail(kUnavailable, "cannot create a child process");
   if (child == 0) {
     close(ends[0]);
     Child(name, work, ends[1]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work in a process of its own: no contender is affected by an earlier one, and each has its own peak of memory.
+// Runs work in a child process, so that earlier work cannot affect it and its peak memory is measured separately.
 #pragma once
 
 #include <functional>
@@ -8,16 +8,16 @@
 namespace vesta::bench {
 
 struct ChildResult {
-  std::string bytes;    // all that the work sent
-  double peak_mib = 0;  // most resident memory of the child, what it took over from the parent included
-  bool failed = true;   // it threw (its message is on stderr, after the name), or died
+  std::string bytes;    // everything the work sent
+  double peak_mib = 0;  // peak resident memory of the child, including pages inherited from the parent
+  bool failed = true;   // the work threw (the name and message are on stderr), or the child died
 };
 
-// Sends bytes to the parent. Throws Error where that fails.
+// Sends bytes to the parent. Throws Error if that fails.
 using Send = std::function<void(const void* data, std::size_t bytes)>;
 
 // Runs work in a child process and waits for it. The parent must not have started threads before.
-// Throws Error where no process can be made.
+// Throws Error if no process can be created.
 ChildResult RunInChild(const std::string& name, const std::function<void(const Send&)>& work);
 
 }  // namespace vesta::bench

@@ -4,7 +4,7 @@
 
 namespace vesta::bench {
 
-// The commit, with -dirty where the sources differed from it; "unknown" without git. Written with every build.
+// The commit, with -dirty if the sources differ from it; "unknown" without git. Updated by every build.
 extern const char* const kCommit;
 
 }  // namespace vesta::bench

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compares what a benchmark has written with a baseline, figure by figure, and fails where one is worse.
+"""Compares the JSON of a benchmark with a baseline, figure by figure, and fails if one is worse.
 
   bench/compare.py BASELINE NEW [--tolerance 0.02] [--time_tolerance 0.3]
   bench/compare.py --self_test
 
-BASELINE and NEW are two files that a benchmark wrote by --json, or two folders of such files (bench/baselines and what
-bench/baselines.py wrote). For each row a line of ratios, new over baseline. What is done with a column:
+BASELINE and NEW are two files that a benchmark wrote with --json, or two folders of such files (bench/baselines and the
+output folder of bench/baselines.py). Prints a line of ratios, new over baseline, for each row. There are three kinds of
+columns:
 
-  counted   iterations, digits, sizes, memory: marked * in the head of the table. A figure fails that is worse than the
-            baseline's by more than --tolerance of it.
-  of times  two times of one run, one over the other: marked ~. A figure fails that is worse by more than
-            --time_tolerance.
-  shown     all others: seconds say more of the machine than of the code.
+  counted   iterations, digits, sizes, memory; marked * in the heading. A figure fails if it is worse than the baseline
+            by more than the fraction --tolerance.
+  of times  ratio of two times of one run; marked ~. A figure fails if it is worse by more than --time_tolerance.
+  shown     all others are only printed: seconds depend more on the machine than on the code.
 
-A row or a file that is missing fails too, and so does a target that the baseline met and the new run misses. RULES says
-which column is what; a benchmark without rules is compared by its targets alone.
+A missing row or file also fails, and so does a target that the baseline met and the new run missed. RULES assigns the
+kinds. A benchmark without rules is compared by its targets only.
 """
 import argparse
 import copy
@@ -23,10 +23,10 @@ import json
 import sys
 from pathlib import Path
 
-LESS, MORE, SAME = "less is better", "more is better", "any change is a fault"
+LESS, MORE, SAME = "less is better", "more is better", "any change is a failure"
 
-# Of each benchmark: the columns that name a row (by default all that hold text), those that are judged as counts and as
-# ratios of times, and the rows that are judged: those whose column begins with a text.
+# For each benchmark: "key", the columns that identify a row (by default all text columns); the columns compared as
+# counts and as ratios of times; "rows", (column, prefix): only rows whose column has this prefix are compared.
 RULES = {
     "toy_vs_ceres": {
         "counted": {"digits, vesta": MORE, "iterations, vesta": LESS},
@@ -46,7 +46,7 @@ RULES = {
         "key": ["problem", "threads", "solver"],
         "counted": {"final cost": LESS, "iterations": LESS, "inner": LESS},
         "rows": ("solver", "vesta"),
-        # A target's value is a time of Ceres's over one of ours.
+        # The value of a target is a time of Ceres divided by a time of vesta.
         "targets": MORE,
     },
 }
@@ -59,7 +59,7 @@ def keys_of(report, rule):
 
 
 def is_worse(old, new, direction, tolerance):
-    if old is None:  # was not reached, or was not finite
+    if old is None:  # not reached, or not finite
         return False
     if new is None:
         return True
@@ -76,7 +76,7 @@ def ratio_text(old, new):
 
 
 def compare(baseline, new, tolerance, time_tolerance):
-    """The lines to print, and the faults."""
+    """Returns the lines to print, and the failures."""
     rule = RULES.get(baseline["bench"], {})
     lines, faults = [], []
     if baseline["bench"] != new["bench"]:
@@ -129,9 +129,9 @@ def compare(baseline, new, tolerance, time_tolerance):
 
 
 def pairs_of(baseline, new):
-    """Pairs of files; of two folders, one for each file of the baseline."""
+    """Returns pairs of files. For two folders, there is one pair for each baseline file."""
     if baseline.is_dir() != new.is_dir():
-        sys.exit("compare two files, or two folders")
+        sys.exit("BASELINE and NEW must be two files, or two folders")
     if not baseline.is_dir():
         return [(baseline, new)]
     return [(path, new / path.name) for path in sorted(baseline.glob("*.json"))]
@@ -156,7 +156,7 @@ def run(baseline, new, tolerance, time_tolerance):
 
 
 def self_test():
-    """Plants faults and expects the report; then reads the baselines that are kept."""
+    """Checks that planted faults are reported, then that the stored baselines are valid."""
     def faults_after(bench, rows, change, targets=()):
         old = {"bench": bench, "rows": rows, "targets": list(targets)}
         new = copy.deepcopy(old)
@@ -187,17 +187,17 @@ def self_test():
             ("toy_vs_ceres", toy, set_figure("iterations, vesta", 50), ""),  # better
             ("toy_vs_ceres", toy, set_figure("digits, vesta", 9.0), "digits, vesta was 10.0, is 9.0"),
             ("toy_vs_ceres", toy, set_figure("digits, vesta", None), "is None"),
-            ("toy_vs_ceres", toy, set_figure("digits, Ceres", 1.0), ""),  # not ours
+            ("toy_vs_ceres", toy, set_figure("digits, Ceres", 1.0), ""),  # not a figure of vesta
             ("toy_vs_ceres", toy, lambda report: report["rows"].clear(), "the row is missing"),
             ("toy_vs_ceres", toy, lambda report: report["rows"][0].pop("digits, vesta"), "digits, vesta is missing"),
             ("toy_vs_ceres", toy, lambda report: report.update(bench="kernels"), "compared with a baseline of"),
             ("solver_vs_ceres", race, set_figure("s to 1.01", 9.0), ""),  # seconds are only shown
             ("solver_vs_ceres", race, set_figure("inner", 60), "inner was 50, is 60"),
-            ("solver_vs_ceres", race, set_figure("inner", 60, row=1), ""),  # a row of Ceres's
+            ("solver_vs_ceres", race, set_figure("inner", 60, row=1), ""),  # a row of Ceres
             ("image_loss", loss, set_figure("ratio", 1.5), ""),
             ("image_loss", loss, set_figure("ratio", 1.3), "ratio was 2.0, is 1.3"),
             ("kernels", kernels, set_figure("% of floor", 30.0), "% of floor was 50.0"),
-            ("kernels", kernels, set_figure("pairs", 6), "any change is a fault"),
+            ("kernels", kernels, set_figure("pairs", 6), "any change is a failure"),
             ("unknown", loss, set_figure("ratio", 0.1), "")]:
         expect(faults_after(bench, rows, change), words)
     for bench, change, words in [("unknown", set_target(value=3.0), ""),
@@ -214,10 +214,10 @@ def self_test():
         assert baseline["command"] and "dirty" not in baseline["commit"], path
         for row in baseline["rows"]:
             for name in [*rule.get("key", []), *rule.get("counted", {}), *rule.get("of times", {})]:
-                assert name in row, f"{path}: a row without {name}"
+                assert name in row, f"{path}: a row has no {name}"
         lines, faults = compare(baseline, baseline, 0, 0)
         assert len(lines) > 1 and not faults, (path, faults)
-    print(f"compare.py finds the planted faults; {len(baselines)} baselines are whole")
+    print(f"compare.py reports the planted faults; {len(baselines)} baselines are complete")
     return 0
 
 
@@ -232,7 +232,7 @@ def main():
     if options.self_test:
         return self_test()
     if options.new is None:
-        parser.error("name a baseline and a new file")
+        parser.error("BASELINE and NEW are required")
     return run(options.baseline, options.new, options.tolerance, options.time_tolerance)
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every benchmark prints: a table, and with --json FILE the same as JSON.
+// The output of every benchmark: a table, also written as JSON with --json FILE; and parsing of its arguments.
 #pragma once
 
 #include <algorithm>
@@ -25,14 +25,14 @@ struct Target {
 class Report {
  public:
   explicit Report(std::string bench) : bench_(std::move(bench)) {}
-  // Rows should have the same columns; the first row's names head the table.
+  // All rows should have the same columns; the headings come from the first row.
   void Add(Row row) { rows_.push_back(std::move(row)); }
   void AddTarget(Target target) { targets_.push_back(std::move(target)); }
 
-  // Unless the path is empty, JSON {"bench", "machine", "commit", "rows", "targets"} of all that was added so far,
-  // written whole to the file. Throws Error where it cannot be written.
+  // Writes {"bench", "machine", "commit", "rows", "targets"} of everything added so far as JSON. An empty path writes
+  // nothing. The file is replaced atomically. Throws Error if it cannot be written.
   void WriteJson(const std::string& json_path) const;
-  // The table on standard output; then WriteJson.
+  // Prints the table on standard output, then calls WriteJson.
   void Finish(const std::string& json_path) const;
 
  private:
@@ -41,7 +41,7 @@ class Report {
   std::vector<Target> targets_;
 };
 
-// Median wall-clock milliseconds of `repeats` calls, after one that is not counted.
+// Median wall-clock milliseconds of `repeats` calls, after one untimed call.
 template <class Body>
 double MedianMilliseconds(int repeats, const Body& body) {
   body();
@@ -55,11 +55,12 @@ double MedianMilliseconds(int repeats, const Body& body) {
   return times[static_cast<std::size_t>(repeats / 2)];
 }
 
-// The value of --name=VALUE or --name VALUE, or the default; arguments that do not begin with -- are positional.
+// Command-line arguments: flags --name=VALUE or --name VALUE. Arguments that do not begin with -- are positional.
+// Throws Error for a flag that is not in `known`.
 struct Arguments {
   Arguments(int argc, char** argv, std::vector<std::string> known);
   std::string Flag(const std::string& name, const std::string& fallback) const;
-  // The flag as ParseCount reads it.
+  // Value of the flag, parsed by ParseCount.
   int Count(const std::string& name, int fallback) const;
 
   std::vector<std::string> positional;
@@ -68,12 +69,13 @@ struct Arguments {
   std::vector<std::pair<std::string, std::string>> flags_;
 };
 
-// "a,b,c" as its parts; none for "".
+// Splits "a,b,c" into its parts; returns none for "".
 std::vector<std::string> SplitAtCommas(const std::string& text);
-// A whole number from 1 to 10 million. Throws Error, naming the flag, for anything else.
+// Parses a whole number from 1 to 10 million. Throws an Error that names the flag for any other text.
 int ParseCount(const std::string& flag, const std::string& text);
 
-// The body of main: runs `body`. An exception becomes one line on stderr after the benchmark's name, and status 1.
+// Body of main: runs `body` and returns its status. An exception is printed in one line on stderr, after the
+// benchmark's name, and gives status 1.
 int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv);
 
 }  // namespace vesta::bench

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the benchmarks written in Python have in common with those of bench/report.h: targets printed, JSON written."""
+"""Output of the benchmarks written in Python, in the format of bench/report.h: prints targets and writes JSON."""
 import functools
 import json
 import os
@@ -19,20 +19,20 @@ def print_targets(targets):
 
 
 def split_at_dashes(words):
-    """What stands before the first "--", and after it."""
+    """Returns the words before the first "--", and the words after it."""
     at = words.index("--") if "--" in words else len(words)
     return words[:at], words[at + 1:]
 
 
 @functools.cache
 def commit():
-    """That of the sources, "unknown" without git."""
+    """The commit of the sources; "unknown" without git."""
     return subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
                           cwd=Path(__file__).parent).stdout.strip() or "unknown"
 
 
 def machine():
-    """The processor and its number of cores."""
+    """Model of the processor and number of cores."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -42,7 +42,7 @@ def machine():
 
 
 def write_json(path, bench, rows, targets):
-    """{"bench", "machine", "commit", "rows", "targets"}, whole or not at all."""
+    """Writes {"bench", "machine", "commit", "rows", "targets"} atomically."""
     temporary = path.with_name(path.name + ".tmp")
     temporary.write_text(json.dumps({"bench": bench, "machine": machine(), "commit": commit(), "rows": rows,
                                      "targets": targets}, indent=2) + "\n")

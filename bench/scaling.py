@@ -1,22 +1,25 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""How a problem scales over processes, and what a model foresees for more of them.
+"""Measures how a problem scales over MPI processes, and predicts the time for more of them with a model.
 
   bench/scaling.py SCALING OUT.json [--processes 1,2,4] [--threads 1] [--rounds 3] [--weak] [--networks 1:10,10:0.1,100:0.02]
                    [--links_only] [--mpirun "mpirun --oversubscribe --bind-to none"] -- bal --cameras 200 --points 100000
   bench/scaling.py SCALING OUT.json ... -- splats SCENE SPLAT.ply
 
-SCALING: build/release/bench/scaling of a build with VESTA_MPI. Runs it for each number of processes, and once in one process without
-parts, in turn, --rounds times; medians. --weak: P processes get P times as large a problem (cameras and points, or --views). Then, where
-this machine lets it make nodes, two processes on two nodes (tools/two_nodes.py) over a link that nothing slows and over one of 1 Gbit/s and 10 ms, in
-turn, with messages that announce themselves and with ones that do not, beside what the model says of the second from the first; with --links_only
-nothing but that.
+SCALING: build/release/bench/scaling of a build with VESTA_MPI. The script runs it for each number of processes, and in one process
+without parts. It repeats these runs --rounds times in alternation and reports medians. With --weak, P processes get a problem that is
+P times as large (cameras and points, or --views).
 
-The model, of a product of H: T(P) = (W + V) / P + trips latency + bytes(P) / bandwidth, where W is the work of the problem and V what
-cutting it into parts adds, both from the runs with one process (with and without parts); bytes(P) in proportion to (P - 1) / P, those of a
-dense vector of n values, 2 n (P - 1) / P, or fewer, by what 2 processes received. There are two exchanges, of messages of different lengths: in
-each a message takes one trip, or three where it is longer than Open MPI sends unannounced over TCP (btl_tcp_eager_limit). It tells for each of
---networks (Gbit/s : milliseconds from end to end) at how many processes a product stops getting faster by a tenth from doubling them.
+If this machine allows network namespaces, the script then measures two processes on two simulated nodes (tools/two_nodes.py): over an
+unlimited link and over a link of 1 Gbit/s and 10 ms, in alternation, with eager messages and with rendezvous messages. It also predicts
+the slow link from the fast one with the model. --links_only runs only this part.
+
+Model of a product with H: T(P) = (W + V) / P + trips latency + bytes(P) / bandwidth. W is the work of the problem, and V the extra work of
+splitting it into parts; both come from the runs with one process (with and without parts). bytes(P) is proportional to (P - 1) / P and is
+scaled to the bytes that 2 processes received; for a dense vector of n values it is 2 n (P - 1) / P. A product has two exchanges with
+messages of different lengths. A message takes one trip, or three trips if it is longer than Open MPI's eager limit over TCP
+(btl_tcp_eager_limit). For each of --networks (Gbit/s : milliseconds of one-way latency) the script prints the number of processes at
+which doubling makes a product less than 10 % faster.
 """
 import argparse
 import json
@@ -30,7 +33,7 @@ from pathlib import Path
 import report
 
 MIB = 2**20
-# Open MPI's btl_tcp_eager_limit, bytes, and one that only the longest message of a large bundle is over.
+# Open MPI's default btl_tcp_eager_limit in bytes, and a limit that only the longest message of a large bundle exceeds.
 EAGER, ALL_EAGER = 64 * 1024, 4 * MIB
 SLOW = (1.0, 10.0)  # Gbit/s, milliseconds
 TWO_NODES = Path(__file__).parent.parent / "tools" / "two_nodes.py"
@@ -44,31 +47,31 @@ def run(words):
 
 
 def medians(rows):
-    """One row of the medians of several."""
+    """Returns one row with the medians of several rows."""
     return {name: statistics.median(row[name] for row in rows) if isinstance(value, (int, float)) else value
             for name, value in rows[0].items()}
 
 
 def heard(row, name):
-    """Bytes that the first process receives in the two exchanges of a product: from all to all, and gathered."""
+    """Bytes that rank 0 receives in the two exchanges of a product: the all-to-all and the all-gather."""
     gathered = row[f"{name}_gathered_mib"] * MIB
     return row[f"{name}_mib"] * MIB - gathered, gathered
 
 
 def exchange_seconds(received_by_two, processes, network, eager=EAGER):
-    """Of a product; received_by_two: heard by two processes; network: (Gbit/s, milliseconds)."""
+    """Seconds that a product spends on communication. received_by_two: heard() of two processes; network: (Gbit/s, ms)."""
     if processes == 1:
         return 0
     seconds = 0
     for received in received_by_two:
-        message = received * 2 / processes  # from each other process
+        message = received * 2 / processes  # bytes from each other process
         trips = 1 if message <= eager else 3
         seconds += trips * network[1] * 1e-3 + message * (processes - 1) / (network[0] * 1e9 / 8)
     return seconds
 
 
 def foresee(one, plain, received_by_two, networks):
-    print(f"\n{'Gbit/s':>7} {'ms':>6} | seconds of a product on 1, 2, 4, ... processes, up to the number of parts; * where doubling gains under a tenth")
+    print(f"\n{'Gbit/s':>7} {'ms':>6} | seconds of a product on 1, 2, 4, ... processes, up to the number of parts; *: doubling gains less than 10 %")
     rows = []
     work = max(one["product_ms"], plain["product_ms"]) / 1e3
     for network in networks:
@@ -86,7 +89,7 @@ def can_make_nodes():
 
 
 def over_links(program, rounds):
-    """Of two processes on two nodes, over a fast link and a slow one in turn: measured, and foreseen of the slow one by the fast one."""
+    """Measures two processes on two nodes over a fast and a slow link, and predicts the slow link from the fast one."""
     def on_nodes(eager, link=()):
         words = [sys.executable, str(TWO_NODES), f"--mca=btl_tcp_eager_limit={eager}", *link, "--", *program, "--threads=1"]
         return run(words)
@@ -101,15 +104,15 @@ def over_links(program, rounds):
                 continue
             received = heard(pairs[0][0], sent)
             foreseen = fast + exchange_seconds(received, 2, SLOW, eager)
-            print(f"{name}, messages of {received[0] / 1024:.0f} and {received[1] / 1024:.0f} KiB, up to {eager // 1024} KiB unannounced: {fast:.4g} s, over "
-                  f"{SLOW[0]:g} Gbit/s and {SLOW[1]:g} ms {measured:.4g} s, foreseen {foreseen:.4g} s ({foreseen / measured - 1:+.0%})")
+            print(f"{name}, messages of {received[0] / 1024:.0f} and {received[1] / 1024:.0f} KiB, eager up to {eager // 1024} KiB: {fast:.4g} s, over "
+                  f"{SLOW[0]:g} Gbit/s and {SLOW[1]:g} ms {measured:.4g} s, predicted {foreseen:.4g} s ({foreseen / measured - 1:+.0%})")
             rows.append({"kind": f"slow link, {name}", "eager": eager, "to_all_bytes": received[0], "gathered_bytes": received[1],
                          "fast": fast, "measured": measured, "foreseen": foreseen})
     return rows
 
 
 def larger(command, times):
-    """The command of a problem so many times as large."""
+    """Returns the command for a problem that is `times` as large."""
     sizes = ("--cameras", "--points") if command[0] == "bal" else ("--views",)
     return [str(int(word) * times) if k > 0 and command[k - 1] in sizes else word for k, word in enumerate(command)]
 
@@ -123,14 +126,14 @@ def main():
     parser.add_argument("--threads", default="1")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--weak", action="store_true")
-    parser.add_argument("--links_only", action="store_true", help="the two nodes alone")
+    parser.add_argument("--links_only", action="store_true", help="measure only the two simulated nodes")
     parser.add_argument("--networks", default="1:10,10:0.1,100:0.02")
     parser.add_argument("--mpirun", default="mpirun --oversubscribe --bind-to none")
     args = parser.parse_args(own)
     if not command:
-        parser.error("what to measure stands after --: bal or splats")
+        parser.error("name the problem after --: bal or splats")
     if args.weak and larger(command, 2) == command:
-        parser.error("--weak: give the size for one process, --cameras and --points or --views, separated by blanks")
+        parser.error("--weak: give the size for one process as --cameras N --points N, or as --views N")
     processes = [int(p) for p in args.processes.split(",")]
     networks = [tuple(map(float, n.split(":"))) for n in args.networks.split(",")]
     program = [str(args.scaling), *command]
@@ -138,7 +141,7 @@ def main():
 
     if args.links_only:
         if not can_make_nodes():
-            parser.error("--links_only: this machine makes no nodes")
+            parser.error("--links_only: this machine does not allow network namespaces")
         report.write_json(args.out, "scaling", over_links(program, args.rounds), [])
         return
 

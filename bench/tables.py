@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the tables of docs/benchmarks.md that come from bench/baselines.
+"""Writes the tables of docs/benchmarks.md from the figures in bench/baselines.
 
   bench/tables.py bench/baselines           prints the tables
-  bench/tables.py bench/baselines --write   puts them between their markers in docs/benchmarks.md
-  bench/tables.py bench/baselines --check   fails where a table in docs/benchmarks.md differs from its baseline
-  bench/tables.py --self_test               changes a figure and expects --check to see it
+  bench/tables.py bench/baselines --write   writes them between their markers in docs/benchmarks.md
+  bench/tables.py bench/baselines --check   fails if a table in docs/benchmarks.md differs from its baseline
+  bench/tables.py --self_test               changes a figure and checks that --check reports it
 
-A table stands between the lines <!-- table NAME --> and <!-- end of table -->; NAME is one of TABLES.
+The lines <!-- table NAME --> and <!-- end of table --> mark a table; NAME is one of TABLES.
 """
 import argparse
 import json
@@ -19,7 +19,7 @@ import report
 
 PAGE = Path(__file__).parent.parent / "docs/benchmarks.md"
 MARKERS = re.compile(r"(<!-- table (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
-ENOUGH_DIGITS = 4  # of a solved problem, as in Ceres's own example
+ENOUGH_DIGITS = 4  # correct digits that count as solved, as in Ceres's own example
 
 GROUPS = {"NIST, both starts": ("start 1", "start 2"), "More, Garbow, Hillstrom, standard start": ("1x",),
           "from 10 times the start": ("10x",), "from 100 times the start": ("100x",),
@@ -27,14 +27,14 @@ GROUPS = {"NIST, both starts": ("start 1", "start 2"), "More, Garbow, Hillstrom,
 
 
 def columns(names):
-    """A function that gives a baseline's rows, cut down to these columns: {"name in the file": "heading"}."""
+    """Returns a function that selects these columns of a baseline's rows: {"name in the file": "heading"}."""
     def table(rows):
         return list(names.values()), [[row[name] for name in names] for row in rows]
     return table
 
 
 def solved(rows):
-    """Counts the problems that each solver solves, by group."""
+    """Counts the problems that each solver solved, by group."""
     def count(starts, solver):
         return sum(row[f"digits, {solver}"] >= ENOUGH_DIGITS for row in rows if row["start"] in starts)
     return ["problems", "solved by vesta", "by Ceres", "of"], [
@@ -42,7 +42,7 @@ def solved(rows):
          str(sum(row["start"] in starts for row in rows))] for name, starts in GROUPS.items()]
 
 
-# The table's name: the baseline, and the function that gives headings and cells from its rows.
+# Table name: the baseline, and the function that makes headings and cells from its rows.
 TABLES = {
     "generated_bundle": ("solver_vs_ceres", columns({
         "solver": "solver", "s to 1.01": "s to 1.01", "s to 1.001": "s to 1.001", "s to 1.00001": "s to 1.00001",
@@ -94,7 +94,7 @@ def self_test(baselines):
         changed = page[:digit.start()] + str(9 - int(digit[0])) + page[digit.end():]
         assert len(faults_of(changed, baselines)) == 1, name
     assert faults_of(page.replace("<!-- table image_loss -->", ""), baselines)
-    print(f"tables.py finds a changed figure in each of {len(TABLES)} tables")
+    print(f"tables.py reports a changed figure in each of {len(TABLES)} tables")
     return 0
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small problems solved to the last digit by vesta and by Ceres's DENSE_QR: NIST's regressions from both of their
-// starts, and the problems of More, Garbow and Hillstrom from 1, 10 and 100 times the standard start and within bounds.
+// Solves small problems to the last digit with vesta and with Ceres's DENSE_QR: NIST's regressions from both of their
+// starts, and the problems of More, Garbow and Hillstrom from 1, 10 and 100 times the standard start and with bounds.
 //
 //   bench/toy_vs_ceres [--json FILE]
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace vesta::bench {
 namespace {
 
-// Of one group of solves: those with four digits, and how far vesta is behind at worst.
+// Statistics of one group of solves: the number with four correct digits, and the most digits that vesta has fewer.
 struct Tally {
   int solved = 0, solved_ceres = 0;
   double digits_behind = 0;
@@ -44,7 +44,7 @@ void AddRow(Report& report, const std::string& problem, const std::string& start
               {"iterations, Ceres", static_cast<double>(both.iterations_ceres)}});
 }
 
-// Digits of the parameters against the certified ones.
+// Compares the parameters with the certified ones.
 void Nist(Report& report) {
   Tally tally;
   for (const nist::Regression& regression : nist::Regressions()) {
@@ -59,7 +59,7 @@ void Nist(Report& report) {
   report.AddTarget({"NIST: digits behind Ceres at worst", tally.digits_behind, "", 1, tally.digits_behind <= 1});
 }
 
-// Digits of the sum of squares against the known minimum.
+// Compares the sum of squares with the known minimum.
 void MoreGarbowHillstrom(Report& report) {
   for (const int factor : {1, 10, 100}) {
     Tally tally;
@@ -89,7 +89,7 @@ void WithinBounds(Report& report) {
 }
 
 void Run(const Arguments& arguments) {
-  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports residuals that are not finite; the table shows the outcome
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres logs non-finite residuals; the table shows the outcome
   Report report("toy_vs_ceres");
   Nist(report);
   MoreGarbowHillstrom(report);

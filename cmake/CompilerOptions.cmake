@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Language level, warnings, sanitizers and floating-point rules, once for every C++ target. For nvcc: cmake/Cuda.cmake.
+# Language standard, warnings, sanitizers and floating-point rules of all C++ targets. For nvcc see cmake/Cuda.cmake.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -12,7 +12,7 @@ endif()
 
 set(options -Wall -Wextra -Wpedantic -Wshadow -Wno-ignored-attributes)
 if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-  # Of sources that are compiled as one, each is taken for a header whose class has members from an unnamed namespace.
+  # In a unity build GCC treats each source as a header, and warns if a class has members from an unnamed namespace.
   list(APPEND options -Wno-subobject-linkage)
 endif()
 if(VESTA_WARNINGS_AS_ERRORS)
@@ -20,37 +20,36 @@ if(VESTA_WARNINGS_AS_ERRORS)
 endif()
 
 if(PROJECT_IS_TOP_LEVEL AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-  # No hunt for garbage in the compiler's first gigabyte: up to a fifth less time, and a third more memory.
+  # No garbage collection in the compiler's first gigabyte: up to 20 % less time, and a third more memory.
   list(APPEND options --param=ggc-min-heapsize=1000000)
 endif()
 
-# With contraction left to the compiler, one template gives different values as float and inside a dual number,
-# and a flipped cut-off drops a whole term. Fused multiply-adds are written out where they are wanted.
+# If the compiler contracted multiply-adds, a template would give different values for float and for dual numbers. A
+# different result of a cut-off test would then drop a whole term. The code calls fused multiply-adds explicitly.
 list(APPEND options -ffp-contract=off)
 
-# No folder of the machine that built it in what is built: the same bits wherever the sources lie, and the same key in a cache.
+# Remove the source folder from all file names in the output, so that the bits and the ccache keys do not depend on it.
 list(APPEND options -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
 
 if(VESTA_SANITIZE)
   list(APPEND options -fsanitize=${VESTA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   if(VESTA_SANITIZE MATCHES address)
-    # The address sanitizer reports these two as well.
+    # The address sanitizer reports these two kinds of errors too.
     list(APPEND options -fno-sanitize=null,object-size)
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-      # Whether each load is aligned takes a third of the time to compile. What reads photographs
-      # and splats asks it (vesta_check_alignment), and so do all libraries in the preset fuzz, whose compiler makes less of it.
+      # Alignment checks take a third of the compile time. Only the readers of photographs and splats have them
+      # (vesta_check_alignment), and all libraries in the preset fuzz, whose compiler is faster at this.
       list(APPEND options -fno-sanitize=alignment)
     endif()
   endif()
   set(VESTA_SANITIZED_TEST_OPTIONS -Og -fno-sanitize=alignment)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    # The checks cost the compiler more than the code they are in: the same checks as calls where a function has more
-    # than a few of them.
+    # Inline checks take longer to compile than the code itself. Use calls in functions with more than a few checks.
     list(APPEND options --param=asan-instrumentation-with-call-threshold=20)
   endif()
   add_link_options(-fsanitize=${VESTA_SANITIZE})
-  # Eigen allocates in another way under the address sanitizer; a static Ceres, compiled without it, brings the usual one,
-  # and the linker takes one of both for all.
+  # Under the address sanitizer Eigen would use a different allocator than a static Ceres compiled without the sanitizer,
+  # and the linker would use one of the two for both.
   add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:${options}>")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # vesta_header_tests(name FOLDERS kernels solver ... [LINK targets ...])
-# A header that leans on what its user happened to include before, or lacks its guard, does not build. Each under the
-# folders is compiled on its own, but for those that a source of the same name includes before all else: builds that
-# compile each source by itself show these, and so does clang-tidy where they change. No program comes of it; -O0, since
-# nothing runs. Not part of a build: tools/check_headers.py compiles those of what changed, the target all of them.
+# Compiles each header in the folders separately, to find headers that rely on the includes of their users, and fails if a
+# header lacks #pragma once. Skips headers that a source of the same name includes first: builds without unity builds, and
+# clang-tidy, check these. The target is not part of a build and compiles all headers; tools/check_headers.py compiles
+# those affected by a change. -O0, because nothing runs.
 function(vesta_header_tests name)
   cmake_parse_arguments(ARG "" "" "FOLDERS;LINK" ${ARGN})
   set(sources "")

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake --install, and the package that find_package(vesta) reads (vestaConfig.cmake.in). A build with VESTA_CUDA
-# installs the same libraries: device code is in others beside them, which are not installed.
+# cmake --install, and the package for find_package(vesta) (vestaConfig.cmake.in). A build with VESTA_CUDA installs the same
+# libraries, because device code is in separate libraries that are not installed.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
 
 install(TARGETS vesta_core vesta_ranks vesta_solver vesta_distributed vesta_toy vesta_bundle_adjustment vesta_pose_graph
   EXPORT vesta)
 install(EXPORT vesta NAMESPACE vesta:: FILE vestaTargets.cmake DESTINATION ${package_dir})
-# A set of its own: who does not ask for the bridge needs no Ceres.
+# A separate export set, so that only users of the bridge need Ceres.
 if(TARGET vesta_ceres_bridge)
   set_target_properties(vesta_ceres_functors PROPERTIES EXPORT_NAME ceres_functors)
   install(TARGETS vesta_ceres_bridge vesta_ceres_functors EXPORT vesta_ceres)
   install(EXPORT vesta_ceres NAMESPACE vesta:: FILE vestaCeresTargets.cmake DESTINATION ${package_dir})
 endif()
-# Likewise.
+# The same for MPI.
 if(TARGET vesta_mpi)
   install(TARGETS vesta_mpi EXPORT vesta_mpi)
   install(EXPORT vesta_mpi NAMESPACE vesta:: FILE vestaMpiTargets.cmake DESTINATION ${package_dir})
@@ -23,7 +23,7 @@ if(TARGET vesta)
   include(${CMAKE_CURRENT_LIST_DIR}/Manual.cmake)
 endif()
 
-# Public headers, by pattern; what they include goes with them.
+# Patterns of the public headers. All headers that they include are installed too.
 set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/*.h solver/distributed/*.h
   problems/toy/*.h problems/bundle_adjustment/bal_file.h
   problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The manual and the completions of shells, as the program itself prints them.
+# The manual page and shell completions, which the program itself prints.
 set(manual_dir ${PROJECT_BINARY_DIR}/manual)
 set(manual_files "")
 # vesta_printed(FILE DESTINATION arguments...)
@@ -14,8 +14,8 @@ endfunction()
 vesta_printed(vesta.1 ${CMAKE_INSTALL_MANDIR}/man1 help --man)
 vesta_printed(_vesta ${CMAKE_INSTALL_DATADIR}/zsh/site-functions help --completion=zsh)
 vesta_printed(vesta.fish ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d help --completion=fish)
-# Where Debian's zsh looks beneath /usr.
+# Debian's zsh searches this folder under /usr.
 install(FILES ${manual_dir}/_vesta DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
-# bash looks for a file of the program's own name.
+# bash requires a file with the name of the program.
 vesta_printed(vesta ${CMAKE_INSTALL_DATADIR}/bash-completion/completions help --completion=bash)
 add_custom_target(vesta_manual ALL DEPENDS ${manual_files})

@@ -2,7 +2,8 @@
 include(GNUInstallDirs)
 
 # vesta_library(name SOURCES a.cpp ... [LINK targets ...])
-# A library vesta_<name>, alias vesta::<name>. LINK is PUBLIC: the link lines are the arrows of docs/architecture.md.
+# Adds a library vesta_<name> with the alias vesta::<name>. LINK is PUBLIC: the links are the dependencies in
+# docs/architecture.md.
 function(vesta_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_library(vesta_${name} STATIC ${ARG_SOURCES})
@@ -15,9 +16,9 @@ function(vesta_library name)
 endfunction()
 
 # vesta_cuda_library(name SOURCES a.cu b.cpp ... [LINK targets ...])
-# As vesta_library, with device code or calls of CUDA in it, where VESTA_CUDA is ON. Such libraries stand beside those of
-# the host, which stay as they are, and are not installed. In every build the tests compile the same sources for the
-# emulated device: vesta_emulated_library in tests/support/CMakeLists.txt takes them from here.
+# Like vesta_library, for device code and code that calls CUDA; adds the library only if VESTA_CUDA is ON. These libraries
+# are separate from the host libraries and are not installed. In every build the tests also compile the sources for the
+# emulated device, with vesta_emulated_library in tests/support/CMakeLists.txt.
 function(vesta_cuda_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   list(TRANSFORM ARG_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
@@ -31,7 +32,7 @@ function(vesta_cuda_library name)
 endfunction()
 
 # vesta_check_alignment(target)
-# Under the undefined behaviour sanitizer: of what takes numbers out of bytes.
+# Checks alignment under the undefined-behaviour sanitizer, for libraries that read numbers from bytes.
 function(vesta_check_alignment target)
   if(VESTA_SANITIZE MATCHES undefined)
     target_compile_options(${target} PRIVATE -fsanitize=alignment)
@@ -39,15 +40,15 @@ function(vesta_check_alignment target)
 endfunction()
 
 # vesta_apart(a.cpp ...)
-# Where several sources are compiled as one (CMAKE_UNITY_BUILD) these are not:
-# each has a name in its unnamed namespace that a neighbour has too. Name them in the folder of their target.
+# Excludes sources from unity builds (CMAKE_UNITY_BUILD), because they share a name in their unnamed namespaces with
+# another source. Call it in the folder of their target.
 function(vesta_apart)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 # vesta_simd_sources(target a.simd.cpp ...)
-# Compiles each file once per instruction set into the target. Everything such a file defines or instantiates lies in
-# the inline namespace VESTA_ISA (kernels/math/isa.h); kernels/core/cpu_dispatch.h picks one of them at run time.
+# Compiles each file once per instruction set into the target. Everything that such a file defines or instantiates is in
+# the inline namespace VESTA_ISA (kernels/math/isa.h). kernels/core/cpu_dispatch.h selects one at run time.
 function(vesta_simd_sources target)
   set(isas baseline)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
@@ -57,14 +58,15 @@ function(vesta_simd_sources target)
   set(flags_avx2 -mavx2 -mfma)
   set(flags_avx512 -mavx2 -mfma -mavx512f -mavx512bw -mavx512dq -mavx512vl -mprefer-vector-width=512)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    # gcc 12's own AVX-512 intrinsics read a variable that is uninitialised on purpose (gcc bug 105593).
+    # The AVX-512 intrinsics of gcc 12 read an intentionally uninitialised variable (gcc bug 105593).
     list(APPEND flags_avx512 -Wno-uninitialized -Wno-maybe-uninitialized)
   endif()
   set(flags_sanitized "")
   if(VESTA_SANITIZE MATCHES address)
-    # These files inline thousands of small objects; marking where each one's life ends takes minutes to compile. Their
-    # loads need no alignment. And the arithmetic of the wider ones is that of the baseline, which is checked. What is not
-    # inlined is slow, and so is a check by call of more than 16 bytes: with both, tests take three to six times as long.
+    # These files inline thousands of small objects, for which use-after-scope checks take minutes to compile. Their loads
+    # need no alignment. The wider instruction sets have the same arithmetic as the baseline, so only the baseline is
+    # checked for undefined behaviour. Code without inlining, and checks by call of more than 16 bytes, are slow: with
+    # both, tests take three to six times as long.
     set(flags_sanitized -O1 -finline-functions -finline-small-functions -fno-sanitize-address-use-after-scope
       -fno-sanitize=alignment)
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
@@ -74,7 +76,7 @@ function(vesta_simd_sources target)
     list(APPEND flags_avx512 -fno-sanitize=undefined)
   endif()
   if(VESTA_SANITIZE MATCHES thread)
-    # What is not inlined goes through memory, and each access is looked at.
+    # Without inlining, values go through memory, and the sanitizer checks each access.
     set(flags_sanitized -O2)
   endif()
   foreach(isa IN LISTS isas)
@@ -90,22 +92,22 @@ function(vesta_simd_sources target)
 endfunction()
 
 # vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds] [PREFIX p])
-# One test program, one ctest entry per GoogleTest case, its name after the prefix; one for the whole program under
-# sanitizers, which take longer to begin than most cases. The target tests_<label> builds all programs of one label. No
-# test takes over 10 s alone on two cores, and its limit is ten times that at least: on a busy machine it may take
-# longer, but not be broken.
+# Adds a test program with one ctest entry per GoogleTest case, named PREFIX + case. Under sanitizers there is one entry
+# for the whole program, because starting it takes longer than most cases. The target tests_<label> builds all programs
+# with this label. A test takes at most 10 s alone on two cores. Its time limit is at least ten times that, so that tests
+# do not fail on a busy machine.
 set(VESTA_TEST_LABELS
   unit      # the default
-  asan      # runs under the address sanitizer: each mechanism once
-  threads   # runs under the thread sanitizer: likewise
-  ceres     # compares with Ceres, or compiles for long
-  numerics  # many numbers through code that unit tests run too
+  asan      # runs under the address sanitizer; covers each mechanism once
+  threads   # runs under the thread sanitizer; covers each mechanism once
+  ceres     # compares with Ceres, or takes long to compile
+  numerics  # many values through code that unit tests run too
   data      # whole problems of the field
-  memory    # how much memory is taken
+  memory    # measures memory
   program   # the program `vesta`, as users call it
   mpi       # several processes
   tools     # scripts
-  slow      # left out of a first run
+  slow      # can be skipped in a first run
   cuda)     # needs a GPU
 function(vesta_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT;PREFIX" "SOURCES;LINK;LABELS" ${ARGN})
@@ -124,8 +126,8 @@ function(vesta_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest_main GTest::gmock)
-  # What is tested is compiled as ever; the tests' own code need not be fast, and Eigen's takes long to optimise, with
-  # the sanitizers' checks in it longer still: of alignment a fifth of the whole.
+  # Only the code of the tests has these options, not the tested libraries. Test code need not be fast. Optimising Eigen
+  # takes long, and longer with sanitizer checks; alignment checks alone take a fifth of the compile time.
   if(VESTA_SANITIZE)
     target_compile_options(${name} PRIVATE ${VESTA_SANITIZED_TEST_OPTIONS})
     target_precompile_headers(${name} REUSE_FROM sanitized_test_headers)
@@ -146,7 +148,7 @@ function(vesta_test name)
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX "${ARG_PREFIX}" PROPERTIES TIMEOUT ${ARG_TIMEOUT}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-  # Labels in a file of their own: gtest_discover_tests would take the second one for the name of a property.
+  # Set labels in a separate file: gtest_discover_tests would treat the second label as the name of a property.
   set(labels_file ${CMAKE_CURRENT_BINARY_DIR}/${name}_labels.cmake)
   file(CONFIGURE OUTPUT ${labels_file} @ONLY CONTENT
     "foreach(test IN LISTS @name@_TESTS)\n  set_tests_properties(\"\${test}\" PROPERTIES LABELS \"@ARG_LABELS@\")\nendforeach()\n")
@@ -154,7 +156,7 @@ function(vesta_test name)
 endfunction()
 
 # vesta_commit_source(target variable header)
-# Gives the target a source that defines the string `variable`, declared in `header`: the commit it is built from.
+# Adds a source to the target that defines the string `variable`, which `header` declares, as the commit of the build.
 function(vesta_commit_source target variable header)
   set(source ${CMAKE_CURRENT_BINARY_DIR}/${target}_commit.cpp)
   add_custom_target(${target}_commit
@@ -165,7 +167,8 @@ function(vesta_commit_source target variable header)
   add_dependencies(${target} ${target}_commit)
 endfunction()
 
-# vesta_bench(name SOURCES a.cpp ... [LINK targets ...])   -> build/<preset>/bench/<name>
+# vesta_bench(name SOURCES a.cpp ... [LINK targets ...])
+# Adds a benchmark program build/<preset>/bench/<name>.
 function(vesta_bench name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})

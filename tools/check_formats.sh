@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Holds the compact formats of splats against other programs: spz-js and @playcanvas/splat-transform, from npm into a
-# folder of its own. Converts SPLAT to both formats, has them read by those programs and their files by vesta, and prints
-# sizes, counts, how far means are off, and the PSNR of SCENE. Needs node, npm and a network. No part of .ci/run.
-#   tools/check_formats.sh VESTA SPLAT SCENE [FOLDER]        FOLDER: where everything goes; a temporary one by default
+# Checks the compact splat formats (.spz, .compressed.ply) against other programs: spz-js and
+# @playcanvas/splat-transform, which npm installs in FOLDER. These programs read vesta's files, and vesta reads theirs.
+# Prints sizes, counts, errors of the means, and the PSNR on SCENE. Needs node, npm and a network. Not part of .ci/run.
+#   tools/check_formats.sh VESTA SPLAT SCENE [FOLDER]        FOLDER: working folder; default: a temporary one
 set -euo pipefail
 
 vesta=$(realpath "${1:?"usage: tools/check_formats.sh VESTA SPLAT SCENE [FOLDER]"}")
@@ -18,8 +18,8 @@ cd "$folder"
 
 transform() { node node_modules/@playcanvas/splat-transform/bin/cli.mjs --quiet --overwrite "$@" >/dev/null; }
 
-# Reads and writes by spz-js, which leaves the frame of a file as it is: that of .spz is y up and z backward, half a turn
-# about x from that of .ply.
+# Converts with spz-js, which does not change the coordinate frame. The frame of .spz is y up and z backward, which is the
+# frame of .ply rotated by 180 degrees about x.
 cat >spz_js.mjs <<'EOF'
 import { createReadStream, readFileSync, writeFileSync } from 'fs';
 import { Readable } from 'stream';
@@ -34,8 +34,8 @@ writeFileSync(to, Buffer.from(bytes));
 EOF
 spz_js() { node spz_js.mjs "$@"; }
 
-# Of two .ply files of floats: Gaussians of each, and the distance from each mean of the one to the nearest of the other,
-# the middle and the largest: their order may differ.
+# Compares two .ply files of floats: number of Gaussians, and the median and maximum distance from a mean of the first to
+# the nearest mean of the second, as their order may differ.
 cat >means.mjs <<'EOF'
 import { readFileSync } from 'fs';
 const means = (path) => {
@@ -60,12 +60,12 @@ const near = (p) => {
   return best < side ? best : Math.min(...b.map((q) => Math.max(...p.map((x, k) => Math.abs(x - q[k])))));
 };
 const far = a.map(near).sort((x, y) => x - y);
-console.log(`${a.length} and ${b.length} Gaussians; means off by ${far[a.length >> 1].toExponential(1)} in the middle, ` +
-  `${far[a.length - 1].toExponential(1)} at most`);
+console.log(`${a.length} and ${b.length} Gaussians; errors of the means: ${far[a.length >> 1].toExponential(1)} median, ` +
+  `${far[a.length - 1].toExponential(1)} maximum`);
 EOF
 
 background=$(sed -n 's/^comment vesta background \(.*\) \(.*\) \(.*\)$/\1,\2,\3/p;/^end_header/q' "$splat" | tr -d '\0')
-# evaluate NAME FILE: its bytes and the PSNR of test and training views, all over the background of SPLAT.
+# evaluate NAME FILE: prints the size of FILE and its PSNR on test and training views, with the background of SPLAT.
 evaluate() {
   "$vesta" eval "$2" "$scene" --background="${background:-0,0,0}" |
     awk -v name="$1" -v bytes="$(stat -c %s "$2")" '/^test/ { test = $3 } /^train/ { train = $3 }
@@ -80,16 +80,16 @@ for format in spz compressed.ply; do
   "$vesta" convert "$splat" --out="ours.$format" >/dev/null
   evaluate "ours.$format" "ours.$format"
   transform "ours.$format" "transform_$format.ply"
-  evaluate "ours.$format, by splat-transform a .ply" "transform_$format.ply"
+  evaluate "ours.$format, to .ply by splat-transform" "transform_$format.ply"
   node means.mjs original.ply "transform_$format.ply"
   spz_js "ours.$format" "spz_js_$format.ply"
   if [[ $format == spz ]]; then transform "spz_js_$format.ply" --rotate 180,0,0 "spz_js_$format.ply"; fi
-  evaluate "ours.$format, by spz-js a .ply" "spz_js_$format.ply"
+  evaluate "ours.$format, to .ply by spz-js" "spz_js_$format.ply"
   node means.mjs original.ply "spz_js_$format.ply"
 done
 
 echo "-- read by vesta"
-# Turned, since spz-js writes the frame it is given.
+# Rotate first, because spz-js does not change the frame.
 transform original.ply --rotate 180,0,0 turned.ply
 spz_js turned.ply spz_js.spz
 spz_js original.ply spz_js.compressed.ply
@@ -101,8 +101,8 @@ for file in spz_js.spz spz_js.compressed.ply transform.spz transform.compressed.
   node means.mjs original.ply read.ply
 done
 
-echo "-- one by the other, without vesta: to compare"
+echo "-- for comparison: each of the other programs reads the other's file"
 transform transform.spz by_transform.ply
-evaluate "transform.spz, by splat-transform a .ply" by_transform.ply
+evaluate "transform.spz, to .ply by splat-transform" by_transform.ply
 spz_js transform.compressed.ply by_spz_js.ply
-evaluate "transform.compressed.ply, by spz-js a .ply" by_spz_js.ply
+evaluate "transform.compressed.ply, to .ply by spz-js" by_spz_js.ply

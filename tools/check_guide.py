@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that what the guide shows is what is compiled and printed.
+"""Checks that the code and the report shown in the guide are the compiled code and the printed report.
 
-  tools/check_guide.py                 code in docs/guide, and in the README where it names a file, stands in its file
-  tools/check_guide.py --report FILE   the report shown in docs/guide/reading_a_report.md has the lines of the one in
-                                       FILE, numbers apart
-  tools/check_guide.py --self_test     plants faults and expects the report
+  tools/check_guide.py                 code in docs/guide, and in the README where it names a file, is in that file
+  tools/check_guide.py --report FILE   the report shown in docs/guide/reading_a_report.md has the same lines as the one
+                                       in FILE, apart from numbers
+  tools/check_guide.py --self_test     checks that planted faults are reported
 
-A fence ```cpp or ```cmake says where its text comes from: ```cpp examples/registration/registration.cpp. The lines must
-stand there one after another; indenting the whole of them is allowed. Links to files must lead somewhere.
+A fence ```cpp or ```cmake names the file of its text: ```cpp examples/registration/registration.cpp. The file must
+contain the lines consecutively; the whole block may have a different indentation. Targets of links to files must exist.
 """
 import argparse
 import itertools
@@ -39,14 +39,14 @@ def faults_of(root, page):
             continue
         if not name:
             if page.startswith("docs/guide"):
-                yield f"{where}: the code names no file that compiles it: ```{language} FILE"
+                yield f"{where}: the code block does not name its source file: ```{language} FILE"
         elif not (root / name).is_file():
             yield f"{where}: there is no file {name}"
         elif not stands_in(block, (root / name).read_text(encoding="utf-8")):
-            yield f"{where}: this text does not stand in {name}"
+            yield f"{where}: {name} does not contain this text"
     for target in LINK.findall(FENCE.sub("", text)):
         if not (root / page).parent.joinpath(target).exists():
-            yield f"{page}: the link to {target} leads nowhere"
+            yield f"{page}: the target of the link {target} does not exist"
 
 
 def all_faults(root):
@@ -55,7 +55,7 @@ def all_faults(root):
 
 
 def skeleton(report):
-    """The lines of a report from its first block to the head of its table, numbers apart."""
+    """The lines of a report from its first block to the heading of its table, with numbers replaced."""
     lines = []
     for line in report.partition("\n\n")[2].splitlines():
         lines.append(re.sub(r"[-+.\w]*\d[-+.\w]*", "#", line))
@@ -70,7 +70,7 @@ def compare_report(root, report):
     start = max(0, report.find("Levenberg-Marquardt"))
     for ours, theirs in itertools.zip_longest(skeleton(shown), skeleton(report[start:]), fillvalue=""):
         if ours != theirs:
-            return [f"{REPORT} shows '{ours}' where the report now has '{theirs}'; show a report of today's"]
+            return [f"{REPORT} shows '{ours}' where the report now has '{theirs}'; show a current report"]
     return []
 
 
@@ -99,7 +99,7 @@ def self_test():
             missed.append("sound report")
         if not compare_report(root, report.replace("iter cost", "iter cost change")):
             missed.append("another column")
-    print(f"self-test: wrong on {missed}" if missed else f"self-test: all {len(planted) + 1} planted faults reported")
+    print(f"self-test: failed for {missed}" if missed else f"self-test: all {len(planted) + 1} planted faults reported")
     return 1 if missed else 0
 
 
@@ -114,7 +114,7 @@ def main():
     count, faults = all_faults(root)
     if args.report:
         faults += compare_report(root, args.report.read_text(encoding="utf-8"))
-    print("\n".join(faults) if faults else f"guide: {count} pages show what is compiled")
+    print("\n".join(faults) if faults else f"guide: {count} pages match the compiled code")
     return 1 if faults else 0
 
 

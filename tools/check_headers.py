@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles each header by itself that changed since a base commit, or includes one that did, however indirectly.
+"""Compiles separately each header that changed since a base commit, or that includes a changed one, even indirectly.
 
   tools/check_headers.py BUILD_DIR [--base COMMIT]
 
-Whether a header leans on what its user happened to include before depends on nothing else. Without a base, where it is
-the commit checked out, and where how headers are compiled has changed, all are compiled. BUILD_DIR is configured, by
-Ninja (cmake/HeaderTests.cmake).
+This finds headers that rely on includes of their users. All headers are compiled without a base, if the base is the
+current commit, or if the rules for compiling headers changed. BUILD_DIR must be configured with Ninja
+(cmake/HeaderTests.cmake).
 """
 import argparse
 import pathlib
@@ -23,7 +23,7 @@ from run_clang_tidy import changed_since  # noqa: E402
 
 
 def leans_on(changed, name, known):
-    """Whether `name` is in `changed` or includes what is; known: the answers so far."""
+    """True if `name` is in `changed` or includes such a file, even indirectly; known: cache of the answers."""
     if name not in known:
         known[name] = name in changed
         path = ROOT / name
@@ -39,12 +39,12 @@ def main():
     args = parser.parse_args()
     sources = args.build_dir / "tests/headers"
     names = sorted(str(path.relative_to(sources))[:-len(".cpp")] for path in sources.rglob("*.h.cpp"))
-    names = [name for name in names if (ROOT / name).exists()]  # what was configured before may be there still
+    names = [name for name in names if (ROOT / name).exists()]  # the folder may still contain sources of deleted headers
     changed = changed_since(args.base)
     what = "all"
     if changed is not None and not any(HOW.fullmatch(name) for name in changed):
         known = {}
-        names, what = [name for name in names if leans_on(set(changed), name, known)], "of what changed"
+        names, what = [name for name in names if leans_on(set(changed), name, known)], "affected by changes"
     print(f"headers: {len(names)} to compile, {what}", flush=True)
     objects = [f"tests/headers/CMakeFiles/header_tests.dir/{name}.cpp.o" for name in names]
     if not objects:

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs a build and uses it as strangers would:   tools/check_install.sh BUILD_DIR WORK_DIR
-# The examples are built against the installed package and run, and one of them with this tree as its subdirectory.
+# Tests the installed package as a user would use it:   tools/check_install.sh BUILD_DIR WORK_DIR
+# Builds the examples against the installed package and runs them, and one with this source tree as a subdirectory.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 root=$PWD
@@ -18,7 +18,7 @@ fail() {
   echo "check_install.sh: $*" >&2
   exit 1
 }
-# configure SOURCE_DIR BUILD_DIR ARGS... : quiet unless it fails.
+# configure SOURCE_DIR BUILD_DIR ARGS... : writes its output to BUILD_DIR/configure.log.
 configure() {
   local source=$1 build=$2
   shift 2
@@ -27,14 +27,14 @@ configure() {
     "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Wshadow -Werror" "$@" >"$build/configure.log" 2>&1
 }
 
-say "install, and move the result: the package may lie anywhere"
+say "install, then move the result: the package must be relocatable"
 cmake --install "$build_dir" --prefix "$work/first_place" >"$work/install.log"
 mv "$work/first_place" "$work/prefix"
 here=$(printf %s "$root" | sed 's/[][\.*^$+?(){}|]/\\&/g')
-if grep -rlIE -e "(^|[^A-Za-z0-9_/}.-])$here([/\";]|\$)" -e first_place "$work/prefix"; then fail "the files above name the folders they came from"; fi
+if grep -rlIE -e "(^|[^A-Za-z0-9_/}.-])$here([/\";]|\$)" -e first_place "$work/prefix"; then fail "the files above contain paths of the source or build folder"; fi
 "$work/prefix/bin/vesta" help >/dev/null
 
-say "every installed header compiles, all in one source"
+say "all installed headers compile together in one source"
 mkdir "$work/headers"
 (cd "$work/prefix/include/vesta" && find . -name '*.h' | sort | sed 's|^./\(.*\)|#include "\1"|') >"$work/headers/all.cpp"
 cat >"$work/headers/CMakeLists.txt" <<'TEXT'
@@ -48,7 +48,7 @@ TEXT
 configure "$work/headers" "$work/headers/build" || { cat "$work/headers/build/configure.log"; fail "not configured"; }
 cmake --build "$work/headers/build" | tail -n 1
 
-say "what is not there is refused"
+say "unavailable versions and components are refused"
 for request in "0.2 CONFIG REQUIRED" "0.1 CONFIG REQUIRED COMPONENTS unheard_of"; do
   mkdir -p "$work/refused"
   printf 'cmake_minimum_required(VERSION 3.25)\nproject(refused LANGUAGES CXX)\nfind_package(vesta %s)\n' "$request" \
@@ -56,14 +56,14 @@ for request in "0.2 CONFIG REQUIRED" "0.1 CONFIG REQUIRED COMPONENTS unheard_of"
   if configure "$work/refused" "$work/refused/build"; then fail "find_package(vesta $request) succeeded"; fi
 done
 grep -q "vesta has no component unheard_of; there are: core" "$work/refused/build/configure.log" ||
-  { cat "$work/refused/build/configure.log"; fail "an unknown component is not named"; }
+  { cat "$work/refused/build/configure.log"; fail "the message does not name the unknown component"; }
 
 examples=(exponential_fit registration slow_detector unknown_gains from_ceres)
 if [[ -e $work/prefix/include/vesta/kernels/mpi ]]; then examples+=(over_processes); fi
 for example in "${examples[@]}"; do
   say "examples/$example"
   arguments=(-DCMAKE_BUILD_TYPE=Release)
-  # Who does not ask for the bridge needs no Ceres.
+  # Only the bridge needs Ceres.
   if [[ $example != from_ceres ]]; then arguments+=(-DCMAKE_DISABLE_FIND_PACKAGE_Ceres=ON); fi
   configure "examples/$example" "$work/$example" "${arguments[@]}" ||
     { cat "$work/$example/configure.log"; fail "examples/$example was not configured"; }
@@ -81,7 +81,7 @@ cmake_minimum_required(VERSION 3.25)
 project(outer LANGUAGES CXX)
 add_subdirectory($root vesta)
 if(TARGET vesta OR TARGET vesta_gs OR BUILD_TESTING)
-  message(FATAL_ERROR "a subdirectory brings libraries only")
+  message(FATAL_ERROR "as a subdirectory, vesta must define only libraries")
 endif()
 add_executable(fit $root/examples/exponential_fit/exponential_fit.cpp)
 target_link_libraries(fit PRIVATE vesta::solver)

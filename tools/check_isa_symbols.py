@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that objects compiled for AVX2 or AVX-512 export no weak function that other code could be given.
+"""Checks that objects compiled for AVX2 or AVX-512 export no weak function that other code could link to.
 
-The linker keeps one copy of a weak function, from whichever object comes first. When that copy was compiled for
-AVX-512 and the baseline path calls it, the program dies with SIGILL on other machines. A function is safe when its
-name can occur in objects of one instruction set only: it lies in that set's inline namespace, or mentions a type that
-does. Weak data (nm's V and u: tables, type information) holds no instructions and may be shared.
+The linker keeps one copy of a weak function, that of the first object. If this copy was compiled for AVX-512 and the
+baseline path calls it, the program dies with SIGILL on other machines. A function is safe if its name can occur only in
+objects of one instruction set: it is in the inline namespace of that set, or its name contains a type from there. Weak
+data (nm's V and u: tables, type information) contains no instructions and may be shared.
 
   tools/check_isa_symbols.py BUILD_DIR               all objects of the targets *_avx2 and *_avx512 under BUILD_DIR
   tools/check_isa_symbols.py --isa avx2 OBJECT...    these objects
@@ -16,8 +16,8 @@ import re
 import subprocess
 import sys
 
-# Instruction set -> what marks a name as its own: our namespace, and xsimd's architecture types. An AVX-512 object
-# may not instantiate xsimd for AVX2: that name would collide with the AVX2 object's.
+# Instruction set: names that belong to it, from its inline namespace and xsimd's architecture types. An AVX-512 object
+# must not instantiate xsimd for AVX2, because that name would collide with the AVX2 object's.
 OWN = {
     "avx2": re.compile(r"\bvesta::(\w+::)*avx2::|\bxsimd::(avx2|fma3<xsimd::avx2>)"),
     "avx512": re.compile(r"\bvesta::(\w+::)*avx512::|\bxsimd::avx512(bw|dq|cd|f)\b"),

@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that the arrows of docs/architecture.md hold in every #include.
+"""Checks that every #include follows the allowed dependencies of docs/architecture.md.
 
-  tools/check_layers.py              checks the tree this script lies in
-  tools/check_layers.py --graph ROOM draws the floors of the rooms beneath ROOM, by the includes there are
-  tools/check_layers.py --self_test  plants one violation of each kind in a made-up tree and expects the report
+A room is a folder, or a single header, with its own list of rooms that it may include.
+
+  tools/check_layers.py              checks this source tree
+  tools/check_layers.py --graph ROOM prints the dependency layers ("floors") of the rooms in ROOM, from their includes
+  tools/check_layers.py --self_test  checks that one planted violation of each kind is reported
 """
 import pathlib
 import re
 import sys
 import tempfile
 
-# Room -> the rooms that it may include, itself apart; a room that is listed opens the rooms under it too. The longest
-# matching prefix decides which room a file is in. A header that rooms beneath its own include, as the contract between
-# problems and the engine is, is a room of its own.
+# ALLOWED lists for each room the other rooms that it may include; a listed room includes its subfolders. A file belongs
+# to the room with the longest matching prefix. A header that lower rooms include, such as the interface between problems
+# and the engine, is a room of its own.
 KERNELS = ["kernels/math", "kernels/core"]
 DRAWN = "kernels/gaussian_splatting/"
 INTERNAL = "solver/internal"
@@ -25,7 +27,7 @@ CAMERAS = SPLATS + "cameras/"
 
 
 def splat_rooms():
-    """The rooms of the splatting application, from the ground up: each may include those named, all below it."""
+    """The rooms of the splatting application, lowest first: each may include the rooms named, all of them lower."""
     base = [*KERNELS, "kernels/ranks", "kernels/image", "kernels/gaussian_splatting", "solver", PROBLEM[:-1]]
     rooms = {
         "io/bytes": "",
@@ -56,7 +58,7 @@ def splat_rooms():
 
 
 def app_rooms():
-    """The rooms of the program, likewise."""
+    """The same for the rooms of the program."""
     base = ["kernels", "solver", "problems", "splatting"]
     rooms = {
         "cli": "",
@@ -118,9 +120,9 @@ ALLOWED = {
     "bench": ["apps", "splatting", "problems", "solver", "kernels"],
     "tests": ["demo", "bench", "apps", "splatting", "problems", "solver", "kernels"],
 }
-# One header below its room: the host-and-device macro, which the formulas need and which needs nothing.
+# A header that every room may include: the host-and-device macro, which itself includes nothing.
 OPEN_HEADERS = {"kernels/core/hd.h"}
-# What the public headers of the engine include of solver/internal: what their templates and members are made of.
+# Internal headers that each public header of the engine may include, for its templates and members.
 NEEDED = {
     "solver/block_problem.h": ["blocks/block_structure.h", "normal_equations/preconditioner.h", "normal_equations/step_cost.h"],
     "solver/bounds.h": ["normal_equations/problem_adaptor.h"],
@@ -131,7 +133,7 @@ NEEDED = {
     "solver/residual_blocks.h": ["functor_call.h", "residual_block_layout.h", "residual_block_rows.h"],
     "solver/summary.h": ["linear/pcg.h"],
 }
-# External header (prefix) -> the rooms that may include it; bench and tests may include anything.
+# External headers (or prefixes), and the rooms that may include them; bench and tests may include all.
 EXTERNAL = {
     "ceres/": ["solver/ceres"],
     "glog/": ["apps", "solver/ceres"],
@@ -160,13 +162,13 @@ def room_of(path):
 
 
 def fault(room, quoted, angled):
-    """Why a file of this room may not have this include, or None."""
+    """Returns the reason why a file of this room may not have this include, or None."""
     if quoted:
         target = room_of(quoted)
         if target is None:
-            return f'"{quoted}" names no room: write includes from the root of the repository'
+            return f'"{quoted}" is in no room: write include paths relative to the root of the repository'
         seen = [room, *ALLOWED[room]]
-        # A room that is listed opens the rooms under it too, save that the bridge to Ceres is for programs only.
+        # A listed room includes its subfolders, except that only programs may include the Ceres bridge.
         inside = any(target == s or target.startswith(s + "/") for s in seen)
         bridge = target == "solver/ceres" and room not in ("solver/ceres", "apps", "bench", "tests")
         if (not inside or bridge) and quoted not in OPEN_HEADERS:
@@ -180,21 +182,21 @@ def fault(room, quoted, angled):
 
 
 def needless(name, quoted):
-    """Why a public header of the engine may not include this internal one, or None."""
+    """Returns the reason why a public header of the engine may not include this internal header, or None."""
     inside = quoted and quoted.startswith(INTERNAL + "/") and quoted.removeprefix(INTERNAL + "/")
     if inside and name.startswith("solver/") and name.count("/") == 1 and inside not in NEEDED.get(name, []):
-        return f"a public header: it may not include {quoted}, unless NEEDED says so"
+        return f"a public header may not include {quoted} unless NEEDED lists it"
     return None
 
 
 def namesake(included, quoted):
-    """Why a file may not include this header beside those it includes already, or None: two of one base name."""
+    """Returns the reason why a file may not include this header, or None: it has included one with the same base name."""
     other = included.setdefault(quoted.rsplit("/", 1)[-1], quoted) if quoted else quoted
-    return None if other == quoted else f'"{quoted}" and "{other}" have one base name: rename one'
+    return None if other == quoted else f'"{quoted}" and "{other}" have the same base name: rename one'
 
 
 def faults_in(root):
-    """(number of files read, one line for each fault)"""
+    """Returns the number of files read, and one line for each fault."""
     files = [p for top in sorted({room.split("/")[0] for room in ALLOWED}) for p in sorted((root / top).rglob("*"))
              if p.suffix in SOURCES]
     found = []
@@ -202,7 +204,7 @@ def faults_in(root):
         name = file.relative_to(root).as_posix()
         room = room_of(name)
         if room is None:
-            found.append(f"{name}: lies in no known room; add its room to {pathlib.Path(__file__).name}")
+            found.append(f"{name}: is in no known room; add its room to {pathlib.Path(__file__).name}")
             continue
         included = {}  # base name -> path
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
@@ -215,7 +217,7 @@ def faults_in(root):
 
 
 def draw(root, top):
-    """Prints the rooms beneath `top` floor by floor, each above all that it includes; returns the arrows back up."""
+    """Prints the rooms in `top` by layer: each is above the rooms that it includes. Returns 1 if there is a cycle."""
     uses = {room: set() for room in ALLOWED if room.startswith(top + "/")}
     lines = dict.fromkeys(uses, 0)
     for file in sorted((root / top).rglob("*")):
@@ -240,7 +242,7 @@ def draw(root, top):
         for room in floor:
             below = ", ".join(sorted(target.split("/")[-1] for target in uses[room]))
             print(f"floor {number}  {room.split('/')[-1]:<10}{lines[room]:>6} lines" + (f"  <- {below}" if below else ""))
-    print(f"arrows back up: {len(rest)}")
+    print(f"rooms in cycles: {len(rest)}")
     return 1 if rest or not uses else 0
 
 
@@ -299,7 +301,7 @@ def main():
     if sys.argv[1:2] == ["--graph"]:
         return draw(pathlib.Path(__file__).resolve().parent.parent, sys.argv[2])
     count, found = faults_in(pathlib.Path(__file__).resolve().parent.parent)
-    print("\n".join(found) if found else f"layers: {count} files, every include follows the arrows")
+    print("\n".join(found) if found else f"layers: {count} files, every include is allowed")
     return 1 if found or count == 0 else 0
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Packs the program and installs it on a bare Debian 12, as root:   tools/check_package.sh BUILD_DIR WORK_DIR
-# Needs debootstrap and a mirror of Debian. The scene is the demo's; what it trains there is thrown away.
+# Builds the Debian package and tests it in a minimal Debian 12, as root:   tools/check_package.sh BUILD_DIR WORK_DIR
+# Needs debootstrap and a Debian mirror. The test trains the demo's scene for a few iterations.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build_dir=$(cd "$1" && pwd)
@@ -18,7 +18,7 @@ package=$(find "$build_dir" -maxdepth 1 -name 'vesta_*.deb' -printf '%f\n')
 dpkg-deb -f "$build_dir/$package" Depends
 
 if [[ ! -x $root/usr/bin/apt-get ]]; then
-  say "a bare Debian 12"
+  say "minimal Debian 12"
   debootstrap --variant=minbase bookworm "$root" >"$work/debootstrap.log"
 fi
 cp "$build_dir/$package" "$root/root/"
@@ -27,7 +27,7 @@ cp /etc/resolv.conf "$root/etc/resolv.conf"
 mount --bind /proc "$root/proc"
 trap 'umount "$root/proc"' EXIT
 
-say "installed there, it runs; removed, it is gone"
+say "install, run and remove the package there"
 chroot "$root" bash -euc "
   export DEBIAN_FRONTEND=noninteractive
   cd /root
@@ -41,4 +41,4 @@ chroot "$root" bash -euc "
   apt-get remove -y -qq vesta >remove.log
   test ! -e /usr/bin/vesta
 "
-say "$package installs, runs and is removed"
+say "$package was installed, ran and was removed"

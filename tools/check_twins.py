@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fails where code for a GPU repeats code for the host.
+"""Fails if GPU code duplicates host code, which should then be one template over the backend.
 
-A file device_X in kernels, solver, problems or splatting has a twin X where one lies in the same folder, or where its
-folder is named device in a folder beside it: header beside header, source beside source. Both are stripped of comments, includes, heads of templates, namespaces, lines without a letter,
-and of the words by which memory spaces and scalars differ. Then at most a share of the lines of the shorter may stand
-in the other: beyond it the text is to be one, a template over the backend.
+A file device_X in kernels, solver, problems or splatting is compared with its twin X: the file X in the same folder or,
+if device_X is in a folder named device, in a sibling of that folder. Headers are compared with headers, sources with
+sources. The comparison ignores comments, includes, template heads, namespaces, lines without a letter, and the words in
+which memory spaces and scalar types differ. The shorter file may have at most the fraction LIMIT of its lines in common
+with the other.
 
-  check_twins.py              the table of all twins; status 1 where one is over the limit
-  check_twins.py --self_test  sees that planted twins are found, and strangers are not
+  check_twins.py              prints a table of all twins; status 1 if one exceeds the limit
+  check_twins.py --self_test  checks that planted twins are found, and different files are not
 """
 import argparse
 import collections
@@ -19,8 +20,8 @@ import sys
 ROOMS = ("kernels", "solver", "problems", "splatting")
 HEADERS, SOURCES = (".h", ".cuh"), (".cpp", ".inl", ".cu")
 LIMIT = 0.30
-# What is declared twice on purpose: each is a class whose members are those of its host twin, so that a template over
-# the backend takes either. Their bodies are held to the limit like all others.
+# Intentional duplicates: each declares a class with the same members as its host twin, so that a template over the
+# backend accepts either. The limit still applies to their source files.
 SAME_MEMBERS = {
     "kernels/core/device_buffer.h",
     "kernels/gaussian_splatting/device/device_splat_view.h",
@@ -34,7 +35,7 @@ DROPPED_WORDS = re.compile(r"[Dd]evice_|_?device\b|Device|Host|Cuda|Cpu|<\s*(S|T
 
 
 def lines_of(text):
-    """The lines of a source that say something, without what differs between memory spaces."""
+    """The lines of a source without everything that the comparison ignores."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
     text = re.sub(r"//[^\n]*", "", text)
     text = re.sub(r"template\s*<[^;{}()]*?>\s*\n", "\n", text)
@@ -50,14 +51,14 @@ def lines_of(text):
 
 
 def share(a, b):
-    """The part of the shorter one's lines that stand in the other, each line of which counts once."""
+    """Fraction of the lines of the shorter text that are in the other; each line of the other matches once."""
     a, b = collections.Counter(lines_of(a)), collections.Counter(lines_of(b))
     shorter = min(sum(a.values()), sum(b.values()))
     return sum((a & b).values()) / shorter if shorter else 0.0
 
 
 def twins(root):
-    """Pairs of paths: code for a GPU, and for the host."""
+    """Yields pairs of paths: GPU code and host code."""
     for room in ROOMS:
         for device in sorted((root / room).rglob("device_*")):
             for kinds in (HEADERS, SOURCES):
@@ -70,7 +71,7 @@ def twins(root):
 
 
 def check(root, out):
-    """Prints the table to out; returns the names of those over the limit."""
+    """Prints the table to out; returns the names of the files over the limit."""
     over = []
     for device, host in twins(root):
         found = share(device.read_text(), host.read_text())
@@ -99,20 +100,20 @@ void Scale(const HostBuffer<S>& x, double scale) {
     same = host.replace("template <class S>\n", "").replace("HostBuffer<S>", "DeviceBuffer<float>").replace("Of the host", "Here")
     other = "void Launch(Index count) {\n  Check(count);\n  Run(Blocks(count));\n  Finish(scale);\n}\n"
     assert share(host, same) == 1.0, share(host, same)
-    assert share(host, other) == 1 / 3, share(host, other)  # one line of the shorter's three, braces apart
+    assert share(host, other) == 1 / 3, share(host, other)  # one of the three lines of the shorter text
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)
         room = root / "problems" / "made_up"
         room.mkdir(parents=True)
         (room / "scale.inl").write_text(host)
         (room / "device_scale.cpp").write_text(same)
-        (room / "device_alone.cpp").write_text(same)  # without a twin
+        (room / "device_alone.cpp").write_text(same)  # has no twin
         (room / "scale.h").write_text("void Scale();\n")
         (room / "device_scale.h").write_text("int Other();\n")
         table = io.StringIO()
         assert check(root, table) == ["problems/made_up/device_scale.cpp"], table.getvalue()
         assert len(table.getvalue().splitlines()) == 2, table.getvalue()
-    print("check_twins.py: planted twins are found")
+    print("check_twins.py: the planted twins are found")
 
 
 def main():
@@ -122,7 +123,7 @@ def main():
         return self_test()
     over = check(pathlib.Path(__file__).resolve().parent.parent, sys.stdout)
     for name in over:
-        print(f"{name}: over {100 * LIMIT:.0f} % of it repeats its host twin: make them one", file=sys.stderr)
+        print(f"{name}: over {100 * LIMIT:.0f} % of it duplicates its host twin: write one template over the backend", file=sys.stderr)
     return 1 if over else 0
 
 

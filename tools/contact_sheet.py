@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Puts PNG images of one size below each other: contact_sheet.py SHEET.png IMAGE.png..."""
+"""Stacks PNG images of equal size vertically in one image: contact_sheet.py SHEET.png IMAGE.png..."""
 import os
 import sys
 
@@ -25,6 +25,6 @@ def sheet(paths):
 if __name__ == "__main__":
     if len(sys.argv) < 3:
         sys.exit("usage: contact_sheet.py SHEET_PNG IMAGE_PNG...")
-    pixels = numpy.ascontiguousarray(sheet(sys.argv[2:]))  # before anything is written
+    pixels = numpy.ascontiguousarray(sheet(sys.argv[2:]))  # reads all images before writing
     image.imsave(sys.argv[1] + ".tmp", pixels, format="png")
     os.replace(sys.argv[1] + ".tmp", sys.argv[1])

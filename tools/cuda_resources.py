@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What ptxas says of every kernel of a CUDA build: registers, stack, spills, shared memory.
+"""Prints the resources of every kernel of a CUDA build as ptxas reports them: registers, stack, spills, shared memory.
 
   tools/cuda_resources.py BUILD_DIR [--markdown] [--by_architecture]
 
-Compiles each .cu below kernels, solver and problems once more, to nothing, with the build's own options; of a build for several
-architectures, for each of them. Fails where a kernel spills registers.
+Compiles each .cu of kernels, solver and problems again with the options of the build, for each of its architectures, and
+discards the output. Fails if a kernel spills registers.
 """
 import argparse
 import json
@@ -50,7 +50,7 @@ def readable(names):
     done = subprocess.run(["c++filt"], input="\n".join(names), capture_output=True, text=True, check=True)
     for name in done.stdout.splitlines():
         name = re.sub(r"vesta::|baseline::|device::|splat::|device_passes::|device_updates::|device_density::|gs::|\(anonymous namespace\)::", "", name)
-        # A launcher by what it runs.
+        # Name a launcher after the kernel that it runs.
         match = re.match(r"void (?:RunBlockKernel|RunForEach)<(.*)>\(", name)
         yield match.group(1).strip() if match else name
 
@@ -77,13 +77,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("build_dir", type=pathlib.Path)
     parser.add_argument("--markdown", action="store_true")
-    parser.add_argument("--by_architecture", action="store_true", help="one line an architecture: its worst")
+    parser.add_argument("--by_architecture", action="store_true", help="print one line per architecture with its maxima")
     args = parser.parse_args()
     rows = []
     for entry in json.loads((args.build_dir / "compile_commands.json").read_text()):
         file = pathlib.Path(entry["file"])
         ours = file.suffix == ".cu" and file.relative_to(ROOT).parts[0] in ("kernels", "solver", "problems")
-        # Tests compile some of them for the host.
+        # Tests compile some of these files for the host.
         if not ours or "nvcc" not in entry["command"]:
             continue
         done = compile_verbosely(entry)

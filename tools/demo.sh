@@ -1,11 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# From the built programs to a trained scene: makes a small scene, trains it, renders its test views, draws how the
-# training converged.
+# Runs the demo with the built programs: makes a small scene, trains it, renders its test views and plots the
+# convergence of the training.
 #   tools/demo.sh BUILD_DIR OUT_DIR
 set -eu
 
-# The length of the demo, in one place: about a minute and a half on two cores. Both stages are shown.
+# Length of the demo: about a minute and a half on two cores, with both stages.
 train_flags="--iterations=2500 --lm_iterations=10"
 
 [ $# -eq 2 ] || { echo "usage: tools/demo.sh BUILD_DIR OUT_DIR" >&2; exit 2; }
@@ -16,7 +16,7 @@ for program in vesta vesta_demo_scene; do
   [ -x "$build_dir/$program" ] || { echo "demo.sh: $build_dir/$program is missing; ./run demo builds it" >&2; exit 1; }
 done
 
-# Debian's own Python has Debian's matplotlib; another one may come first in PATH.
+# Debian's Python, because only it has Debian's matplotlib; PATH may have another Python first.
 python=/usr/bin/python3
 [ -x "$python" ] || python=python3
 MPLCONFIGDIR=$(mktemp -d)
@@ -32,13 +32,13 @@ step "Making the scene"
 "$build_dir/vesta_demo_scene" --out "$scene"
 
 step "Training"
-# shellcheck disable=SC2086  # the flags are meant to split
+# shellcheck disable=SC2086  # word splitting is intended
 "$build_dir/vesta" train "$scene" --out "$model" $train_flags
 
 step "Rendering the test views"
 "$build_dir/vesta" render "$model/point_cloud.ply" "$scene" --out "$renders" --truth
 
-step "Result: where each stage ended, on the test views unless stated"
+step "Result: figures at the end of each stage, on the test views unless stated"
 "$python" "$tools_dir/history_table.py" "$model/metrics.json"
 "$python" "$tools_dir/plot_history.py" "$model/metrics.json" "$out_dir/convergence.png"
 "$python" "$tools_dir/contact_sheet.py" "$out_dir/renders.png" "$renders"/*.png
@@ -47,7 +47,7 @@ cat <<TEXT
 
   splat, for any splat viewer          $model/point_cloud.ply
   all figures, with the history        $model/metrics.json
-  cost and PSNR over time              $out_dir/convergence.png
+  loss and PSNR over time              $out_dir/convergence.png
   test views, render left, truth right $out_dir/renders.png
-                                       (one by one in $renders)
+                                       (single images in $renders)
 TEXT

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Doxygen's INPUT_FILTER: prints a header with its plain // comments turned into those that Doxygen reads.
+"""Doxygen's INPUT_FILTER: prints a header with its plain // comments converted to Doxygen comments.
 
   tools/doxygen_filter.py FILE         prints the header
   tools/doxygen_filter.py --self_test  checks a small header
 
-A block of // lines right above a declaration documents it; a // after a declaration, with the lines that go on below it
-in the same column, documents that one; the block at the top of a file is about the file. Comments inside function bodies
-stay as they are. Lines are neither added nor removed, so that Doxygen's line numbers are the header's.
+A block of // lines directly above a declaration documents it. A // comment after a declaration documents that
+declaration, together with the // lines below it in the same column. The block at the top of a file documents the file.
+Comments inside function bodies are not converted. No lines are added or removed, so that Doxygen's line numbers match.
 """
 import pathlib
 import re
@@ -18,12 +18,12 @@ COMMENT = re.compile(r'^((?:[^"/]|"(?:[^"\\]|\\.)*"|/(?!/))*?)//(?!/)(.*)$')
 
 
 def escaped(text):
-    """Doxygen's own markup loses its meaning, Markdown's all but that for code: a comment reads as it stands."""
+    """Escapes Doxygen's markup and all of Markdown's except code, so that a comment is shown as written."""
     return re.sub(r"([\\@<>#&%$|*~])", r"\\\1", text)
 
 
 class Scopes:
-    """Whether we are where declarations stand, rather than in a function's body, by counting braces."""
+    """Counts braces to distinguish the scopes of declarations from function bodies."""
 
     def __init__(self):
         self.stack, self.pending = [], ""
@@ -50,9 +50,9 @@ class Scopes:
 
 def converted(lines):
     scopes, out = Scopes(), []
-    column = None  # of the comment after a declaration that the next line may go on with
+    column = None  # column of the comment after a declaration, which the next line may continue
     i = 0
-    if lines and "SPDX-License-Identifier" in lines[0]:  # the licence is no part of what a file is about
+    if lines and "SPDX-License-Identifier" in lines[0]:  # the licence does not describe the file
         out.append("//")
         i = 1
     first = i
@@ -72,7 +72,7 @@ def converted(lines):
             column = len(code) if documents else None
             i += 1
             continue
-        if column is not None and len(code) == column:  # goes on with the comment above
+        if column is not None and len(code) == column:  # continues the comment above
             out.append(f"{code}///<{escaped(text)}")
             i += 1
             continue
@@ -128,7 +128,7 @@ EXPECTED = {2: "/// About the file.", 3: "/// \\file", 7: "// Alone", 9: "/// A 
 def self_test():
     out = converted(SAMPLE.splitlines())
     wrong = [f"line {n}: {out[n - 1]}" for n, text in EXPECTED.items() if text not in out[n - 1]]
-    print("\n".join(wrong) if wrong else f"self-test: {len(EXPECTED)} comments read as meant")
+    print("\n".join(wrong) if wrong else f"self-test: {len(EXPECTED)} comments are converted as expected")
     return 1 if wrong or len(out) != len(SAMPLE.splitlines()) else 0
 
 

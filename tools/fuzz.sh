@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Fuzzes each target for some seconds, so many at a time: docs/fuzzing.md. Fails where one finds something; the input
-# then lies in OUT, as do those that reached new code.
-#   tools/fuzz.sh SECONDS [AT_A_TIME [OUT [TARGET ...]]]     needs build/fuzz/fuzz; OUT: build/fuzz/found by default
+# Fuzzes each target for SECONDS, AT_A_TIME targets in parallel (docs/fuzzing.md). Fails if one finds an error. Inputs
+# that fail, and inputs that reach new code, are saved in OUT.
+#   tools/fuzz.sh SECONDS [AT_A_TIME [OUT [TARGET ...]]]     needs build/fuzz/fuzz; default OUT: build/fuzz/found
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -14,14 +14,14 @@ if ((${#targets[@]} == 0)); then
   for folder in tests/fuzz/corpus/*/; do targets+=("$(basename "$folder")"); done
 fi
 
-# In memory where that is possible: each run writes files.
+# Use a folder in memory if possible, because each run writes files.
 scratch=$(mktemp -d "$([[ -w /dev/shm ]] && echo /dev/shm || echo "${TMPDIR:-/tmp}")/vesta_fuzz.XXXXXX")
 trap 'rm -rf "$scratch"' EXIT
 
 fuzz_one() {
   local name=$1
   mkdir -p "$out/$name"
-  # The baseline kernels: the undefined-behaviour sanitizer checks those alone.
+  # Use the baseline kernels: the undefined-behaviour sanitizer checks only these.
   local status=0
   TMPDIR=$scratch VESTA_SIMD=sse2 UBSAN_OPTIONS=print_stacktrace=1 \
     "build/fuzz/fuzz/$name" -max_total_time="$seconds" -max_len=4096 -timeout=20 -rss_limit_mb=1024 \
@@ -30,11 +30,11 @@ fuzz_one() {
   local runs
   runs=$(sed -n 's/stat::number_of_executed_units: *//p' "$out/$name.log")
   if ((status != 0)); then
-    echo "$name: FOUND something after ${runs:-?} runs:"
+    echo "$name: FOUND an error after ${runs:-?} runs:"
     grep -E 'what\(\)|ERROR|runtime error|SUMMARY|Test unit written' "$out/$name.log" | sed 's/^/  /'
     return 1
   fi
-  echo "$name: $runs runs in $seconds s, $(grep -oE 'cov: [0-9]+' "$out/$name.log" | tail -1), nothing found"
+  echo "$name: $runs runs in $seconds s, $(grep -oE 'cov: [0-9]+' "$out/$name.log" | tail -1), no error"
 }
 
 failed=0

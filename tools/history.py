@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The history of a training run, as `vesta train` and `vesta refine` leave it in metrics.json."""
+"""Reads the history of a training run from the metrics.json of `vesta train` or `vesta refine`."""
 import json
 import sys
 
@@ -9,7 +9,7 @@ _FIELDS = ("stage", "iteration", "seconds", "cost", "train_psnr", "test_psnr", "
 
 
 def load(path):
-    """Rows of the file's history, in order. Ends the program with one line where the file is no such thing."""
+    """Rows of the file's history, in order. Exits with a one-line message if the file has no history."""
     try:
         with open(path, encoding="utf-8") as file:
             rows = json.load(file)["history"]
@@ -23,5 +23,5 @@ def load(path):
 
 
 def stage_rows(rows, stage):
-    """The rows of one stage; empty where the run had no such stage."""
+    """The rows of one stage; empty if the run had no such stage."""
     return [row for row in rows if row["stage"] == stage]

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints where each stage of a training run ended: history_table.py DIR/metrics.json"""
+"""Prints the final figures of each stage of a training run: history_table.py DIR/metrics.json"""
 import sys
 
 import history
@@ -9,7 +9,7 @@ _HEADER = f"{'stage':<6}{'iterations':>11}{'seconds':>9}{'test PSNR':>11}{'test 
 
 
 def table(rows):
-    """Lines of text: a header, then the last row of each stage. Seconds count from the start of the run."""
+    """Lines of text: a heading, then the last row of each stage. Seconds start at the begin of the run."""
     lines = [_HEADER]
     for stage in history.STAGES:
         for row in history.stage_rows(rows, stage)[-1:]:

@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian 12 packages that vesta is built with. Only those that are missing: with nothing missing it needs
-# neither the network nor root.
-#   tools/install_packages.sh [demo] [tutorial] [ci]     demo: also what the demo's plot needs; tutorial: also what
-#                                                        tools/tutorial.sh needs; ci: also what CI checks with
+# Installs the Debian 12 packages that a build of vesta needs and that are missing. If none is missing, it needs neither
+# the network nor root.
+#   tools/install_packages.sh [demo] [tutorial] [ci]     demo: also for the demo's plot; tutorial: also for
+#                                                        tools/tutorial.sh; ci: also the tools of CI
 set -eu
 
 packages="
@@ -23,7 +23,7 @@ for group in "$@"; do
 done
 
 if ! command -v dpkg-query >/dev/null 2>&1; then
-  echo "Not a Debian system: nothing installed. The counterparts of these Debian packages are needed:"
+  echo "Not a Debian system: nothing was installed. Install the equivalents of these Debian packages:"
   echo "$packages"
   exit 0
 fi
@@ -34,14 +34,14 @@ for package in $packages; do
   [ "$status" = installed ] || missing="$missing $package"
 done
 if [ -z "$missing" ]; then
-  echo "Packages: all installed."
+  echo "Packages: all are installed."
   exit 0
 fi
 
 as_root=
 if [ "$(id -u)" -ne 0 ]; then
   if ! command -v sudo >/dev/null 2>&1; then
-    echo "Packages are missing and this is neither root nor a system with sudo. As root, run:" >&2
+    echo "Packages are missing, and installing them needs root or sudo. As root, run:" >&2
     echo "  apt-get update && apt-get install --no-install-recommends$missing" >&2
     exit 1
   fi
@@ -53,5 +53,5 @@ $as_root apt-get update -q || {
   echo "install_packages.sh: apt-get update failed; check the network and /etc/apt/sources.list" >&2
   exit 1
 }
-# shellcheck disable=SC2086  # the list is meant to split
+# shellcheck disable=SC2086  # word splitting is intended
 $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing

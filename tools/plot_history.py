@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws how a training run converged, cost and PSNR over time: plot_history.py DIR/metrics.json PLOT.png"""
+"""Plots training loss and PSNR of a training run over time: plot_history.py DIR/metrics.json PLOT.png"""
 import os
 import sys
 
@@ -16,7 +16,7 @@ _COLORS = {"adam": "#3b6fb6", "lm": "#d1495b"}
 
 
 def draw(rows):
-    """A figure of two panels over the seconds: the cost (log scale), and PSNR on test and training views."""
+    """Two plots over seconds: the training loss (log scale), and PSNR on test and training views."""
     figure = Figure(figsize=(10, 4), layout="constrained")
     cost, psnr = figure.subplots(1, 2)
     for stage in history.STAGES:
@@ -42,7 +42,7 @@ def draw(rows):
 
 
 def save(figure, path):
-    """Writes the figure as PNG, whole or not at all."""
+    """Writes the figure as PNG atomically."""
     temporary = path + ".tmp"
     try:
         figure.savefig(temporary, format="png", dpi=120)

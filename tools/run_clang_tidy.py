@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs clang-tidy on the sources that changed since a base commit, newest changes first, within a time box.
+"""Runs clang-tidy on the sources that changed since a base commit, newest changes first, within a time limit.
 
   tools/run_clang_tidy.py BUILD_DIR [--base COMMIT] [--seconds N] [--jobs N]
 
-Without a base (or where it is the commit checked out) all sources are checked. BUILD_DIR is configured to compile each
-by itself. A changed header is checked through the source of its name, or the one that BUILD_DIR/tests/headers compiles
-for it. Files not reached in time are named as such and do not fail.
+Without a base, or if it is the current commit, all sources are checked. BUILD_DIR must be configured without unity build.
+A changed header is checked through the source that BUILD_DIR/tests/headers has for it, or else the source of the same
+name. Files not reached in time are counted in the summary and are not failures, unless no file was reached.
 """
 import argparse
 import concurrent.futures
@@ -26,8 +26,8 @@ def git(*args):
 
 
 def changed_since(base):
-    """Paths from ROOT of files that changed since they left `base` and are there still; None: there is no such base, or
-    it is the commit checked out."""
+    """Paths relative to ROOT of existing files that changed since the merge base with `base`; None if there is no such
+    base, or if it is the current commit."""
     merge_base = git("merge-base", "HEAD", base) if base else []
     if not merge_base or merge_base == git("rev-parse", "HEAD"):
         return None
@@ -35,7 +35,7 @@ def changed_since(base):
 
 
 def names_to_check(base):
-    """Paths from ROOT in the order of their last change, newest first, and what they are."""
+    """Returns paths relative to ROOT, and a description of them. All files are sorted by last change, newest first."""
     changed = changed_since(base)
     if changed is not None:
         return changed, f"files changed since {base}"
@@ -44,7 +44,7 @@ def names_to_check(base):
 
 
 def commands_by_file(build_dir):
-    """Path -> one compile command: files compiled once per instruction set are checked for the first."""
+    """Maps each path to one compile command. Files compiled once per instruction set are checked for the first one."""
     commands = {}
     for entry in json.loads((build_dir / "compile_commands.json").read_text()):
         commands.setdefault(pathlib.Path(entry["file"]), entry)
@@ -55,7 +55,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("build_dir", type=pathlib.Path)
     parser.add_argument("--base", help="commit or branch to compare with")
-    parser.add_argument("--seconds", type=float, default=420, help="time box")
+    parser.add_argument("--seconds", type=float, default=420, help="time limit")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     args = parser.parse_args()
     deadline = time.monotonic() + args.seconds
@@ -95,7 +95,7 @@ def main():
             elif done.returncode != 0:
                 faulty += 1
                 print(done.stdout, done.stderr, sep="\n", flush=True)
-    print(f"clang-tidy: {len(files) - cut} checked, {faulty} with findings, {cut} not reached within the time box")
+    print(f"clang-tidy: {len(files) - cut} checked, {faulty} with findings, {cut} not reached within the time limit")
     return 1 if faulty or (files and cut == len(files)) else 0
 
 

@@ -1,10 +1,12 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# From a film to a splat, as docs/guide/from_a_film.md has it, with a film that the demo's ray tracer makes: some minutes.
+# Runs the steps of docs/guide/from_a_film.md, from a film to a splat, on a film that the demo's ray tracer makes. Takes
+# some minutes.
 #   tools/tutorial.sh BUILD_DIR OUT_DIR [--quick] [--given_cameras]
-#     --quick          fewer iterations of training
-#     --given_cameras  without film and COLMAP: fewer and smaller pictures of the ray tracer, from where it took them
-# Needs colmap and, for the films, ffmpeg: Debian has packages of these names. OUT_DIR must not have another run's results.
+#     --quick          fewer training iterations
+#     --given_cameras  without film and COLMAP: fewer and smaller images, with the cameras of the ray tracer
+# Needs colmap and, for the films, ffmpeg (Debian packages colmap and ffmpeg). OUT_DIR must not contain results of another
+# run.
 set -eu
 
 usage() { echo "usage: tools/tutorial.sh BUILD_DIR OUT_DIR [--quick] [--given_cameras]" >&2; exit 2; }
@@ -14,7 +16,7 @@ fail() { echo "tutorial.sh: $*" >&2; exit 1; }
 build_dir=$1
 out_dir=$2
 shift 2
-# What the film is like: as from a phone, small; a lens that bends by some pixels at the corners.
+# The film: small images, and a lens like a phone's that distorts by some pixels at the corners.
 frames=48 width=320 height=240 lens=-0.12,0.02,0.001,-0.001
 train_flags= find_cameras=yes
 for flag in "$@"; do
@@ -30,30 +32,31 @@ for program in vesta vesta_demo_scene; do
 done
 has() { command -v "$1" >/dev/null 2>&1; }
 if [ -n "$find_cameras" ] && ! has colmap; then
-  fail "colmap is missing, which finds where each picture was taken; install Debian's package colmap"
+  fail "colmap, which finds the camera of each image, is missing; install Debian's package colmap"
 fi
 films=yes
-has ffmpeg || { films=; echo "No ffmpeg (Debian's package ffmpeg): the pictures are used as they are, and no film is made."; }
+has ffmpeg || { films=; echo "No ffmpeg (Debian's package ffmpeg): the images are used directly, and no film is made."; }
 
-# Of colmap's programs none may want a screen.
+# Let COLMAP run without a display.
 export QT_QPA_PLATFORM=offscreen
 
 started=$(date +%s)
 step() { printf '\n-- %s   (after %d s)\n' "$*" "$(($(date +%s) - started))"; }
-# Shows the command, and runs it. What a program that talks much says goes to a log, which is shown where it fails.
+# say_and COMMAND...: prints and runs a command. quietly LOG COMMAND...: the same, but writes the output to a log, whose end
+# is printed if the command fails.
 say_and() { echo "   $*"; "$@"; }
 quietly() {
   log=$1
   shift
   echo "   $*"
-  "$@" >"$log" 2>&1 || { tail -n 20 "$log" >&2; fail "$1 failed; all that it said is in $log"; }
+  "$@" >"$log" 2>&1 || { tail -n 20 "$log" >&2; fail "$1 failed; its output is in $log"; }
 }
 
 take=$out_dir/take scene=$out_dir/scene logs=$out_dir/logs result=$out_dir/result
 [ ! -e "$scene" ] || fail "$scene exists; give an OUT_DIR without results of another run"
 mkdir -p -- "$logs"
 
-step "Filming: $frames pictures of a walk round the demo's scene"
+step "Filming: $frames images along a walk around the demo's scene"
 say_and "$build_dir/vesta_demo_scene" "--out=$take" "--views=$frames" "--width=$width" "--height=$height" --walk "--lens=$lens"
 
 if [ -z "$find_cameras" ]; then
@@ -62,33 +65,33 @@ else
   mkdir -p -- "$scene/images" "$scene/sparse"
   if [ -n "$films" ]; then
     quietly "$logs/film.log" ffmpeg -y -framerate 10 -i "$take/images/view_%04d.png" -crf 12 -pix_fmt yuv420p "$out_dir/film.mp4"
-    step "Pictures out of the film"
+    step "Extracting images from the film"
     quietly "$logs/frames.log" ffmpeg -i "$out_dir/film.mp4" -vf fps=10 -qscale:v 2 "$scene/images/%04d.jpg"
   else
     cp -- "$take"/images/*.png "$scene/images/"
   fi
 
-  step "Where each was taken from: features"
+  step "COLMAP: extracting features"
   quietly "$logs/features.log" colmap feature_extractor --database_path "$scene/database.db" --image_path "$scene/images" \
     --ImageReader.single_camera 1 --ImageReader.camera_model OPENCV --SiftExtraction.use_gpu 0
-  step "Which features are the same"
+  step "COLMAP: matching features"
   quietly "$logs/matches.log" colmap exhaustive_matcher --database_path "$scene/database.db" --SiftMatching.use_gpu 0
-  step "Cameras and points"
+  step "COLMAP: finding cameras and points"
   quietly "$logs/mapper.log" colmap mapper --database_path "$scene/database.db" --image_path "$scene/images" \
     --output_path "$scene/sparse"
   [ -e "$scene/sparse/0/images.bin" ] || fail "COLMAP found no cameras; see $logs/mapper.log"
   say_and colmap model_analyzer --path "$scene/sparse/0"
 fi
 
-step "What is odd about the scene"
+step "Checking the scene"
 say_and "$build_dir/vesta" doctor "$scene"
 
 step "Training"
-# shellcheck disable=SC2086  # no flag, or one
+# shellcheck disable=SC2086  # zero or one flag
 say_and "$build_dir/vesta" train "$scene" "--out=$result" $train_flags
 
 if [ -n "$films" ]; then
-  step "A film of the splat"
+  step "Rendering a film of the splat"
   say_and "$build_dir/vesta" render "$result/point_cloud.ply" "$scene" "--out=$out_dir/orbit" --path=orbit --frames=60 \
     "--film=$out_dir/orbit.mp4"
 fi
@@ -96,7 +99,7 @@ fi
 step "Done"
 cat <<TEXT
 
-  how good it is, and where not     $result/report.html
+  report: quality and errors        $result/report.html
   splat, for any splat viewer       $result/point_cloud.ply
 TEXT
-[ -z "$films" ] || echo "  a film of it                      $out_dir/orbit.mp4"
+[ -z "$films" ] || echo "  film of the splat                 $out_dir/orbit.mp4"

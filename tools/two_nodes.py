@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a program by MPI on two nodes, which are network namespaces of this machine with a host name and a link of their own:
-what only shows between machines, without a second one. Needs root, iproute2 and Open MPI.
+"""Runs an MPI program on two simulated nodes, to test what happens between machines without a second machine. The nodes
+are network namespaces of this machine with their own host names, joined by a virtual link. Needs root, iproute2 and Open MPI.
 
   tools/two_nodes.py [--processes 2] [--gbit G] [--latency_ms L] [--mca NAME=VALUE ...] -- PROGRAM ...
 
-Processes are spread over both nodes in turn. With --gbit or --latency_ms packets between the nodes go through this script, which
-hands them on as late as a link of so many Gbit/s, with so many milliseconds from one end to the other, would; at most a few Gbit/s. Ends with
-the status of the program; 77 where this machine does not let it make nodes, with a line that says why.
+Processes alternate between the nodes. With --gbit or --latency_ms this script forwards the packets between the nodes and delays them
+like a link with this bandwidth and one-way latency; at most a few Gbit/s are possible. The exit status is that of the program, or 77
+with a one-line reason if this machine does not allow network namespaces.
 """
 import argparse
 import contextlib
@@ -26,11 +26,11 @@ import time
 from pathlib import Path
 
 CANNOT = 77
-# Of this run: others may have theirs at the same time.
+# Names unique to this run, because other runs may be active at the same time.
 NODES = (f"vesta-{os.getpid()}-a", f"vesta-{os.getpid()}-b")
 DEVICES = (f"v{os.getpid()}a", f"v{os.getpid()}b")
 ADDRESSES = ("10.77.0.1", "10.77.0.2")
-# Large packets, so that a script keeps up; TCP counts bytes anyway.
+# Large packets, so that the script is fast enough.
 MTU = 16000
 
 
@@ -39,7 +39,7 @@ def ip(*words):
 
 
 class Direction:
-    """Packets from one end to the other: each leaves when the one before has left, and arrives so much later."""
+    """One direction of the link: a packet is sent after the previous one, and arrives after the latency."""
 
     def __init__(self, source, target, bytes_a_second, latency):
         self._source, self._target = source, target
@@ -58,7 +58,7 @@ class Direction:
     def _read(self):
         try:
             return os.read(self._source, 1 << 16)
-        except OSError:  # the node is gone
+        except OSError:  # the node was deleted
             return b""
 
     def _deliver(self):
@@ -77,7 +77,7 @@ def open_tap(name):
 
 
 def join_nodes(gbit, latency_ms):
-    """A link between the nodes: a pair of virtual devices, or two ends whose packets this script carries."""
+    """Joins the nodes: by a pair of virtual devices, or by two taps between which this script forwards packets."""
     if gbit or latency_ms:
         ends = [open_tap(device) for device in DEVICES]
         for device, node in zip(DEVICES, NODES):
@@ -100,12 +100,12 @@ def leave_nodes():
 
 
 def on_node(node, *words):
-    """The command in a node, by its own host name: processes of other nodes are then no neighbours, and talk by the link."""
+    """The command line that runs `words` on a node with its own host name, so that MPI uses the link between the nodes."""
     return ["ip", "netns", "exec", node, "unshare", "--uts", "sh", "-c", f'hostname {node}; exec "$@"', "sh", *words]
 
 
 def write_agent(folder):
-    """What mpirun starts its other node by, in place of ssh: AGENT ADDRESS COMMAND..."""
+    """Writes the script that mpirun runs instead of ssh to start processes on the other node: AGENT ADDRESS COMMAND..."""
     agent = Path(folder) / "agent"
     enter = " ".join(on_node(NODES[1])[:6])
     agent.write_text(f'#!/bin/sh\nshift\nexec {enter} sh -c "hostname {NODES[1]}; $*"\n')
@@ -127,13 +127,13 @@ def run(processes, settings, program):
 
 
 def why_not():
-    """What of all that is needed is not there; "" where nothing is missing."""
+    """Returns the missing requirement, or "" if nothing is missing."""
     for tool in ("ip", "unshare", "mpirun"):
         if not shutil.which(tool):
             return f"{tool} is missing"
     if "Open MPI" not in subprocess.run(["mpirun", "--version"], capture_output=True, text=True, check=False).stdout:
-        return "mpirun is not Open MPI's"
-    return "" if os.geteuid() == 0 else "it needs root to make nodes"
+        return "mpirun is not from Open MPI"
+    return "" if os.geteuid() == 0 else "network namespaces need root"
 
 
 def main():
@@ -141,20 +141,20 @@ def main():
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--gbit", type=float, default=0.0)
     parser.add_argument("--latency_ms", type=float, default=0.0)
-    parser.add_argument("--mca", action="append", default=[], help="a parameter of Open MPI")
+    parser.add_argument("--mca", action="append", default=[], help="MCA parameter of Open MPI")
     parser.add_argument("program", nargs="+")
     args = parser.parse_args()
     if why := why_not():
         print(f"two_nodes.py: {why}; nothing was run", file=sys.stderr)
         return CANNOT
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that what was made is taken away
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the nodes are deleted
     try:
         for node in NODES:
             ip("netns", "add", node)
         join_nodes(args.gbit, args.latency_ms)
     except (subprocess.CalledProcessError, OSError) as error:
         why = (getattr(error, "stderr", None) or str(error)).strip()
-        print(f"two_nodes.py: this machine lets no nodes be made ({why}); nothing was run", file=sys.stderr)
+        print(f"two_nodes.py: cannot create network namespaces ({why}); nothing was run", file=sys.stderr)
         leave_nodes()
         return CANNOT
     try:

@@ -1,16 +1,17 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# A Slurm of two nodes on this machine, for as long as a command takes that submits to it:
+# Starts a Slurm cluster of two nodes on this machine, runs a command that submits jobs to it, and stops the cluster:
 #   tools/two_slurm_nodes.sh sbatch --wait job.sh
-# As root. Debian: slurm-wlm munge. Ends with 77 where it cannot be had. Nothing of /etc/slurm is read or written.
+# Needs root and, on Debian, the packages slurm-wlm and munge. The exit status is 77 if the cluster cannot be started.
+# /etc/slurm is neither read nor written.
 set -eu
 
-[ $# -gt 0 ] || { echo "usage: $0 COMMAND...   (which calls sbatch, srun or salloc)" >&2; exit 2; }
+[ $# -gt 0 ] || { echo "usage: $0 COMMAND...   (a command that calls sbatch, srun or salloc)" >&2; exit 2; }
 for program in slurmctld slurmd munged unshare; do
   PATH=$PATH:/usr/sbin:/sbin
-  command -v "$program" >/dev/null || { echo "$0: no $program here (Debian: slurm-wlm munge); nothing was run" >&2; exit 77; }
+  command -v "$program" >/dev/null || { echo "$0: $program is missing (Debian: slurm-wlm munge); nothing was run" >&2; exit 77; }
 done
-[ "$(id -u)" = 0 ] || { echo "$0: nodes are made by root alone; nothing was run" >&2; exit 77; }
+[ "$(id -u)" = 0 ] || { echo "$0: needs root; nothing was run" >&2; exit 77; }
 
 dir=$(mktemp -d)
 host=$(hostname)
@@ -33,7 +34,7 @@ head -c 1024 /dev/urandom > "$dir/munge.key"
 chmod 0600 "$dir/munge.key"
 munged --force --key-file="$dir/munge.key" --socket="$dir/munge/socket" --pid-file="$dir/munged.pid" \
   --log-file="$dir/munged.log" --seed-file="$dir/munge.seed"
-# A port a daemon, below those that the system gives to whoever asks for any.
+# One port per daemon, below the range of ephemeral ports.
 port() { awk -v p="$$" -v k="$1" 'BEGIN { print 10000 + (p * 7 + k) % 20000 }'; }
 cat > "$dir/slurm.conf" <<CONF
 ClusterName=here
@@ -62,10 +63,10 @@ CONF
 echo "PMIxCliTmpDirBase=$dir/pmix" > "$dir/mpi.conf"
 export SLURM_CONF="$dir/slurm.conf"
 slurmctld -c
-# PMIx keeps files of its own for each node, by the same names: each has another folder there.
+# PMIx uses the same file names on each node, so each node gets its own folder through a mount namespace.
 for node in node1 node2; do
   unshare --mount sh -c 'mount -t tmpfs none "$1" && exec slurmd -N "$2"' sh "$dir/pmix" "$node" || {
-    echo "$0: this machine lets no nodes be made; nothing was run" >&2
+    echo "$0: cannot start the nodes; nothing was run" >&2
     exit 77
   }
 done
@@ -74,7 +75,7 @@ until [ "$(sinfo --noheader --states=idle --format=%D 2>/dev/null)" = 2 ]; do
   tries=$((tries + 1))
   if [ $tries -gt 60 ]; then
     tail -n 3 "$dir"/*.log >&2
-    echo "$0: the nodes did not come up; nothing was run" >&2
+    echo "$0: the nodes did not become idle; nothing was run" >&2
     exit 77
   fi
   sleep 0.5

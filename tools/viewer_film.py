@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The moving picture of the README: the viewer's page in Chromium, which goes once round the demo's scene while that is
-trained. Needs Chromium, and ffmpeg with libwebp.
+"""Makes the animation of the README: the viewer in Chromium orbits the demo's scene once while it is trained. Needs
+Chromium, and ffmpeg with libwebp.
 
   tools/viewer_film.py BUILD OUT.webp [--frames N] [--iterations N] [--quality Q]
 
-BUILD is the folder of the programs. The page is dragged as a hand would, once round in N frames, of which each waits
-for the training to have come as far as it should be: early on, where most changes, for fewer iterations than later.
+BUILD is the folder of the programs. The script drags in the page to orbit the scene in N frames. Each frame waits for a
+given training iteration; the early frames, during which most changes, are fewer iterations apart than the later ones.
 """
 import argparse
 import pathlib
@@ -19,23 +19,23 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "apps" / "viewer"))
 from chromium import Browser, find_browser  # noqa: E402
 
-SIZE = (900, 660)  # of the page, pixels
+SIZE = (900, 660)  # size of the page in pixels
 FRAMES_A_SECOND = 8
 IS_STILL = "still && !isDrawing && drawn.frames > 0"
 
 
 def round_the_scene(page, frames, iterations, folder):
-    """Takes the pictures, as folder/NNN.jpg."""
+    """Saves the frames as folder/NNN.jpg."""
     page.front()
     page.wait(f"scene && {IS_STILL}", 120)
     height = page.get("canvas.clientHeight")
     middle = [page.get("canvas.clientWidth") / 2, height / 2]
-    step = 2 * height / frames  # a drag by the height is half a turn
+    step = 2 * height / frames  # a drag by the height rotates by 180 degrees
     for k in range(frames):
         iteration = int(0.9 * iterations * (k / frames) ** 2)
         page.wait(f"training.iteration >= {iteration}", 600)
         if page.get("training.status") == "over":
-            sys.exit(f"the training was over after {k} frames: give more --iterations")
+            sys.exit(f"the training ended after {k} frames: give more --iterations")
         before = page.get("drawn.frames")
         page.drag(middle, [middle[0] - step, middle[1]], 2)
         page.wait(f"drawn.frames > {before} && {IS_STILL}", 60)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The problems of More, Garbow and Hillstrom (bench/collections/more_garbow_hillstrom_models.h) as problems.
+// The problems of more_garbow_hillstrom_models.h with their type erased, as SmallProblem.
 #pragma once
 
 #include <span>
@@ -15,15 +15,15 @@ struct Formula {
   std::string name;
   SmallProblem problem;
   std::span<const double> start;
-  double sum_of_squares;               // twice our cost at the known minimum
-  std::span<const double> stationary;  // those of further minima that the paper lists
-  Box box;                             // empty: none
-  double bounded_sum_of_squares;       // at the known minimum within the box
+  double sum_of_squares;               // at the known minimum: twice vesta's cost
+  std::span<const double> stationary;  // sums of squares at further minima that the paper lists
+  Box box;                             // bounds; empty: none
+  double bounded_sum_of_squares;       // at the known minimum within the bounds
 
   bool bounded() const { return !box.lower.empty(); }
 };
 
-// All, in the order of ForEachProblem.
+// All problems, in the order of ForEachProblem.
 const std::vector<Formula>& Formulas();
 
 }  // namespace vesta::mgh

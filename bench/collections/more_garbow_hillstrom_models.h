@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The small test problems of More, Garbow and Hillstrom (Testing unconstrained optimization software, ACM TOMS 7(1),
-// 1981) that Ceres's examples/more_garbow_hillstrom.cc has: numbers 1 to 19 of the paper, from the paper's standard
-// starts, ten of them also with the bounds of Gay (A trust-region approach to linearly constrained optimization, 1984).
+// 1981) that Ceres's examples/more_garbow_hillstrom.cc contains: numbers 1 to 19, from the paper's standard starts.
+// Some also have the bounds of Gay (A trust-region approach to linearly constrained optimization, 1984).
 //
-// Each is a functor for ResidualBlocks, and through ToCeres for Ceres, with
-//   kName, kStart                                the standard start
-//   kSumOfSquares                                the known global minimum of sum r^2 (twice our cost)
-//   kLower, kUpper, kBoundedSumOfSquares         where it has bounds: the same within them
-//   kStationary                                  sums of squares of further minima that the paper lists, where it does
+// Each is a functor for ResidualBlocks and, through ToCeres, for Ceres, with these members:
+//   kName, kStart                           name and standard start
+//   kSumOfSquares                           the known global minimum of sum r^2 (twice vesta's cost)
+//   kLower, kUpper, kBoundedSumOfSquares    optional: bounds, and the minimum within them
+//   kStationary                             optional: sums of squares at further minima that the paper lists
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ struct RosenbrockValley : Rosenbrock {
   static constexpr double kSumOfSquares = 0;
 };
 
-// 2. The other minimum is where vesta, Ceres and most methods end from the standard start.
+// 2. Most methods, including vesta and Ceres, converge to the other minimum from the standard start.
 struct FreudensteinRoth {
   static constexpr const char* kName = "Freudenstein and Roth";
   static constexpr int kResiduals = 2, kParameters = 2;
@@ -107,7 +107,7 @@ struct JennrichSampson {
   }
 };
 
-// 7. The angle is a quarter turn either side of x1 > 0, and counts in turns; it jumps at x1 = 0.
+// 7. The angle is in turns, within a quarter turn of 0 for x1 > 0 and of 1/2 otherwise; it jumps at x1 = 0.
 struct HelicalValley {
   static constexpr const char* kName = "Helical valley";
   static constexpr int kResiduals = 3, kParameters = 3;
@@ -153,7 +153,7 @@ struct GaussianDensity {
   template <class T>
   void operator()(const T* x, T* r) const {
     using std::exp;
-    // The values are even in the time, which runs from 3.5 to -3.5.
+    // The times run from 3.5 to -3.5, and the values are symmetric in time.
     constexpr double kValues[] = {0.0009, 0.0044, 0.0175, 0.0540, 0.1295, 0.2420, 0.3521, 0.3989};
     for (int i = 0; i < 15; ++i) {
       const T offset = T(3.5 - 0.5 * i) - x[2];
@@ -162,7 +162,7 @@ struct GaussianDensity {
   }
 };
 
-// A problem that NIST took over: the same model on the same observations.
+// A problem that NIST adopted: the same model and the same observations.
 template <class Model, const nist::Problem& kData, int kObservations>
 struct NistRegression {
   static constexpr int kResiduals = kObservations, kParameters = Model::kParameters;
@@ -183,9 +183,8 @@ struct Meyer : NistRegression<nist::Mgh10Model, nist::kMGH10, 16> {
   static constexpr double kSumOfSquares = 87.9458;
 };
 
-// 11. The paper prints |y_i m i x2|, where "mi" stands for the minus sign of |y_i - x2|: only with the latter is 0 the
-// minimum that it gives, at (50, 25, 1.5). Ceres's example uses the printed form, and neither library reaches the
-// minimum of the paper with it.
+// 11. The paper prints |y_i m i x2|, a misprint of |y_i - x2|: only the latter has the minimum 0 at (50, 25, 1.5) that
+// the paper states. Ceres's example uses the printed form; neither library reaches the paper's minimum with it.
 template <bool kAsPrinted>
 struct Gulf {
   static constexpr int kResiduals = 100, kParameters = 3;
@@ -334,7 +333,8 @@ struct Osborne2 {
   }
 };
 
-// Calls visit.template operator()<F>(number) for each of the 19, number as in the paper, and 11 in both forms.
+// Calls visit.template operator()<F>(number) for each of the 19 problems, with the paper's number; for 11 in both
+// forms.
 template <class Visitor>
 void ForEachProblem(const Visitor& visit) {
   visit.template operator()<RosenbrockValley>(1);
@@ -359,8 +359,8 @@ void ForEachProblem(const Visitor& visit) {
   visit.template operator()<Osborne2>(19);
 }
 
-// Digits in which a sum of squares agrees with the known minimum (absolutely where that is 0), from 0 to 11. A problem
-// counts as solved with 4, as in Ceres's example.
+// Number of digits, from 0 to 11, in which a sum of squares agrees with the known minimum: relative error, or absolute
+// error if the minimum is 0. A problem counts as solved with 4 digits, as in Ceres's example.
 inline double Digits(double sum_of_squares, double known) {
   const double error = std::abs(sum_of_squares - known) / (known > 0 ? known : 1);
   return error < 1 ? std::min(11.0, -std::log10(error)) : 0.0;

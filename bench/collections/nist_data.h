@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The 27 nonlinear regression problems of NIST's Statistical Reference Datasets (itl.nist.gov/div898/strd, public
-// domain), with their certified solutions. Observations are in nist/, one file a problem; models in nist_models.h.
+// domain), with their certified solutions. The observations are in nist/, one file per problem; the models in
+// nist_models.h.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +23,7 @@ struct Problem {
   double residual_sum_of_squares;     // certified
 };
 
-// Digits in which every parameter agrees with the certified ones, at most the 11 that are given.
+// Number of digits in which all parameters agree with the certified ones; at most 11, as NIST lists no more.
 inline double Digits(std::span<const double> x, std::span<const double> certified) {
   double digits = 11;
   for (std::size_t k = 0; k < x.size(); ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The models of the NIST problems: Model::Predict(b, x) for any scalar.
+// The models of the NIST problems: Model::Predict(b, x), where b is of any scalar type.
 #pragma once
 
 #include <cmath>
@@ -80,7 +80,7 @@ struct ShiftedPower {
   }
 };
 
-// b1 + three cycles: one of 12 months, two of periods b4 and b7
+// b1 + three sinusoids: one with a period of 12 months, two with the periods b4 and b7
 struct Cycles {
   static constexpr int kParameters = 9;
   template <class T>
@@ -244,7 +244,7 @@ std::vector<Residual<Model>> Residuals(const Problem& problem) {
   return residuals;
 }
 
-// Calls visit.template operator()<Model>(problem) for each of the 27.
+// Calls visit.template operator()<Model>(problem) for each of the 27 problems.
 template <class Visitor>
 void ForEachProblem(const Visitor& visit) {
   visit.template operator()<Saturation>(kMisra1a);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem of a collection in the form that each engine takes, whatever the type of its functors: what solves it and
-// judges it is compiled once, and not once for each of fifty formulas.
+// A small problem with the type of its functors erased, for vesta and for Ceres. The code that solves and compares the
+// problems is thus compiled once instead of once for each of fifty formulas.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -18,9 +18,10 @@ namespace vesta {
 struct SmallProblem {
   using B = CpuBackend<double>;
   int num_parameters;
-  // loss: null for none.
+  // Makes the problem for vesta. loss may be null.
   std::function<std::unique_ptr<Problem<B>>(std::shared_ptr<const Loss> loss)> make;
-  // The residual blocks on x; loss: null for none, otherwise the ceres::Problem's from then on.
+  // Adds the residual blocks with parameters x to a Ceres problem. loss may be null; otherwise `problem` takes
+  // ownership.
   std::function<void(ceres::Problem& problem, ceres::LossFunction* loss, double* x)> add_to;
 };
 

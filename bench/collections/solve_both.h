@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same functors solved by vesta and by Ceres.
+// Solves the same small problem with vesta and with Ceres.
 #pragma once
 
 #include <memory>
@@ -18,19 +18,19 @@ struct BothResults {
   LmSummary summary;
   int iterations_ceres = 0;
 
-  // |c - c_Ceres| <= 1e-8 c_Ceres + 1e-14 c_start, or lower.
+  // True if vesta's cost is at most Ceres's, plus 1e-8 of it and 1e-14 of the starting cost.
   bool SameMinimum() const { return cost <= cost_ceres + 1e-8 * cost_ceres + 1e-14 * start_cost; }
 };
 
-// Options for small problems solved to the last digit: PCG runs until its residual is rounding.
+// Options to solve small problems to the last digit: PCG runs until its residual is a rounding error.
 LmOptions ExactOptions(int num_parameters);
 
-// One lower and one upper bound for each parameter; empty: none.
+// Lower and upper bounds of all parameters; empty: no bounds.
 struct Box {
   std::span<const double> lower, upper;
 };
 
-// loss and loss_ceres: the same loss for both, or null. A start outside the box is moved onto it.
+// loss and loss_ceres: the same loss for each engine, or null for both. A start outside the box is clamped to it.
 BothResults SolveBoth(const SmallProblem& problem, std::span<const double> start,
                       std::shared_ptr<const Loss> loss = nullptr, ceres::LossFunction* loss_ceres = nullptr,
                       const Box& box = {});

@@ -13,14 +13,14 @@
 namespace vesta::deconvolution {
 namespace {
 
-// The seed below 4000 whose three frames have the largest minimum of the symbol.
+// Of all seeds below 4000, the one whose three frames have the largest minimum of the symbol.
 constexpr std::uint64_t kSeed = 1803;
 
 Code RandomCode(Index frame, Index axis) {
   CounterRandom random(kSeed, static_cast<std::uint64_t>(frame), static_cast<std::uint64_t>(axis));
   Code code;
-  // A high power gives few openings that let much light through; of the powers tried this one has the flattest
-  // spectrum.
+  // A high power makes few openings transmit most of the light. This one has the flattest
+  // spectrum of the powers tried.
   for (double& tap : code) tap = 0.02 + 0.98 * std::pow(random.Uniform(), 4.0);
   const double sum = std::accumulate(code.begin(), code.end(), 0.0);
   for (double& tap : code) tap /= sum;

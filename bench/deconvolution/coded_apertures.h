@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Separable coded apertures: point spread functions of 25 x 25 pixels that are the product of a column and a row of
 // transmissions, as in mask-based cameras (Asif et al., FlatCam: thin, lensless cameras using coded aperture and
-// computation, 2017). Unlike a lens out of focus, a pseudo-random code keeps every spatial frequency; several codes
-// together keep all of them well.
+// computation, 2017). Unlike a defocused lens, a pseudo-random code preserves every spatial frequency, and several
+// codes together preserve all of them well.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 namespace vesta::deconvolution {
 
 inline constexpr int kTaps = 25;
-// Pixels by which a blurred image is wider and higher than what was blurred: all light is caught.
+// Pixels by which a blurred image is wider and higher than the sharp one, so that no light is lost.
 inline constexpr int kSpill = kTaps - 1;
 
 using Code = std::array<double, kTaps>;
@@ -23,13 +23,13 @@ struct Aperture {
   Code column, row;
 };
 
-// Codes chosen among random ones to suit three frames; any number of frames >= 1 is possible. Throws Error otherwise.
+// Random codes, with a seed that is optimal for three frames. Throws Error unless frames >= 1.
 std::vector<Aperture> CodedApertures(int frames);
 
-// Eigenvalues of sum_f A_f^T A_f lie within [least, greatest], A_f the blur by aperture f of images of any size: the
-// operator is a section of a convolution, whose symbol is sum_f |column_f(w1)|^2 |row_f(w2)|^2. Least is the smallest
-// value on a grid of 256 x 256 frequencies, ten for each ripple of the symbol: true to a few percent. Greatest is the
-// number of frames, exactly.
+// Range of the eigenvalues of sum_f A_f^T A_f, where A_f blurs images of any size by aperture f. The operator is a
+// section of a convolution with the symbol sum_f |column_f(w1)|^2 |row_f(w2)|^2. `least` is its minimum on a grid of
+// 256 x 256 frequencies, ten for each ripple of the symbol, and is accurate to a few percent. `greatest` is exactly the
+// number of frames.
 struct SymbolRange {
   double least, greatest;
 };

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The linear part: blurs of a square image by coded apertures, and their adjoints, without a matrix.
+// Matrix-free blur of a square image by coded apertures, and its adjoint.
 #pragma once
 
 #include <vector>
 
-#include "kernels/core/buffer.h"
 #include "bench/deconvolution/coded_apertures.h"
 #include "bench/deconvolution/separable_correlation.h"
+#include "kernels/core/buffer.h"
 
 namespace vesta::deconvolution {
 

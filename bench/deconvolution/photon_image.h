@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// An image recovered from photon counts behind coded apertures: a matrix-free problem whose Jacobian has 625 entries a
-// row, and at 2048 x 2048 pixels and three frames would take 88 GiB to store.
+// Recovers an image from photon counts behind coded apertures. The problem is matrix-free: its Jacobian has 625 entries
+// per row and would take 88 GiB for 2048 x 2048 pixels and three frames.
 //
-// The unknowns are x_k = log of the light of pixel k, so the image stays positive: s = exp(x). Frame f expects
-// y = A_f s counts and has seen b. The residual is the difference of Anscombe's transforms,
+// The unknowns are x_k = log of the light of pixel k, so the image s = exp(x) is positive. Frame f has the expected
+// counts y = A_f s and the measured counts b. The residual is the difference of Anscombe's transforms,
 //   r = 2 sqrt(y + 3/8) - 2 sqrt(b + 3/8),
-// of unit variance where the counts are Poisson's (Anscombe, The transformation of Poisson, binomial and
+// which has unit variance for Poisson counts (Anscombe, The transformation of Poisson, binomial and
 // negative-binomial data, 1948). Hence J_f = diag(1 / sqrt(y + 3/8)) A_f diag(s).
 #pragma once
 
@@ -19,17 +19,17 @@ namespace vesta::deconvolution {
 
 class PhotonImage final : public Problem<CpuBackend<double>> {
  public:
-  // counts: num_frames() frames of (side + kSpill)^2 values >= 0, one after the other. Throws Error on other sizes.
+  // counts: one frame per aperture, concatenated, each of (side + kSpill)^2 values >= 0. Throws Error for other sizes.
   PhotonImage(Index side, std::vector<Aperture> apertures, HostBuffer<double> counts);
 
   const CodedBlur& blur() const { return blur_; }
   Index num_residuals() const { return counts_.size(); }
-  // Entries of J that are not zero for structural reasons: every pixel lights kTaps^2 pixels of each frame.
+  // Structural nonzeros of J: every pixel lights kTaps^2 pixels of each frame.
   Index jacobian_entries() const { return blur_.num_frames() * blur_.image_size() * kTaps * kTaps; }
-  // Bytes of J in compressed rows: a double and a 32-bit column an entry, a 32-bit offset a row, as in Ceres.
+  // Bytes of J in compressed-row storage: a double and a 32-bit column per entry, a 32-bit offset per row, as in Ceres.
   double stored_jacobian_bytes() const;
 
-  // A start: x of the uniform image that emits as much light in all as was counted.
+  // Starting value for all x_k: a uniform image whose total light equals the total counts.
   double UniformStart() const;
 
   Index num_parameters() const override { return blur_.image_size(); }
@@ -44,15 +44,14 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
   HostBuffer<double> plane_;  // one frame
 };
 
-// Options that find the light of every pixel to 1e-6 of itself where the counts are free of noise: conjugate gradients,
-// so no Jacobian, and no stop by the change of the cost.
+// Options that recover the light of every pixel to a relative error of 1e-6 from noise-free counts: PCG, so that no
+// Jacobian is stored, and no function tolerance.
 LmOptions PhotonImageOptions();
 
-// Expected counts of an image of light s >= 0: the frames, one after the other.
+// Expected counts of an image of light s >= 0: the frames, concatenated.
 HostBuffer<double> Expose(Index side, const std::vector<Aperture>& apertures, HostSpan<const double> image);
 
-// A made-up scene of side x side pixels, light between 20 and 400 counts: a slope, discs, gratings of every direction
-// and points.
+// Synthetic image of side x side pixels with 20 to 400 counts each: a ramp, discs, gratings of all directions, points.
 HostBuffer<double> TestScene(Index side);
 
 }  // namespace vesta::deconvolution

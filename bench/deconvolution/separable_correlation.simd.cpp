@@ -11,16 +11,17 @@ using V = xsimd::batch<double>;
 
 constexpr Index kWidth = V::size;
 static_assert(kSpill % kWidth == 0 && kWidth <= kCorrelationSlack);
-// Rows worked on together, so that one load of a row serves several; columns worked on together, so that what lies
-// between the two passes stays in the first cache.
+// Rows processed together, so that several output rows use each loaded row; and columns processed together, so that the
+// intermediate values between the two passes fit into the L1 cache.
 constexpr int kRows = 4;
 constexpr Index kTile = 256;
-// Vectors side by side in the first pass, to hide the latency of a fused multiply-add.
+// Independent vectors in the first pass, to hide the latency of a fused multiply-add.
 constexpr int kBlock = 2;
 constexpr Index kScratch = kTile + kSpill + kBlock * kCorrelationSlack;
 
-// Down the columns: scratch(r, j) = sum_p column[p] in(row + r, first + j), j < count rounded up to whole vectors.
-// `padded` is the column's code with kRows - 1 zeros at either end.
+// First pass, along the columns, for kCount rows and kVectors vectors of columns:
+//   scratch(r, j) = sum_p column[p] in(row + r + p, column + j).
+// `padded` is the code of the column with kRows - 1 zeros at either end.
 template <int kCount, int kVectors>
 void DownColumns(const CorrelationArgs& args, const double* padded, Index row, Index column, double* scratch) {
   V sum[kCount][kVectors];
@@ -52,7 +53,7 @@ void Store(const CorrelationArgs& args, Index position, Index count, const V& va
   for (Index i = 0; i < count; ++i) out[i] = args.accumulate ? out[i] + lane[i] : lane[i];
 }
 
-// kCount rows from `row` on.
+// Both passes for kCount rows, starting at `row`.
 template <int kCount>
 void Rows(const CorrelationArgs& args, const double* padded, Index row) {
   double scratch[kCount * kScratch];

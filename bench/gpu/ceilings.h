@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limits of this GPU, measured.
+// Measures the limits of this GPU: memory bandwidth and floating-point rate.
 #pragma once
 
 #include <functional>
 
 namespace vesta::bench {
 
-// Bytes read and written a second by a large copy on the device.
+// Bytes read and written per second by a large copy within device memory.
 double CopyBytesPerSecond();
-// Floating-point operations a second of independent fused multiply-adds in registers, two each.
+// Floating-point operations per second of independent fused multiply-adds in registers; each counts as two.
 double FlopsPerSecond();
 
-// Median milliseconds of `repeats` calls by events of the device, after one that is not counted. body only launches.
+// Median milliseconds of `repeats` calls, measured with CUDA events, after one untimed call. body only launches
+// kernels.
 double DeviceMilliseconds(int repeats, const std::function<void()>& body);
 
 }  // namespace vesta::bench

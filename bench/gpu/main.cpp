@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPU at scale: whether it computes what the host does, an iteration of Adam and one of LM, and each pass beside
-// what the device can do at most.
+// Benchmark of the CUDA kernels on a large workload. Compares the results with the host, times whole iterations of Adam
+// and LM, and compares each pass with the limits of the device (roofline).
 //
 //   gpu_kernels [--gaussians 1000000] [--pixels 1000000] [--views 100] [--overlap 40] [--repeats 20] [--json FILE]
-//   gpu_kernels --probe yes       names the GPU and runs one small kernel on it
+//   gpu_kernels --probe yes       prints the name of the GPU and runs a small kernel on it
 //
-// The JSON is written after each part, so that it has what was done by the time the program is stopped. Exit status: 0,
-// or 1 where the device disagrees with the host or itself; without a GPU 0, or with VESTA_REQUIRE_CUDA=1 and for a
-// probe 3.
+// The JSON is written after each part, so that it is useful even if the program is stopped. Exit status: 1 if the
+// device disagrees with the host or between two runs, otherwise 0. Without a GPU it is 0, or 3 with
+// VESTA_REQUIRE_CUDA=1 or
+// --probe.
 //
-// bytes: each input read once, each output written once; flops: those of the formulas for pixels that a splat is part
-// of (docs/performance.md counts the instructions; two operations each). Neither counts what the kernels do besides.
+// bytes: each input read once and each output written once. flops: those of the formulas for all pixels that a splat
+// covers (docs/performance.md lists the instructions; each counts as two operations). Both ignore all other work.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -47,7 +48,8 @@ class GpuBench {
     std::fflush(stdout);
   }
 
-  // Each pass over the first view. What it allocates stays: after the whole steps, whose peak of memory is shown.
+  // Times each pass over the first view. It keeps its buffers, so it must run after WholeSteps, which measures peak
+  // memory.
   void Passes() {
     const Workload& workload = workload_;
     x_.CopyFrom(HostSpan<const float>(workload.model.data.data(), static_cast<Index>(workload.model.data.size())));
@@ -68,7 +70,8 @@ class GpuBench {
     Gpu().Fill(1e-3, dx);
     Gpu().Fill(1e-3, d_image);
     const auto model = Model();
-    // A splat and tile pair: the rank and the splat's 48 bytes; its tangent or sums 36, its Gram sums 144.
+    // Bytes per pair of splat and tile: 4 for the index and 48 for the splat; 36 for its tangent or its sums, 144 for
+    // its Gram sums.
     const double lists = 52 * pairs, image_bytes = 4 * values, parameters = 4 * attributes * n;
     Add("project, sort, bin", "projection", 0, parameters + 48 * n + 100 * splats + 60 * pairs, [&] { Build(); });
     forward_ =
@@ -107,7 +110,7 @@ class GpuBench {
     report_.AddTarget({"J^T u, of the nearer ceiling", share_["J^T u"], "%", 50, share_["J^T u"] >= 50});
   }
 
-  // What it computes beside the host. True where the two agree.
+  // Compares the results of device and host. Returns true if they agree.
   bool Comparison() {
     const HostComparison found = CompareWithHost(workload_);
     const auto add = [&](const char* name, double value, double goal) {
@@ -129,8 +132,8 @@ class GpuBench {
   }
 
  private:
-  // Products with the Jacobian kept in 8 bytes an entry. lists: bytes of the lists by tile, to which each pair adds its
-  // mask and where its entries are.
+  // Times products with the cached Jacobian, which has 8 bytes per entry. lists: bytes of the tile lists. The cache
+  // adds a mask and the offset of the entries for each pair.
   void CachedProducts(double lists, double visits, const float* image, const float* dx, float* d_image, float* g) {
     const auto pairs = static_cast<double>(view_.num_pairs());
     const double values = static_cast<double>(workload_.shape().NumValues()),
@@ -146,7 +149,7 @@ class GpuBench {
     Build();
   }
 
-  // Adam's step on all parameters, each alone, and with the geometry in blocks.
+  // Times Adam's step on all parameters, with a diagonal second moment and with a block one for the geometry.
   void AdamSteps(double n, DeviceBuffer<float>& gradient, DeviceBuffer<float>& x, DeviceBuffer<float>& first,
                  DeviceBuffer<float>& second) {
     const Index count = workload_.model.count;
@@ -165,7 +168,7 @@ class GpuBench {
     arrays.blocks.step = arrays.blocks.root_correction2 = 1;
     arrays.blocks.beta2 = gs::kAdamBeta2;
     gs::BlockBases<Device> bases;
-    // A step leaves its gradient zero, and one by zero has nothing to do: it is filled anew each time.
+    // A step clears the gradient, and a step with a zero gradient does nothing. So fill the gradient before each step.
     const auto step = [&] {
       Gpu().Fill(1, gradient);
       gs::AdamSteps<Device>::Run(arrays, bases);
@@ -183,7 +186,7 @@ class GpuBench {
   splat::Model<float> Model() const { return {x_.data(), workload_.model.layout(), workload_.model.sh_degree}; }
   void Build() { view_.Build(Model(), workload_.views.front(), background_, workspace_); }
 
-  // kernel: whose registers are shown.
+  // kernel: name of the kernel whose register count is reported.
   template <class Body>
   double Add(const std::string& pass, const std::string& kernel, double flops, double bytes, const Body& body) {
     const device::HostWork before = device::CountedHostWork();
@@ -218,7 +221,7 @@ class GpuBench {
                  {"GFLOP", flops / 1e9},
                  {"% of flops", of_flops},
                  {"registers", static_cast<double>(registers)}});
-    // Shown at once: the program may be stopped before its table.
+    // Print at once: the program may be stopped before it prints the table.
     fmt::print("{}: {:.3f} ms, {:.0f} launches, {:.0f} waits\n", pass, ms, launches, waits);
     std::fflush(stdout);
   }
@@ -235,7 +238,7 @@ class GpuBench {
   splat::VisitCounts visits_;
 };
 
-// Names the GPU once a kernel has run on it.
+// Runs a small kernel, then prints the name of the GPU.
 int Probe() {
   const DeviceInfo& device = QueryDevice();
   const DeviceBuffer<float> zeros(1000);

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Gathers what bench/gpu/run.sh needs of a CUDA build, with its shared libraries, for a machine without them:
-#   bench/gpu/pack.sh build/cuda FOLDER     then there: FOLDER/run.sh
-# The programs find the libraries beside them ($ORIGIN/../lib, cmake/Cuda.cmake), wherever the folder lies. The C library
-# and its loader are that machine's own.
+# Copies bench/gpu/run.sh, the programs it runs and their shared libraries into a folder for another machine:
+#   bench/gpu/pack.sh build/cuda FOLDER     then run on that machine: FOLDER/run.sh
+# The programs find the libraries relative to themselves ($ORIGIN/../lib, cmake/Cuda.cmake), so the folder can be moved.
+# The C library and the dynamic loader of the other machine are used.
 set -euo pipefail
 build=${1:?usage: pack.sh BUILD FOLDER} folder=${2:?usage: pack.sh BUILD FOLDER}
 mkdir -p "$folder"/{tests,bench,lib}

@@ -25,7 +25,7 @@ std::vector<gs::TargetView<Gpu>> TargetsOf(const Workload& workload) {
   return gs::TargetsIn<Gpu>(targets);
 }
 
-// What body(), which is called once, costs by itself; `parts` of it are counted.
+// Cost of one call of body(), divided by `parts`.
 template <class Body>
 StepCost CostOf(int parts, const Body& body) {
   device::Synchronize();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole iterations of the trainer on the GPU, as a user waits for them.
+// Measures whole iterations of the trainer on the GPU.
 #pragma once
 
 #include "bench/kernel_times/workload.h"
@@ -7,16 +7,17 @@
 namespace vesta::bench {
 
 struct StepCost {
-  double seconds = 0;              // of the clock, to the end of all work
-  double launches = 0, waits = 0;  // of the host
-  double peak_gib = 0;             // memory of the device
+  double seconds = 0;              // wall-clock time until all device work has ended
+  double launches = 0, waits = 0;  // kernel launches, and waits of the host for the device
+  double peak_gib = 0;             // peak device memory
 };
 
-// One iteration of the Adam stage without its records: the gradient of one view with what density control observes, and
-// the step in blocks. The mean of `repeats`, after three that are not counted; view after view.
+// One iteration of the Adam stage without its history: the gradient of one view, the statistics for densification, and
+// the step with block second moments. Returns the mean of `repeats` iterations over successive views, after three
+// untimed ones.
 StepCost AdamIterationCost(const Workload& workload, int repeats);
 
-// One iteration of LM with 8 products, all views.
+// One LM iteration on all views with 8 PCG iterations.
 StepCost LmIterationCost(const Workload& workload);
 
 }  // namespace vesta::bench

@@ -4,7 +4,8 @@
 namespace vesta::bench {
 inline namespace VESTA_ISA {
 
-// count times twelve independent sums: enough to hide the latency. Gives something that depends on all of them.
+// Runs `count` multiply-adds in each of twelve independent chains, enough to hide the latency. Returns a value that
+// depends on all of them, so that the compiler keeps them.
 float MultiplyAdds(long count) {
   constexpr int kSums = 12;
   FloatLanes sum[kSums];

@@ -27,7 +27,7 @@ Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
     workload.photographs.push_back(view.image.rgb);
     if (workload.views.back().width != workload.shape().width ||
         workload.views.back().height != workload.shape().height) {
-      Fail(kBadArgument, "{}: its images differ in size; this benchmark wants one size", scene_path);
+      Fail(kBadArgument, "{}: its images differ in size; this benchmark needs images of one size", scene_path);
     }
   }
   return workload;

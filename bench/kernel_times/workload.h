@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernels are timed on: a model, views of it, and the photographs they are compared with.
+// Workloads of the kernel benchmarks: a model, views of it, and photographs.
 #pragma once
 
 #include <string>
@@ -15,18 +15,19 @@ namespace vesta::bench {
 struct Workload {
   std::string name;
   gs::SplatModel model;
-  double extent = 1;  // of the scene
+  double extent = 1;  // scene extent
   std::vector<splat::PosedCamera> views;
-  std::vector<std::vector<float>> photographs;  // of each view, planar
+  std::vector<std::vector<float>> photographs;  // one per view, planar RGB
 
   ImageShape shape() const { return {views.front().width, views.front().height}; }
 };
 
-// A scene on disk and a model of it.
+// Reads a scene and a model of it from disk. All images must have the same size.
 Workload RealWorkload(const std::string& scene, const std::string& ply);
 
-// Round Gaussians of one size before one camera, all in the image and of opacity 0.5, such that `overlap` of them count
-// at a pixel if none is hidden; 4:3 images of noise. SH degree 3. The camera moves a little from view to view.
+// Synthetic workload: isotropic Gaussians of equal image size and opacity 0.5, all inside the image. Their size makes
+// `overlap` of them cover each pixel if occlusion is ignored. SH degree 3; 4:3 images of noise; the camera moves
+// slightly from view to view.
 Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views = 1);
 
 }  // namespace vesta::bench

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one process of several takes for the products and steps of a distributed problem, and what it hears from others.
+// Measures the products and LM steps of a distributed problem in an MPI process, and the data it receives from others.
 //
 //   mpirun -n P scaling bal [--cameras 200] [--points 100000] [--track 8] [--threads 1] [--repeats 5] [--parts 64]
 //                           [--plain yes] [--json FILE]
 //   mpirun -n P scaling splats SCENE SPLAT.ply [--downscale 1] [--views N] [--threads 1] ...
 //
-// bal: a generated bundle adjustment. splats: LM's problem of a scene's training views, all or the first N, at a splat.
-// --plain: the problem as one process solves it, without parts. One row, by the first process: milliseconds, medians;
-// exchanges and MiB that it receives in one product, counted (and how many of them are gathered) and foreseen; the peak
-// of its memory. bench/scaling.py runs it for several P.
+// bal: a generated bundle adjustment. splats: the LM problem of a splat on all training views of a scene, or the first
+// N.
+// --plain: the single-process problem without parts. Rank 0 reports one row: medians in milliseconds; the number of
+// exchanges and the MiB it receives in one product, measured (in total and all-gathered) and predicted; its peak
+// memory. bench/scaling.py runs this program for several P.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +41,7 @@ namespace {
 
 constexpr double kMib = 1 << 20;
 
-// What a process receives in a call of body.
+// Data that a process receives in one call of body.
 struct Heard {
   double exchanges = 0, mib = 0, gathered_mib = 0;
 };
@@ -53,7 +54,7 @@ Heard HeardIn(const Communicator& ranks, const Body& body) {
           static_cast<double>(ranks.traffic().gathered - before.gathered) / kMib};
 }
 
-// Of one problem at x. distributed: null for one that has no parts.
+// Measures one problem at x. distributed: the same problem, or null if it has no parts.
 template <Backend B>
 Row Measure(Communicator& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstVectorView x,
             const LmOptions& lm, int repeats) {
@@ -136,7 +137,7 @@ Row MeasureBundle(Communicator& ranks, const Arguments& arguments) {
 }
 
 Row MeasureSplats(Communicator& ranks, const Arguments& arguments) {
-  if (arguments.positional.size() != 3) Fail(kBadArgument, "the form is `scaling splats SCENE SPLAT.ply`");
+  if (arguments.positional.size() != 3) Fail(kBadArgument, "usage: scaling splats SCENE SPLAT.ply");
   gs::LoadSceneOptions loading;
   loading.downscale = Whole(arguments, "downscale", "1");
   const gs::SplatModel model = gs::ReadSplatPly(arguments.positional[2]);
@@ -167,7 +168,7 @@ int Main(int argc, char** argv) {
   SetNumThreads(Whole(arguments, "threads", "1"));
   const std::unique_ptr<Communicator> ranks = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
   const std::string what = arguments.positional.empty() ? "" : arguments.positional[0];
-  if (what != "bal" && what != "splats") Fail(kBadArgument, "`scaling bal` or `scaling splats SCENE SPLAT.ply`");
+  if (what != "bal" && what != "splats") Fail(kBadArgument, "usage: scaling bal, or scaling splats SCENE SPLAT.ply");
   try {
     Report report("scaling");
     report.Add(what == "bal" ? MeasureBundle(*ranks, arguments) : MeasureSplats(*ranks, arguments));

@@ -24,7 +24,7 @@ void Fill(BundleData& data, ceres::Problem& problem) {
   }
 }
 
-// Points first, as its documentation advises.
+// Eliminates the points first, as Ceres's documentation advises.
 ceres::ParameterBlockOrdering* Ordering(BundleData& data) {
   auto* ordering = new ceres::ParameterBlockOrdering;
   double* const cameras = data.x.data();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calibration of one camera by views of a flat target: few parameters, of which each residual has a twelfth.
+// Calibration of one camera from views of a flat target: few parameters, and each residual depends on twelve of them.
 #include <ceres/rotation.h>
 
 #include <array>
@@ -12,9 +12,9 @@ namespace vesta::bench {
 namespace {
 
 constexpr int kIntrinsics = 6;  // focal lengths, principal point, two radial coefficients
-constexpr int kColumns = 9;     // of corners
+constexpr int kColumns = 9;     // columns of corners on the target
 
-// A corner of the target, seen at (u, v).
+// A corner (x, y) of the target, observed at pixel (u, v).
 struct Corner {
   double x, y, u, v;
 
@@ -36,8 +36,7 @@ struct Calibration {
   std::array<double, kIntrinsics> intrinsics;
   std::vector<std::array<double, 6>> poses;
   std::vector<std::vector<Corner>> corners;  // by view
-
-  // Measured to a fifth of a pixel, begun from a guess. No random numbers: sines do.
+  // Observations have errors of up to 0.2 pixels, and the start is a guess. Sines replace random numbers.
   Calibration(int views, int corners_each) : intrinsics{800, 800, 320, 240, 0, 0}, corners(Size(views)) {
     const std::array<double, kIntrinsics> truth{870, 860, 331, 236, -0.21, 0.08};
     for (int i = 0; i < views; ++i) {
@@ -66,7 +65,7 @@ struct Calibration {
       }
     }
   }
-  // Views first, as its documentation advises.
+  // Eliminates the views first, as Ceres's documentation advises.
   ceres::ParameterBlockOrdering* Ordering() {
     auto* ordering = new ceres::ParameterBlockOrdering;
     for (auto& pose : poses) ordering->AddElementToGroup(pose.data(), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose graphs in Ceres: residuals written independently, by Eigen's rotations.
+// Pose graphs in Ceres, with an independent implementation of the residuals that uses Eigen's rotations.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -11,7 +11,7 @@
 
 namespace vesta::bench {
 
-// The square root of an information matrix, as PoseGraphModel::whitening has it.
+// Square root of an information matrix, in the form that PoseGraphModel::whitening uses.
 template <int D>
 Eigen::Matrix<double, D, D> RootInformation(const double* upper, pose_graph::Whitening whitening) {
   Eigen::Matrix<double, D, D> information;
@@ -58,7 +58,7 @@ struct CeresEdge3 {
   }
 };
 
-// Adds the graph to `problem`, the first pose held; poses (PoseSize for each) are its parameter blocks.
+// Adds the graph to `problem` with the first pose constant. The parameter blocks are in `poses`, PoseSize values each.
 template <class Edge>
 void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whitening whitening, ceres::LossFunction* loss,
                          std::vector<double>& poses, ceres::Problem& problem) {
@@ -83,7 +83,7 @@ void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whiteni
   }
 }
 
-// The same of whichever kind the graph is.
+// The same for a graph of either kind, 2D or 3D.
 inline void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whitening whitening,
                                 ceres::LossFunction* loss, std::vector<double>& poses, ceres::Problem& problem) {
   if (graph.space == pose_graph::PoseSpace::kSe2) {
@@ -93,7 +93,8 @@ inline void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::
   }
 }
 
-// The final cost of Ceres, from the graph's poses; poses becomes its answer.
+// Solves the graph with Ceres, starting at the graph's poses. Returns the final cost and writes the solution to
+// `poses`.
 inline double CeresPoseGraphCost(const pose_graph::PoseGraph& graph, ceres::LossFunction* loss,
                                  std::vector<double>* poses) {
   *poses = graph.poses;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contenders on a problem: vesta natively, vesta through the bridge, and Ceres's solvers.
+// The solvers compared on a problem: vesta on a native problem, vesta through the Ceres bridge, and Ceres.
 #pragma once
 
 #include <functional>
@@ -18,19 +18,19 @@ struct RaceOptions {
   double seconds = 60;  // limit of one solve
 };
 
-// vesta on a bundle adjustment, as a problem of its own and through the bridge. data is called in the child process.
+// vesta on a bundle adjustment, as a native problem and through the bridge. `data` is called in the child process.
 Contender NativeBundle(const std::string& name, const std::function<bundle::BundleData()>& data,
                        const bundle::BundleProblemOptions& problem, const LmOptions& lm, const RaceOptions& race);
 Contender BridgedBundle(const std::string& name, const std::function<bundle::BundleData()>& data, const LmOptions& lm,
                         const RaceOptions& race);
-// The same on a pose graph.
+// The same for a pose graph.
 Contender NativePoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                           const RaceOptions& race);
 Contender BridgedPoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                            const RaceOptions& race);
 
 std::vector<Contender> BundleContenders(const std::function<bundle::BundleData()>& data, const RaceOptions& options);
-// views of a flat target with so many corners each.
+// Camera calibration from `views` images of a flat target with `corners` corners.
 std::vector<Contender> CalibrationContenders(int views, int corners, const RaceOptions& options);
 std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two engines behind one call: solve, and record the moments.
+// Runs vesta or Ceres with the same limits, and records the time and cost of each iteration.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -24,14 +24,14 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// The limits of both engines: they stop when nothing changes in seven digits, or when the time is up.
+// Limits of both engines. They stop when the relative change of the cost is below 1e-9, or after the time limit.
 inline constexpr double kFunctionTolerance = 1e-9;
 inline constexpr int kMaxIterations = 500;
 
-// Records the moment after each iteration of LM.
+// Records a Moment after each LM iteration.
 class Recorder {
  public:
-  // cost: of the newest trial, which need not be the best.
+  // cost: value at the last trial step, possibly higher than the best so far.
   Moment& Add(double cost) {
     const Moment last = moments_.empty() ? Moment{0, cost, 0} : moments_.back();
     moments_.push_back({clock_.Seconds(), std::min(last.cost, cost), last.inner});
@@ -59,7 +59,8 @@ inline LmOptions Limited(LmOptions options, const RaceOptions& race) {
   return options;
 }
 
-// vesta on a problem of its own, in double, its making timed. make: the problem; start: of a problem, its x.
+// Solves a native problem with vesta in double. The time includes `make`, which builds the problem; `start` returns the
+// starting parameters of a problem.
 template <class Make, class Start>
 std::vector<Moment> SolveNatively(const Make& make, const Start& start, const LmOptions& options,
                                   const RaceOptions& race) {
@@ -73,7 +74,7 @@ std::vector<Moment> SolveNatively(const Make& make, const Start& start, const Lm
   return recorder.Take();
 }
 
-// vesta through the bridge, the bridging timed.
+// Solves a Ceres problem with vesta through the bridge. The time includes the conversion.
 inline std::vector<Moment> SolveByBridge(LmOptions options, ceres::Problem& problem, const RaceOptions& race) {
   SetNumThreads(race.threads);
   Recorder recorder;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta beside Ceres on bundle adjustments and pose graphs: how long each solver takes to come within 0.1 % of the best
-// cost any of them finds. Each solve runs in a process of its own; the solvers of one problem take turns.
+// Compares vesta with Ceres on bundle adjustments and pose graphs: the time until each solver is within 0.1 % of the
+// best cost that any of them finds. Each solve runs in its own process; the solvers of a problem take turns.
 //
 //   solver_vs_ceres [--data DIR_OF_BAL_FILES] [--pose_graphs DIR] [--generated CAMERASxPOINTSxTRACK,...]
 //                   [--calibration VIEWSxCORNERS,...]
@@ -8,9 +8,10 @@
 //                   [--json FILE] [--curves FILE]
 //                   [--times N]
 //
-// Of N solves in a process (1) the last is timed. A small problem's first solve waits for pages and symbols.
-// --curves writes problem, threads, solver, seconds, cost, inner iterations of each moment as CSV, for
-// bench/solver_race/plot.py.
+// --times: a process solves N times (default 1) and the last solve is timed. For a small problem the first solve is
+// slowed down by page faults and symbol lookup.
+// --curves writes CSV for bench/solver_race/plot.py: problem, threads, solver, seconds, cost and inner iterations of
+// each moment.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +42,7 @@ bundle::GenerateOptions Generated(const std::string& text) {
   return options;
 }
 
-// The least of the times of the solvers whose name passes.
+// The shortest time to this cost among the solvers whose name passes.
 template <class Passes>
 double Fastest(const std::vector<Outcome>& outcomes, double cost, const Passes& passes) {
   double best = std::numeric_limits<double>::infinity();
@@ -51,7 +52,7 @@ double Fastest(const std::vector<Outcome>& outcomes, double cost, const Passes& 
   return best;
 }
 
-// What races differ in when they are judged.
+// Kinds of problems, which have different targets.
 enum class Sort { kBundle, kPoses, kCalibration };
 
 void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, double limit, Report& report,
@@ -85,7 +86,7 @@ void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, dou
     };
     if (!races(theirs) || !races(mine)) return;
     const double their_time = Fastest(outcomes, goal, theirs), my_time = Fastest(outcomes, goal, mine);
-    // A solver that did not get there took at least the whole time. If neither did, the ratio is unknown.
+    // A solver that did not reach the goal counts with the time limit. If neither reached it, the ratio is unknown.
     if (std::isinf(my_time) && std::isinf(their_time)) return;
     const double ratio = std::min(their_time, limit) / std::min(my_time, limit);
     report.AddTarget(

@@ -23,7 +23,8 @@ std::unique_ptr<Problem<CpuBackend<Scalar>>> Make(const nist::Regression& regres
   }
 }
 
-// Solves in the scalar; the costs that are recorded are those in double, for one in float may lie under the minimum.
+// Solves with this scalar type. The recorded costs are recomputed in double, because a float cost may round to a value
+// below the minimum.
 template <class Scalar>
 std::vector<Moment> SolveAndJudge(const nist::Regression& regression, std::span<const double> from, const LmOptions& lm,
                                   const RaceOptions& race) {
@@ -36,7 +37,7 @@ std::vector<Moment> SolveAndJudge(const nist::Regression& regression, std::span<
   std::transform(from.begin(), from.end(), x.begin(), [](double value) { return static_cast<Scalar>(value); });
   LmStepper<B> stepper(Limited(lm, race), backend, *problem, x.view());
   std::vector<Moment> moments{{0, 0, 0}};
-  std::vector<double> met(from.begin(), from.end());  // x at each moment, one after another
+  std::vector<double> met(from.begin(), from.end());  // x at each moment, concatenated
   const auto record = [&] {
     moments.push_back({clock.Seconds(), 0, moments.back().inner + stepper.summary().iterations.back().pcg_iterations});
     met.insert(met.end(), stepper.x().begin(), stepper.x().end());
@@ -71,7 +72,7 @@ Contender Bridged(const std::string& name, const nist::Regression& regression, s
 
 std::vector<Choice> Choices(const nist::Regression& regression, std::span<const double> from, const RaceOptions& race) {
   using Kind = LinearSolverKind;
-  // What suits parameters of very different sizes (bench/collections/solve_both.h).
+  // Column scaling for parameters of very different sizes (bench/collections/solve_both.h).
   LmOptions lm;
   lm.column_scaling = ColumnScaling::kOnePlusInverse;
   const std::vector<InnerSolver> solvers{{"dense QR", Kind::kDenseQr, PreconditionerKind::kAuto, false},

@@ -70,7 +70,7 @@ std::vector<ProblemFile> FilesOf(const std::string& folder, const std::string& e
     if (entry.path().extension() != extension) continue;
     files.push_back({entry.path().string(), entry.path().stem().string()});
   }
-  if (files.empty()) Fail(kNotFound, "{}: holds no *{} file", folder, extension);
+  if (files.empty()) Fail(kNotFound, "{}: contains no *{} file", folder, extension);
   std::erase_if(files, [&](const ProblemFile& file) { return file.name.find(part) == std::string::npos; });
   std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
   return files;

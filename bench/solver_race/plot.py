@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Cost over time of every solver, one panel a problem, from the CSV that solver_vs_ceres --curves wrote.
+"""Plots the cost of every solver over time, one panel per problem, from the CSV of solver_vs_ceres --curves.
 
   bench/solver_race/plot.py CURVES.csv OUT.png [--threads N]
 """
@@ -37,7 +37,7 @@ def main():
         best = min(cost for moments in solvers.values() for _, cost in moments)
         for solver, moments in solvers.items():
             color = colors.setdefault(solver, f"C{len(colors) % 10}")
-            # First moment at time 0 has no place on a logarithmic axis.
+            # The first moment is at time 0, which a logarithmic axis cannot show.
             points = [(max(t, 1e-4), max(c / best - 1, 1e-9)) for t, c in moments]
             axis.plot(*zip(*points), label=solver, color=color, lw=2 if solver.startswith("vesta") else 1,
                       ls="-" if solver.startswith("vesta") else "--")

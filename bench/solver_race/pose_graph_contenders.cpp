@@ -8,10 +8,10 @@
 namespace vesta::bench {
 
 namespace {
-// As in Ceres's own pose-graph example, so that costs are the published ones for these graphs.
+// The same as in Ceres's pose-graph example, so that costs are comparable with published ones.
 constexpr pose_graph::Whitening kWhitening = pose_graph::Whitening::kLower;
 
-// solve: of the graph as a problem of Ceres's, built and ready.
+// solve: solves the graph as a ceres::Problem. The time excludes building that problem.
 template <class Solve>
 Contender WithCeres(const std::string& name, const std::string& path, const Solve& solve) {
   return {name, [=] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One solve in a process of its own: how its cost fell with time, and how much memory it took.
+// Runs one solver in its own process and records its cost over time and its peak memory.
 #pragma once
 
 #include <functional>
@@ -9,32 +9,32 @@
 namespace vesta::bench {
 
 struct Moment {
-  double seconds = 0;  // since the solver was called, its own preparation included
-  double cost = 0;     // the best so far
-  double inner = 0;    // iterations of the linear solver so far; -1: it has none or does not tell
+  double seconds = 0;  // since the solver was called, including its own preparation
+  double cost = 0;     // lowest so far
+  double inner = 0;    // iterations of the linear solver so far; -1: none, or unknown
 };
 
 struct Run {
   std::vector<Moment> moments;
-  double peak_mib = 0;  // of the whole process, the problem's data included
+  double peak_mib = 0;  // of the whole process, including the data of the problem
   bool failed = false;
 
   double FinalCost() const { return moments.empty() ? 0 : moments.back().cost; }
-  // The first moment at which the cost was at or below `cost`; null if there is none.
+  // First moment with a cost of at most `cost`, or null.
   const Moment* FirstWithin(double cost) const;
-  // Its seconds; infinity if never.
+  // Seconds of that moment, or infinity.
   double SecondsTo(double cost) const;
 };
 
-// A solver on a problem: prepares (not timed), then solves, reporting each iteration's moment.
+// A solver applied to a problem.
 struct Contender {
   std::string name;
-  // A whole run: builds the problem, starts the clock, solves.
+  // One whole run: reads or generates the data, starts the clock and solves. Returns a moment per iteration.
   std::function<std::vector<Moment>()> run;
 };
 
-// Runs it in a child process, the last of so many times: what only the first solve of a process pays is left out beyond
-// one. The parent must not have started threads before.
+// Runs the contender `times` times in a child process and returns the last run. With times > 1 the result excludes
+// costs that only the first solve of a process has. The parent must not have started threads before.
 Run RunAlone(const Contender& contender, int times = 1);
 
 }  // namespace vesta::bench

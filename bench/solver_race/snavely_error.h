@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reprojection error as Ceres's own functions have it: the oracle for the camera of projection.h.
+// The reprojection error of a BAL camera with Ceres's own functions: the reference for projection.h.
 #pragma once
 
 #include <ceres/rotation.h>

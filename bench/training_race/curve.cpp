@@ -13,13 +13,13 @@ namespace vesta::bench {
 Curve MedianCurve(const std::vector<Curve>& repeats) {
   VESTA_CHECK(!repeats.empty(), "no repeats");
   Curve median = repeats.front();
-  // A time limit ends repeats at different rows.
+  // With a time limit, repeats may end at different rows.
   for (const Curve& repeat : repeats) median.resize(std::min(median.size(), repeat.size()));
   std::vector<double> seconds(repeats.size());
   for (std::size_t i = 0; i < median.size(); ++i) {
     for (std::size_t r = 0; r < repeats.size(); ++r) {
       const gs::HistoryRow& row = repeats[r][i];
-      // The row at the limit is of a different iteration in each repeat.
+      // The row at the time limit has a different iteration in each repeat.
       if (row.iteration != median[i].iteration && i + 1 == median.size()) {
         median.resize(i);
         return median;

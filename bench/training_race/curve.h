@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a training went: its evaluations, in the order of time.
+// Training curve: the evaluations of a training in order of time.
 #pragma once
 
 #include <ostream>
@@ -12,17 +12,18 @@ namespace vesta::bench {
 
 using Curve = std::vector<gs::HistoryRow>;
 
-// Repeats of one training, which differ in nothing but time: the rows that all of them have, each after the median of
-// its seconds (of an even number the later one). Throws Error where repeats differ in more, or there is none.
+// Combines repeats of one training, which must be identical except for the times. Returns the rows that all repeats
+// have, with the median of the seconds (for an even number of repeats the upper median). Throws Error without repeats,
+// or if they differ in stage, iteration or cost.
 Curve MedianCurve(const std::vector<Curve>& repeats);
 
-// Seconds at the first row whose cost is at or below `cost`; infinity if there is none.
+// Seconds of the first row with a cost of at most `cost`, or infinity.
 double SecondsToCost(const Curve& curve, double cost);
 
 double LowestCost(const Curve& curve);
 
-// "scene,method,stage,iteration,seconds,cost,train_psnr,train_ssim,test_psnr,test_ssim,gaussians" and rows of it, for
-// bench/training_race/plot.py.
+// Write CSV for bench/training_race/plot.py with the columns
+// scene,method,stage,iteration,seconds,cost,train_psnr,train_ssim,test_psnr,test_ssim,gaussians.
 void WriteCsvHeader(std::ostream& out);
 void WriteCsv(const std::string& scene, const std::string& method, const Curve& curve, std::ostream& out);
 

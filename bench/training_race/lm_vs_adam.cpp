@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt against Adam on one scene, from one start: how long each takes to Adam's best test quality.
+// Compares Levenberg-Marquardt with Adam on one scene from the same start: the time to reach Adam's best test quality.
 //
 //   lm_vs_adam SCENE [--methods ours,paper,adam] [--lengths N,...] [--rate_factors X,...]
 //              [--repeats N] [--evaluations N] [--json FILE] [--curves FILE]
 //              [-- flags of vesta train]
 //
-// Each training runs in a process of its own, on --threads of the flags after "--", which are those of `ours`; the
-// others share its start (methods.h). Repeats alternate between the methods, so that the noise of the machine affects
-// all alike. Runs of one method differ in their seconds only, of which the medians count. After the first round a
-// schedule of Adam that took twice as long to the target as the fastest, or does not reach it, is left out. Seconds are
-// those of training: loading and evaluation are left out. --evaluations: rows of each Adam stage, evenly spaced; an LM
-// stage has one an iteration. --curves writes all of them as CSV for bench/training_race/plot.py; its method "target"
-// is the quality to reach. The flag --time_limit of `vesta train` holds for each method.
+// The flags after "--" set the options of the method `ours` and the number of threads; the other methods share its
+// start (methods.h). Each training runs in its own process. Repeats alternate between the methods, so that noise of the
+// machine affects all equally. Runs of one method differ only in their times; the median is used. After the
+// first round an Adam schedule is dropped if it does not reach the target, or takes at least twice as long as the
+// fastest. Seconds exclude loading and evaluation. --evaluations: number of evenly spaced rows in each Adam stage; an
+// LM stage has one row per iteration. --curves writes all rows as CSV for bench/training_race/plot.py, in which the
+// method "target" is the quality to reach. The flag --time_limit of `vesta train` applies to each method.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,18 +29,19 @@
 namespace vesta::bench {
 namespace {
 
-constexpr double kGoalAgainstAdam = 1.0;           // of Adam's time to its best quality; 0.7 on the mean over scenes
-constexpr double kGoalAgainstPublished = 1.0 / 3;  // of the published LM's time to its final cost
-constexpr double kGoalMemory = 1.3;                // times that of Adam alone
+// Goals for the ratio of vesta's figure to the other method's.
+constexpr double kGoalAgainstAdam = 1.0;           // time to Adam's best quality; 0.7 for the mean over scenes
+constexpr double kGoalAgainstPublished = 1.0 / 3;  // time to the final cost of the published LM
+constexpr double kGoalMemory = 1.3;                // peak memory, compared with Adam alone
 
 struct Outcome {
   Method method;
   std::vector<Curve> repeats;
-  bool is_settled = false;           // needs no further repeat
-  std::vector<double> stage_starts;  // of each repeat: seconds at which its LM stage began
-  double peak_mib = 0;               // the least of the repeats
-  double adam_peak_mib = 0;          // of its Adam stage, likewise
-  Curve curve;                       // the median
+  bool is_settled = false;           // true if no further repeat is needed
+  std::vector<double> stage_starts;  // for each repeat, seconds at which the LM stage began
+  double peak_mib = 0;               // minimum over the repeats
+  double adam_peak_mib = 0;          // the same for the Adam stage
+  Curve curve;                       // median of the repeats
 };
 
 double LmStageStart(const Curve& curve) {
@@ -51,7 +52,7 @@ double LmStageStart(const Curve& curve) {
   return seconds;
 }
 
-// One round: every method once. `start` is ours' state where its LM begins.
+// Runs every method once. `start` is the model of the method `ours` at the begin of its LM stage.
 void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
   gs::SplatModel start;
   double start_seconds = 0;
@@ -60,7 +61,7 @@ void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
     if (outcome.is_settled) continue;
     const bool starts_at_lm = StartsAtLm(outcome.method.kind);
     if (starts_at_lm) {
-      if (start.count == 0) Fail(kUnavailable, "ours did not come to its LM stage; give it more time");
+      if (start.count == 0) Fail(kUnavailable, "the method ours did not reach its LM stage; give it more time");
       job.start = &start;
       job.seconds_before = start_seconds;
     }
@@ -69,7 +70,7 @@ void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
       start = std::move(run.lm_start);
       start_seconds = LmStageStart(run.curve);
     } else if (!starts_at_lm) {
-      start = {};  // needed no more; what this process holds counts in the memory of its children
+      start = {};  // no longer needed; memory of this process would count as memory of its children
     }
     const bool is_first = outcome.repeats.empty();
     outcome.peak_mib = is_first ? run.peak_mib : std::min(outcome.peak_mib, run.peak_mib);
@@ -97,7 +98,7 @@ double FastestTo(const QualityTarget& target, const std::vector<const Curve*>& c
   return seconds;
 }
 
-// Drops the schedules of Adam that are too slow to become the fastest by noise.
+// Drops the Adam schedules that are so slow that noise cannot make them the fastest.
 void SettleSlowAdam(std::vector<Outcome>* outcomes) {
   const std::vector<const Curve*> curves = AdamCurves(*outcomes);
   if (curves.empty()) return;
@@ -114,7 +115,7 @@ const Outcome* Find(const std::vector<Outcome>& outcomes, const std::string& nam
   return found == outcomes.end() ? nullptr : &*found;
 }
 
-// Adam alone on ours' own schedule.
+// The Adam-only method with the same schedule as the method `ours`.
 const Outcome* SameAdam(const std::vector<Outcome>& outcomes, const Outcome& ours) {
   for (const Outcome& outcome : outcomes) {
     if (outcome.method.kind == MethodKind::kAdam &&
@@ -132,7 +133,7 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-// Seconds of its LM stage until the cost is at or below `cost`.
+// Seconds from the begin of the LM stage until the cost is at most `cost`.
 double StageSecondsTo(const Outcome& outcome, double cost) {
   Curve stage = outcome.curve;
   std::erase_if(stage, [](const gs::HistoryRow& row) { return row.stage != gs::Stage::kLm; });
@@ -171,10 +172,11 @@ void Tell(const std::string& scene, const std::vector<Outcome>& outcomes, Report
   if (has_target) {
     target = BestQuality(adam);
     adam_seconds = FastestTo(target, adam);
-    fmt::print("{}: Adam's best test PSNR {:.3f} dB and SSIM {:.4f} on all its curves; to hold: {:.3f} and {:.4f}{}\n",
+    fmt::print("{}: Adam's best test PSNR {:.3f} dB and SSIM {:.4f} on all its curves; target: {:.3f} and {:.4f}{}\n",
                scene, target.best_psnr, target.best_ssim, target.psnr, target.ssim,
                target.tolerance_factor > 1
-                   ? fmt::format(" (tolerances times {:.2f}: no row holds both within one)", target.tolerance_factor)
+                   ? fmt::format(" (tolerances times {:.2f}: no row reaches both with the normal ones)",
+                                 target.tolerance_factor)
                    : "");
   }
   for (const Outcome& outcome : outcomes) {
@@ -230,7 +232,7 @@ int Main(int argc, char** argv) {
 
   Report report("lm_vs_adam");
   Tell(setup.scene_name, outcomes, &report, curves.is_open() ? &curves : nullptr);
-  SetNumThreads(setup.threads);  // the report says on how many
+  SetNumThreads(setup.threads);  // for the report, which prints the number of threads
   report.Finish(setup.arguments.Flag("json", ""));
   return 0;
 }

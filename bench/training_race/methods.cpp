@@ -11,7 +11,7 @@
 namespace vesta::bench {
 namespace {
 
-constexpr int kEpochs = 16;  // of the shortest schedule unless told otherwise
+constexpr int kEpochs = 16;  // least epochs of the default schedules
 
 std::vector<int> Counts(const Arguments& arguments, const std::string& flag, const std::vector<int>& fallback) {
   const std::vector<std::string> texts = SplitAtCommas(arguments.Flag(flag, ""));
@@ -35,7 +35,7 @@ std::vector<double> RateFactors(const Arguments& arguments, double ours) {
   return factors;
 }
 
-// Adam alone, as a rival of LM: with the diagonal metric, at full size from the start.
+// Adam alone, for comparison with LM: diagonal second moments, and full resolution from the start.
 Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
   Method method{fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, ours};
   method.options.lm.iterations = 0;
@@ -47,8 +47,8 @@ Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
   return method;
 }
 
-// This stage is raced to a cost. So it runs to its last iteration, has the options that lower the cost fastest near a
-// minimum, and omits those that give up cost for better test views.
+// The LM stages are compared by the time to a given cost. So this one runs all iterations with the options that lower
+// the cost fastest near a minimum, and without those that trade cost for better test views.
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   gs::LmStageOptions& lm = method.options.lm;
@@ -92,7 +92,7 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
   }
   std::stable_sort(methods.begin(), methods.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });
   if (!methods.empty() && StartsAtLm(methods[0].kind)) {
-    Fail(kBadArgument, "--methods: paper starts where ours begins its LM; add ours");
+    Fail(kBadArgument, "--methods: paper starts from the state at which ours begins its LM stage; add ours");
   }
   const int evaluations = arguments.Count("evaluations", 40);
   for (Method& method : methods) method.options.adam.evaluations = evaluations;

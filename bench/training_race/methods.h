@@ -11,15 +11,15 @@
 namespace vesta::bench {
 
 enum class MethodKind {
-  kOurs,  // Adam, then LM, as the flags after "--" have it
-  // our LM stage to its last iteration, whatever it gains, and by the whole gradient (lm.gradient_shrinkage 0),
-  // from the state at which ours begins its own
+  kOurs,  // Adam, then LM, with the options of the flags after "--"
+  // vesta's LM stage alone, from the state at which kOurs begins it; runs all iterations, without function tolerance
+  // and without gradient shrinkage
   kOurLm,
-  kPublishedLm,  // an LM stage as published, from the state at which ours begins its own
-  kAdam,         // Adam alone, one view an iteration
+  kPublishedLm,  // a published LM stage, from the same state
+  kAdam,         // Adam alone, one view per iteration
 };
 
-// Whether it is an LM stage alone.
+// True if the method is only an LM stage.
 inline bool StartsAtLm(MethodKind kind) { return kind == MethodKind::kOurLm || kind == MethodKind::kPublishedLm; }
 
 struct Method {
@@ -28,13 +28,13 @@ struct Method {
   gs::TrainOptions options;
 };
 
-// The methods whose group (ours, paper, adam) is in --methods; ours comes first. All share
-// initialisation, densification, cap, background and seed with `ours`.
+// Returns the methods whose group (ours, paper, adam) is in --methods; ours comes first. All have the same
+// initialisation, densification, maximum number of Gaussians, background and seed as `ours`.
 //
-// paper: the LM stages of the paper and of its released code, and ours.
-// adam: --lengths x --rate_factors; unless given, 1, 2 and 4 times the longer of ours' own Adam stage and 16 epochs of
-// the training views, and 1/2, 1 and 2 times ours' factor; and ours' own schedule beside them.
-// Throws Error where a flag cannot be used.
+// paper: vesta's LM stage, and the LM stages of the 3DGS-LM paper and of its released code.
+// adam: all combinations of --lengths (iterations) and --rate_factors, and the schedule of `ours`. Default lengths are
+// 1, 2 and 4 times the Adam stage of `ours`, or 16 epochs of the training views if these are longer. Default factors
+// are 1/2, 1 and 2 times the factor of `ours`. Throws Error for an invalid flag.
 std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views);
 
 }  // namespace vesta::bench

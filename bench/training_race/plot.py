@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Test PSNR and SSIM over seconds of training, from the CSV that lm_vs_adam --curves wrote: one row a scene. The dashed
-line is the target, the dotted one when Adam's fastest schedule held it.
+"""Plots test PSNR and SSIM over seconds of training from the CSV of lm_vs_adam --curves, one row per scene. The dashed
+line is the target, and the dotted line the time at which the fastest Adam schedule reached it.
 
   bench/training_race/plot.py CURVES.csv... OUT.png [--methods PART_OF_NAME,...]
 """
@@ -41,7 +41,7 @@ def main():
                 if row["method"] == "target" or any(part in row["method"] for part in arguments.methods.split(",")):
                     scenes[row["scene"]][row["method"]].append(row)
     if not scenes:
-        parser.error("no curve of such a method")
+        parser.error("no curve of these methods")
     figure, axes = plt.subplots(len(scenes), 2, figsize=(12, 4.2 * len(scenes)), squeeze=False)
     for axis_row, (scene, methods) in zip(axes, scenes.items()):
         target = methods.pop("target", [None])[0]

@@ -38,7 +38,7 @@ QualityTarget BestQuality(const std::vector<const Curve*>& curves) {
     target.best_psnr = std::max(target.best_psnr, BestPsnr(*curve).test.psnr);
     target.best_ssim = std::max(target.best_ssim, BestSsim(*curve).test.ssim);
   }
-  // How many tolerances the best row is short of the worse of the two.
+  // Smallest factor on both tolerances with which some row reaches both targets.
   double least = std::numeric_limits<double>::infinity();
   for (const Curve* curve : curves) {
     for (const gs::HistoryRow& row : *curve) {
@@ -46,7 +46,7 @@ QualityTarget BestQuality(const std::vector<const Curve*>& curves) {
                                        (target.best_ssim - row.test.ssim) / kSsimTolerance));
     }
   }
-  // The row that decides must not fall short of its own figures by their rounding.
+  // Rounding must not exclude the row that determines the factor.
   constexpr double kRounding = 1e-9;
   target.tolerance_factor = std::max(1.0, least * (1 + kRounding));
   target.psnr = target.best_psnr - target.tolerance_factor * kPsnrTolerance;

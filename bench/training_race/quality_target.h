@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a training has to reach, and when it does.
+// The test quality that a training should reach, and the time at which it does.
 #pragma once
 
 #include <vector>
@@ -8,22 +8,22 @@
 
 namespace vesta::bench {
 
-// A row holds the target when its test PSNR and its test SSIM are at or above these.
+// A row reaches the target if its test PSNR and its test SSIM are at least psnr and ssim.
 struct QualityTarget {
-  double psnr = 0, ssim = 0;            // the tolerance is off already
-  double best_psnr = 0, best_ssim = 0;  // of all curves at any time
+  double psnr = 0, ssim = 0;            // best values minus tolerances
+  double best_psnr = 0, best_ssim = 0;  // of all rows of all curves
   double tolerance_factor = 1;
 };
 
-// The best test PSNR and the best test SSIM on any of the curves, at any time, not at the end (on few views training
-// over-fits), less 0.02 dB and 0.001. The two may come from different curves, and then perhaps no row holds both: both
-// tolerances then grow by the smallest common factor with which some row does. Curves must not be empty.
+// The best test PSNR and the best test SSIM of any row of any curve, minus tolerances of 0.02 dB and 0.001. The best
+// row counts rather than the last, because training on few views over-fits. If no row reaches both values, both
+// tolerances are multiplied by the smallest factor with which some row does. The curves must not be empty.
 QualityTarget BestQuality(const std::vector<const Curve*>& curves);
 
-// Seconds at the first row that holds the target; infinity if there is none.
+// Seconds of the first row that reaches the target, or infinity.
 double SecondsTo(const QualityTarget& target, const Curve& curve);
 
-// The rows of the best test PSNR and of the best test SSIM.
+// The rows with the best test PSNR and the best test SSIM.
 const gs::HistoryRow& BestPsnr(const Curve& curve);
 const gs::HistoryRow& BestSsim(const Curve& curve);
 

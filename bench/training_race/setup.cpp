@@ -18,9 +18,9 @@
 namespace vesta::bench {
 namespace {
 
-// As `vesta train SCENE FLAGS` takes them.
+// Parses the flags like `vesta train SCENE FLAGS`.
 app::CommandLine CommandLineOf(const std::string& scene, const std::vector<std::string>& flags) {
-  // --out: train insists on one.
+  // train requires --out.
   std::vector<std::string> words = {"train", scene, "--out=."};
   words.insert(words.end(), flags.begin(), flags.end());
   return app::ParseCommandLine(words);
@@ -37,8 +37,7 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   char** const end = argv + argc;
   char** const dashes = std::find_if(argv, end, [](const char* word) { return std::string(word) == "--"; });
   RaceSetup setup{Arguments(static_cast<int>(dashes - argv), argv, known), {}, {}, {}, 0};
-  if (setup.arguments.positional.size() != 1)
-    Fail(kBadArgument, "the form is: SCENE [flags] [-- flags of vesta train]");
+  if (setup.arguments.positional.size() != 1) Fail(kBadArgument, "usage: SCENE [flags] [-- flags of vesta train]");
   const std::string& path = setup.arguments.positional[0];
   const app::CommandLine line = CommandLineOf(path, {dashes == end ? end : dashes + 1, end});
   setup.options = app::SettingsOf(line).options;
@@ -49,7 +48,7 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   if (setup.options.downscale > 1) setup.scene_name += fmt::format("/{}", setup.options.downscale);
   setup.scene = gs::LoadScene(path, app::SceneOptions(line.flags, setup.options));
   setup.options = gs::FitToScene(setup.options, gs::NumTrainingViews(setup.scene));
-  // These races are about LM.
+  // These benchmarks are about LM, so the LM stage must not be empty.
   constexpr int kLmIterations = 8;
   if (setup.options.lm.iterations == 0) setup.options.lm.iterations = kLmIterations;
   return setup;

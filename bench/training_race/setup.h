@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the benchmarks that train start from: `BENCH SCENE [flags of the benchmark] -- [flags of vesta train]`.
+// Command line, options and scene of the training benchmarks: `BENCH SCENE [own flags] -- [flags of vesta train]`.
 #pragma once
 
 #include <fstream>
@@ -13,16 +13,17 @@ namespace vesta::bench {
 
 struct RaceSetup {
   Arguments arguments;       // of the benchmark
-  gs::TrainOptions options;  // ours: the preset's, and over them the flags after "--"
+  gs::TrainOptions options;  // of the method `ours`: the preset's options, changed by the flags after "--"
   std::string scene_name;
   gs::Scene scene;
-  int threads = 0;  // for training; this process keeps to one, so that its children may start theirs
+  int threads = 0;  // for training; this process uses one, so that its children can start theirs
 };
 
-// known: the benchmark's own flags. Throws Error or UsageError, one line, for whatever cannot be used.
+// known: the benchmark's own flags. Throws Error or UsageError with a one-line message for an invalid command line.
 RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known);
 
-// The file of --curves with its head; not open where the flag was not given. Throws Error where it cannot be written.
+// Opens the file of --curves and writes the CSV header. Returns a closed stream without the flag. Throws Error if the
+// file cannot be written.
 std::ofstream OpenCurves(const Arguments& arguments);
 
 }  // namespace vesta::bench

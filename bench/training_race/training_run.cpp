@@ -13,12 +13,12 @@
 namespace vesta::bench {
 namespace {
 
-// What the child sends: messages, each a head, a row of the history, and the model's values where the head says so.
-// They are sent at once, so that no waiting message counts as memory of the training.
+// The child sends one message per history row: a Head, followed by the values of the model if the Head announces one.
+// Messages are sent immediately, so that they do not count as memory of the training.
 struct Head {
   gs::HistoryRow row;
   double peak_mib = 0;        // of the process so far
-  splat::ModelLayout layout;  // of the model that follows; of no Gaussians: none does
+  splat::ModelLayout layout;  // of the model that follows; no model follows if it has no Gaussians
 };
 static_assert(std::is_trivially_copyable_v<Head>);
 
@@ -33,7 +33,7 @@ void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
   const bool has_lm = job.options.lm.iterations > 0;
   gs::TrainCallbacks callbacks;
   callbacks.evaluated = [&](const gs::HistoryRow& row, const splat::Model<float>& model) {
-    // Without LM the last row counts.
+    // Without LM stage, send the model with the last row.
     const bool is_start = has_lm ? row.stage == gs::Stage::kLm && row.iteration == 0
                                  : row.iteration == gs::NumIterations(job.options.adam);
     SendRow(row, is_start ? &model : nullptr, send);

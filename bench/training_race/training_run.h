@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One training in a process of its own.
+// Runs one training in its own process.
 #pragma once
 
 #include <string>
@@ -12,19 +12,20 @@ namespace vesta::bench {
 struct TrainingJob {
   std::string name;
   gs::TrainOptions options;
-  // LM alone from this model, which took that many seconds of training; null: the whole training, from the points.
+  // If not null, run only the LM stage from this model, which took seconds_before to train. If null, train from the
+  // points.
   const gs::SplatModel* start = nullptr;
   double seconds_before = 0;
 };
 
 struct TrainingRun {
-  Curve curve;               // seconds count from the first iteration: loading left out, as evaluation is
-  gs::SplatModel lm_start;   // the model at LM's iteration 0; without LM the one at the end
-  double peak_mib = 0;       // of the whole process; the photographs, and job.start, were there before
-  double adam_peak_mib = 0;  // until the last row of its Adam stage
+  Curve curve;               // seconds start at the first iteration and exclude loading and evaluation
+  gs::SplatModel lm_start;   // the model at LM iteration 0; without LM stage the final model
+  double peak_mib = 0;       // of the whole process, including the photographs and job.start
+  double adam_peak_mib = 0;  // until the last row of the Adam stage
 };
 
-// Trains on `threads` threads. Throws Error where that fails. The parent must not have started threads before.
+// Trains with `threads` threads. Throws Error if that fails. The parent must not have started threads before.
 TrainingRun TrainAlone(const gs::Scene& scene, const TrainingJob& job, int threads);
 
 }  // namespace vesta::bench

@@ -18,7 +18,7 @@ std::optional<std::array<double, 2>> Undistort(const gs::Distortion& lens, doubl
     const std::array<double, 2> at = gs::Distort(lens, x, y);
     const std::array<double, 4> j = gs::DistortionJacobian(lens, x, y);
     const double determinant = j[0] * j[3] - j[1] * j[2];
-    if (!(determinant > 0 && j[0] + j[3] > 0)) return std::nullopt;  // beyond where it folds
+    if (!(determinant > 0 && j[0] + j[3] > 0)) return std::nullopt;  // beyond the fold of the lens
     const double du = u - at[0], dv = v - at[1];
     if (std::hypot(du, dv) < kTolerance) return std::array{x, y};
     x += (j[3] * du - j[1] * dv) / determinant;
@@ -38,10 +38,11 @@ gs::Distortion ParseLens(const std::string& text) {
   }
   const std::size_t count = numbers.size();
   if (!is_list || count == 3 || count > 4)
-    Fail(kBadArgument, "--lens={} is no lens; give k1 or k1,k2 or k1,k2,p1,p2, as --lens=-0.1,0.02,0.001,-0.001", text);
+    Fail(kBadArgument, "--lens={} is not a lens; give k1 or k1,k2 or k1,k2,p1,p2, as --lens=-0.1,0.02,0.001,-0.001",
+         text);
   numbers.resize(4);
   const gs::Distortion lens{.radial = {numbers[0], numbers[1]}, .tangential = {numbers[2], numbers[3]}};
-  if (!lens.is_finite()) Fail(kBadArgument, "--lens={} has a coefficient that is no number; give finite ones", text);
+  if (!lens.is_finite()) Fail(kBadArgument, "--lens={} has a coefficient that is not finite; give finite ones", text);
   return lens;
 }
 

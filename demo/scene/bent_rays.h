@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distorting lenses the other way round: where a ray comes from that the lens shows at a place of the image.
+// Inverse lens distortion: computes the undistorted ray of a position in a distorted image.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace vesta::demo {
 
-// The (x, y) = (x/z, y/z) near the axis with Distort(lens, x, y) = (u, v), to 1e-12, by Newton's method. None where
-// there is none, as beyond the circle where a lens folds.
+// Solves Distort(lens, x, y) = (u, v) for normalised coordinates (x, y) = (x/z, y/z) near the axis with Newton's
+// method, to 1e-12. Returns nullopt if there is no solution, as beyond the circle where the distortion folds.
 std::optional<std::array<double, 2>> Undistort(const gs::Distortion& lens, double u, double v);
 
-// "k1", "k1,k2" or "k1,k2,p1,p2"; a pinhole of "". Throws Error, which names --lens, of anything else.
+// Parses "k1", "k1,k2" or "k1,k2,p1,p2"; "" is a pinhole. Throws an Error that names --lens for any other text.
 gs::Distortion ParseLens(const std::string& text);
 
 }  // namespace vesta::demo

@@ -19,7 +19,8 @@ View LookAt(const Vec3& position, const Vec3& target, int width, int height) {
   return view;
 }
 
-// A point of the height above the floor, at an angle round the scene's middle.
+// Point at this height above the floor, and at this angle and distance from the vertical axis through the scene's
+// centre.
 Vec3 Around(double angle, double radius, double height) {
   return {radius * std::cos(angle), -height, radius * std::sin(angle)};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the pictures of the demo scene are taken from.
+// Camera paths for the images of the demo scene.
 #pragma once
 
 #include <vector>
@@ -8,13 +8,13 @@
 
 namespace vesta::demo {
 
-// `count` views of width x height pixels from two rings round the scene, one low, one high, all looking at its middle.
-// Directions spread evenly over the full turn; heights alternate, so that the test views, every eighth one, are low and
-// high in turn.
+// `count` views of width x height pixels from a low and a high ring around the scene, all looking at its centre. The
+// directions are evenly spaced over 360 degrees. Heights alternate such that the test views, every eighth view, are low
+// and high in turn.
 std::vector<View> CameraPath(int count, int width, int height);
 
-// `count` views as of somebody who films while walking once round the scene: one after the other along a smooth path,
-// on which height, distance and where the camera looks sway.
+// `count` views like those of a person who films while walking once around the scene: consecutive views along a smooth
+// path, on which height, distance and viewing direction sway.
 std::vector<View> Walk(int count, int width, int height);
 
 }  // namespace vesta::demo

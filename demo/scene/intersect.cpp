@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distances, rays against the solids and the room.
+// Distances, and intersections of rays with the solids and the room.
 #include <limits>
 
 #include "demo/scene/scene.h"
@@ -7,7 +7,7 @@
 namespace vesta::demo {
 namespace {
 
-// A march along a ray ends this close to a surface.
+// Ray marching ends at this distance from a surface.
 constexpr double kTouch = 1e-4;
 
 double LocalDistance(const Object& object, const Vec3& p) {
@@ -32,7 +32,7 @@ double LocalDistance(const Object& object, const Vec3& p) {
   return std::numeric_limits<double>::infinity();
 }
 
-// Outward normal by differences along the four diagonals of a cube.
+// Outward normal from differences along the four diagonals of a cube.
 Vec3 LocalNormal(const Object& object, const Vec3& p) {
   static constexpr Vec3 kDiagonals[] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
   Vec3 sum;
@@ -69,7 +69,7 @@ double Distance(const Object& object, const Vec3& point) {
 }
 
 Hit Intersect(const Scene& scene, const Vec3& origin, const Vec3& direction) {
-  // The room: from inside, the ray meets the wall (a cylinder round the y axis) or a plane across it.
+  // The room: from inside, the ray hits the wall (a cylinder around the y axis), the floor or the ceiling.
   const double a = direction.x * direction.x + direction.z * direction.z;
   const double b = origin.x * direction.x + origin.z * direction.z;
   const double c = origin.x * origin.x + origin.z * origin.z - scene.room_radius * scene.room_radius;

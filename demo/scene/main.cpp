@@ -11,16 +11,16 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 
-DEFINE_string(out, "", "folder to write the scene to (images/ and sparse/0/); made where it does not exist");
-DEFINE_int32(views, 40, "number of pictures");
-DEFINE_int32(width, 200, "width of a picture in pixels");
-DEFINE_int32(height, 150, "height of a picture in pixels");
+DEFINE_string(out, "", "folder to write the scene to (images/ and sparse/0/); it is created if it does not exist");
+DEFINE_int32(views, 40, "number of images");
+DEFINE_int32(width, 200, "width of an image in pixels");
+DEFINE_int32(height, 150, "height of an image in pixels");
 DEFINE_int32(points, 3000, "number of points in the model");
-DEFINE_uint64(seed, 0, "other noise in pictures and points, same scene");
-DEFINE_bool(walk, false, "pictures one after the other as in a film of somebody who walks round the scene");
-DEFINE_string(lens, "", "the lens bends: k1 or k1,k2 or k1,k2,p1,p2 of COLMAP's SIMPLE_RADIAL, RADIAL, OPENCV");
-DEFINE_int32(passer_by_every, 0, "somebody is in each Nth picture, and masks/ has where; 0: nobody");
-DEFINE_int32(threads, 0, "number of threads; 0: one for each core");
+DEFINE_uint64(seed, 0, "seed of the noise in images and points; the scene stays the same");
+DEFINE_bool(walk, false, "consecutive images, as in a film of a walk around the scene");
+DEFINE_string(lens, "", "lens distortion: k1 or k1,k2 or k1,k2,p1,p2 of COLMAP's SIMPLE_RADIAL, RADIAL, OPENCV");
+DEFINE_int32(passer_by_every, 0, "paint a person into every Nth image and write masks/; 0: no person");
+DEFINE_int32(threads, 0, "number of threads; 0: one per core");
 
 int main(int argc, char** argv) {
   gflags::SetUsageMessage("renders a small scene and writes it in COLMAP's layout\n  vesta_demo_scene --out FOLDER");

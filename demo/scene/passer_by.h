@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Somebody who walks through the picture.
+// Paints a person who walks through the image, as a distractor that needs a mask.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace vesta::demo {
 
-// Paints the figure of a person over the image, at a place and in a colour of the stream's. Gives its mask: of the
-// image's size, black where the figure is, with a margin of a sixtieth of the width, and white elsewhere.
+// Paints a person over the image, at a position and in a colour drawn from the random stream. Returns the mask, of the
+// same size: black at the figure and within 1/60 of the width around it, white elsewhere.
 gs::Image PaintPasserBy(gs::Image* image, std::uint64_t stream);
 
 }  // namespace vesta::demo

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counter-based random numbers: each is a function of its indices alone, so images do not depend on the order of work.
+// Counter-based random numbers: each depends only on its indices, so images do not depend on the order of computation.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The arrangement of the objects. No other file knows it.
+// Arranges the objects of the scene.
 #include "demo/scene/scene.h"
 
 #include <numbers>
@@ -7,7 +7,7 @@
 namespace vesta::demo {
 namespace {
 
-// The frame of an object turned by `yaw` degrees round the vertical, then tipped by `tilt` degrees round its x axis.
+// Frame of an object rotated by `yaw` degrees about the vertical, then by `tilt` degrees about its x axis.
 Frame Turned(double yaw, double tilt = 0) {
   const double a = yaw * std::numbers::pi / 180, b = tilt * std::numbers::pi / 180;
   const Vec3 x{std::cos(a), 0, std::sin(a)}, z{-std::sin(a), 0, std::cos(a)}, y{0, 1, 0};
@@ -52,7 +52,7 @@ Scene MakeScene() {
   scene.light_half_size = 0.38;
   scene.light_power = 95.0 * Vec3{1.0, 0.91, 0.78};
 
-  // A marble globe on a turned plinth.
+  // A marble globe on a rotated plinth.
   scene.objects.push_back({.shape = Shape::kCylinder,
                            .centre = {0, -0.17, 0},
                            .size = {0.46, 0.17, 0},
@@ -71,7 +71,7 @@ Scene MakeScene() {
                            .size = {0.30, 0.30, 0.30},
                            .rounding = 0.04,
                            .material = Satin(Texture::kPatchwork)});
-  // A ring, tipped upright, that stands free on the rug.
+  // An upright ring on the rug.
   scene.objects.push_back({.shape = Shape::kTorus,
                            .centre = {0.92, -(kStripesRingRadius + 0.125), 0.42},
                            .frame = Turned(-50, 90),
@@ -82,7 +82,7 @@ Scene MakeScene() {
                            .size = {0.20, 0.55, 0},
                            .rounding = 0.03,
                            .material = Satin(Texture::kSpiral, {0.07, 0.30, 0.33})});
-  // A torus lying flat with a ball in it.
+  // A horizontal torus with a ball in it.
   scene.objects.push_back({.shape = Shape::kTorus,
                            .centre = {-0.62, -0.09, -0.86},
                            .size = {0.27, 0.09, 0},

@@ -13,8 +13,8 @@ namespace vesta::demo {
 struct Material {
   Texture texture = Texture::kSpeckle;
   Vec3 tint{0.5, 0.5, 0.5};
-  double highlight = 0;    // strength of the light's blurred mirror image
-  double shininess = 40;   // its sharpness (Blinn-Phong exponent)
+  double highlight = 0;    // strength of the specular highlight
+  double shininess = 40;   // Blinn-Phong exponent of the highlight
   double reflectance = 0;  // mirror reflection at normal incidence; grows towards grazing angles (Schlick)
 };
 
@@ -32,7 +32,7 @@ struct Object {
   Vec3 size{};
   double rounding = 0;
   Material material{};
-  double bounding_radius = 0;  // of the sphere round the centre that holds the object; MakeScene sets it
+  double bounding_radius = 0;  // radius of the bounding sphere around the centre; MakeScene sets it
 };
 
 // Signed distance from a world point to the surface, negative inside.
@@ -43,7 +43,7 @@ struct Scene {
   double room_radius = 5, room_height = 4.2;
   double rug_radius = 1.68;
   Material floor, rug, wall, ceiling;
-  // A square lamp facing down, lit evenly.
+  // A square lamp that faces down and emits uniformly.
   Vec3 light_centre;
   double light_half_size = 0;
   Vec3 light_power;
@@ -54,15 +54,15 @@ Scene MakeScene();
 struct Hit {
   double distance = 0;  // along the unit direction
   Vec3 point, normal;
-  Vec3 local;  // the point in the object's frame, where textures live
+  Vec3 local;  // the point in the object's frame, in which textures are defined
   const Material* material = nullptr;
 };
 
-// First surface along the ray from `origin`, a point in the room, in unit direction `direction`. The room is closed, so
-// there always is one.
+// First surface along the ray from `origin`, a point in the room, in the unit direction `direction`. The room is
+// closed, so every ray hits one.
 Hit Intersect(const Scene& scene, const Vec3& origin, const Vec3& direction);
 
-// Where rays that leave the surface start: a millimetre off it, so that they do not meet it again.
+// Start of secondary rays: a millimetre off the surface, so that they do not hit it again.
 inline Vec3 LeavingPoint(const Hit& hit) { return hit.point + 1e-3 * hit.normal; }
 
 // Whether any object (not floor or wall) lies between the two points.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kind of point cloud that structure from motion leaves: surface points with some error.
+// A point cloud like that of structure from motion: surface points with errors.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@ struct SurfacePoint {
   std::uint8_t color[3] = {0, 0, 0};
 };
 
-// Error of a point's position along each axis, as a share of its distance from the camera (standard deviation).
+// Standard deviation of a point's position along each axis, relative to its distance from the camera.
 inline constexpr double kPointNoise = 0.003;
 
-// `count` points, each the surface seen at the centre of a random pixel of a random view, moved by normal noise, with
-// that pixel's colour. images[k] is what views[k] takes.
+// Samples `count` points: the surface at the centre of a random pixel of a random view, with normal noise and the
+// colour of the pixel. images[k] is the image of views[k].
 std::vector<SurfacePoint> SampleSurface(const Scene& scene, const std::vector<View>& views,
                                         const std::vector<gs::Image>& images, int count, std::uint64_t seed);
 

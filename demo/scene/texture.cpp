@@ -10,13 +10,13 @@ namespace {
 
 using std::numbers::pi;
 
-// 0 below lo, 1 above hi, smooth between.
+// 0 below lo, 1 above hi, smooth in between.
 double SmoothStep(double lo, double hi, double x) {
   const double t = std::clamp((x - lo) / (hi - lo), 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-// 1 within half_width of the nearest integer, 0 outside, with an edge of `soft`.
+// 1 within half_width of the nearest integer, 0 elsewhere, with a smooth edge of width `soft`.
 double Line(double x, double half_width, double soft) {
   return 1 - SmoothStep(half_width, half_width + soft, std::abs(x - std::round(x)));
 }
@@ -47,7 +47,7 @@ double ValueNoise(const Vec3& p) {
   return Mix(layer[0], layer[1], fz);
 }
 
-// Octaves of noise, each of half the size and weight of the one before; about [0, 1].
+// Sum of octaves of noise, each with half the feature size and weight of the one before; about [0, 1].
 double FractalNoise(const Vec3& p, int octaves) {
   double sum = 0, weight = 0.5, frequency = 1;
   for (int i = 0; i < octaves; ++i) {
@@ -70,7 +70,7 @@ Vec3 Planks(const Vec3& p) {
   return Mix(wood, {0.10, 0.05, 0.025}, 0.85 * gap);
 }
 
-// A round rug of rings of petals; its weave is noise.
+// A round rug with rings of petals; noise imitates the weave.
 Vec3 Rug(const Vec3& p) {
   const double radius = Length(p.x, p.z), angle = std::atan2(p.z, p.x) / (2 * pi);
   const Vec3 navy{0.035, 0.075, 0.17}, cream{0.80, 0.71, 0.55}, brick{0.55, 0.10, 0.065}, ochre{0.76, 0.42, 0.09};
@@ -107,7 +107,7 @@ Vec3 Rug(const Vec3& p) {
   return (0.72 + 0.5 * FractalNoise(24.0 * p, 2)) * colour;
 }
 
-// Painted panelling below, printed paper above; p is on a cylinder round the vertical axis, y pointing down.
+// Painted panels below, wallpaper above; p is on a cylinder around the vertical axis, and y points down.
 Vec3 Wall(const Vec3& p) {
   const double height = -p.y, angle = std::atan2(p.z, p.x) / (2 * pi);
   const double mottle = 0.85 + 0.35 * FractalNoise(2.5 * p, 3);
@@ -134,7 +134,7 @@ Vec3 Marble(const Vec3& tint, const Vec3& p) {
   return Mix(Mix({0.86, 0.84, 0.80}, {0.70, 0.70, 0.70}, cloud), tint, std::pow(vein, 3.0));
 }
 
-// Bands that wind round the tube of a torus lying in the x-z plane.
+// Bands that wind around the tube of a torus in the x-z plane.
 Vec3 Stripes(const Vec3& tint, const Vec3& p) {
   const double around = std::atan2(p.z, p.x) / (2 * pi);
   const double tube = std::atan2(p.y, Length(p.x, p.z) - kStripesRingRadius) / (2 * pi);
@@ -150,7 +150,7 @@ Vec3 Patchwork(const Vec3& p) {
   const Vec3 q = (1 / 0.21) * p + Vec3{0.5, 0.5, 0.5};
   const double pick = LatticeValue(Floor(q.x), Floor(q.y), Floor(q.z));
   const Vec3 colour = kColours[static_cast<int>(5 * pick)];
-  // A face lies across one axis; a seam shows where either of the other two is near a lattice plane.
+  // A face is perpendicular to one axis. It has seams near the lattice planes of the other two axes.
   const double s[3] = {Line(q.x, 0.03, 0.03), Line(q.y, 0.03, 0.03), Line(q.z, 0.03, 0.03)};
   const double seam = std::max(std::max(s[0], s[1]), s[2]);
   return (0.85 + 0.3 * FractalNoise(9.0 * p, 2)) * Mix(colour, {0.9, 0.86, 0.78}, 0.8 * seam);
@@ -162,7 +162,7 @@ Vec3 Spiral(const Vec3& tint, const Vec3& p) {
   return (0.8 + 0.4 * FractalNoise(7.0 * p, 3)) * Mix({0.80, 0.72, 0.55}, tint, band);
 }
 
-// Fired glaze: the tint with darker and lighter flecks.
+// Ceramic glaze: the tint with darker and lighter flecks.
 Vec3 Speckle(const Vec3& tint, const Vec3& p) {
   const double fleck = SmoothStep(0.62, 0.72, ValueNoise(24.0 * p));
   const double cloud = FractalNoise(5.0 * p, 3);

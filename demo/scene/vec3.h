@@ -20,13 +20,13 @@ inline Vec3 Cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline double Length(const Vec3& a) { return std::sqrt(Dot(a, a)); }
-// Distance from the origin in a plane; std::hypot guards against overflow, at many times the cost.
+// Length of a 2D vector. std::hypot would be much slower, as it avoids overflow.
 inline double Length(double a, double b) { return std::sqrt(a * a + b * b); }
 inline Vec3 Normalized(const Vec3& a) { return (1.0 / Length(a)) * a; }
 inline double Mix(double a, double b, double t) { return a + t * (b - a); }
 inline Vec3 Mix(const Vec3& a, const Vec3& b, double t) { return a + t * (b - a); }
 
-// A rotation by its rows: Rotate takes a vector into the frame whose axes the rows are, Unrotate back.
+// A rotation. Its rows are the axes of a frame: Rotate transforms a vector into that frame, Unrotate back.
 struct Frame {
   Vec3 row[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };

@@ -37,7 +37,7 @@ gs::ColmapImage ModelImage(const View& view, std::uint32_t id, std::string name)
           .name = std::move(name)};
 }
 
-// Of the models of COLMAP that have these coefficients the one with the fewest parameters.
+// COLMAP's camera model with the fewest parameters that has these coefficients.
 gs::ColmapCameraModel ModelOf(const gs::Distortion& lens) {
   using enum gs::ColmapCameraModel;
   if (lens.is_none()) return kSimplePinhole;
@@ -50,7 +50,7 @@ void CheckLens(const View& view) {
     for (const double v : {0, view.height}) {
       const double x = (u - 0.5 * view.width) / view.focal, y = (v - 0.5 * view.height) / view.focal;
       if (!Undistort(view.lens, x, y))
-        Fail(kBadArgument, "--lens folds within the picture; give coefficients nearer to 0");
+        Fail(kBadArgument, "--lens is not invertible within the image; give coefficients nearer to 0");
     }
   }
 }
@@ -88,7 +88,7 @@ void WriteDemoScene(const DemoOptions& options, const std::string& folder) {
                           .lens = {.fx = focal, .fy = focal, .cx = 0.5 * options.width, .cy = 0.5 * options.height}};
   gs::ColmapModel model;
   model.cameras.push_back({.id = 1, .model = ModelOf(options.lens), .camera = camera, .distortion = options.lens});
-  std::vector<gs::Image> images;  // of the scene alone, as are the points
+  std::vector<gs::Image> images;  // without passers-by, because they supply the colours of the points
   for (std::size_t k = 0; k < views.size(); ++k) {
     const std::string name = fmt::format("view_{:04}.png", k);
     images.push_back(Render(scene, views[k], Hash(options.seed, k)));

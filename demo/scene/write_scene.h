@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The demo scene as files, in COLMAP's layout.
+// Writes the demo scene in COLMAP's folder layout.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 namespace vesta::demo {
 
 enum class Round {
-  kRings,  // CameraPath: from low and high in turn
-  kWalk,   // Walk: as a film
+  kRings,  // CameraPath: alternately low and high
+  kWalk,   // Walk: consecutive views, as in a film
 };
 
 struct DemoOptions {
@@ -20,13 +20,13 @@ struct DemoOptions {
   int points = 3000;              // 1..1000000
   std::uint64_t seed = 0;
   Round round = Round::kRings;
-  gs::Distortion lens = {};  // no fisheye, without k3 to k6; one to one on the image
-  int passer_by_every = 0;   // somebody walks through each Nth picture; 0: nobody. 0..9999
+  gs::Distortion lens = {};  // no fisheye, without k3 to k6; must be invertible on the image
+  int passer_by_every = 0;   // paint a person into every Nth image; 0: no person. 0..9999
 };
 
-// Takes the pictures and writes FOLDER/images/view_NNNN.png and the binary model FOLDER/sparse/0; of pictures with
-// somebody in them masks too, FOLDER/masks/view_NNNN.png.png, black where they are. Throws Error when an option is out
-// of range or the folder cannot be written.
+// Renders the images and writes FOLDER/images/view_NNNN.png and the binary model FOLDER/sparse/0. For images with a
+// person also writes FOLDER/masks/view_NNNN.png.png, which are black at the person. Throws Error if an option is out of
+// range or the folder cannot be written.
 void WriteDemoScene(const DemoOptions& options, const std::string& folder);
 
 }  // namespace vesta::demo

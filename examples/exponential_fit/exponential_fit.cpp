@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits y = a exp(-b t) to twenty readings: a whole program with vesta.
+// A complete program with vesta: fits y = a exp(-b t) to twenty readings.
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -8,7 +8,7 @@
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"
 
-// One reading: what the curve is too high by at its time.
+// Residual of one reading: the curve at time t, minus the reading.
 struct Decay {
   static constexpr int kResiduals = 1, kParameters = 2;  // a, b
   double t, y;
@@ -21,7 +21,7 @@ struct Decay {
 };
 
 int main() {
-  std::vector<Decay> readings;  // of a = 3, b = 0.7, each off by up to 0.01
+  std::vector<Decay> readings;  // of a = 3, b = 0.7, with errors of up to 0.01
   readings.reserve(20);
   for (int i = 0; i < 20; ++i) readings.push_back({0.25 * i, 3 * std::exp(-0.7 * 0.25 * i) + 0.01 * (i % 3 - 1)});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program with Ceres, its ceres::Problem solved by vesta instead: the marked lines are all that changed.
+// A Ceres program whose ceres::Problem is solved by vesta. Only the marked lines were changed.
 #include <ceres/ceres.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A levelling network over several processes: mpirun -n 3 over_processes
+// Solves a levelling network in several processes: mpirun -n 3 over_processes
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -12,11 +12,11 @@
 
 namespace {
 
-constexpr int kMarks = 5000;  // whose heights are unknown; that of the first is known
+constexpr int kMarks = 5000;  // their heights are unknown, except the first
 
 double TrueHeight(int mark) { return 100 + 20 * std::sin(0.01 * mark) + 0.1 * (mark % 7); }
 
-// One mark is so much higher than the other, as it was levelled.
+// One measurement: the height difference of two marks.
 class Levelled final : public vesta::CostFunction {
  public:
   explicit Levelled(double difference) : CostFunction(1, std::vector<int>{1, 1}), difference_(difference) {}
@@ -31,7 +31,7 @@ class Levelled final : public vesta::CostFunction {
   double difference_;
 };
 
-// The same on each process. Of the cost functions a process evaluates those of its share.
+// Each process adds the whole network, but evaluates only its own share of the cost functions.
 void AddNetwork(vesta::BlockProblem& problem) {
   for (int mark = 0; mark < kMarks; ++mark) problem.AddParameterBlock(1);
   problem.SetConstant(0);
@@ -75,7 +75,7 @@ int main() {
     return Solve(*ranks);
   } catch (const vesta::Error& error) {
     std::fprintf(stderr, "over_processes: %s\n", error.what());
-    ranks->Abandon(error.what());  // else the others would wait
+    ranks->Abandon(error.what());  // otherwise the other processes would wait forever
     return 1;
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How one cloud of points lies in another: a rotation, a shift and a scale, from pairs of which every fifth is wrong.
+// Registers two point clouds: finds a rotation, a shift and a scale from pairs of points. Every fifth pair is an
+// outlier.
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -10,7 +11,7 @@
 
 using Backend = vesta::CpuBackend<double>;
 
-// One pair: where the transformed point comes to lie, less where it was seen.
+// Residual of one pair: the transformed point minus the observed point.
 struct Pair {
   double point[3], seen[3];
 
@@ -25,7 +26,7 @@ struct Pair {
   }
 };
 
-// The truth: a turn of 1.2 radians about (2, -1, 2), a shift, a scale.
+// The true transformation: a rotation of 1.2 radians about (2, -1, 2), a shift and a scale.
 const double kRotation[4] = {std::cos(0.6), std::sin(0.6) * 2 / 3, -std::sin(0.6) / 3, std::sin(0.6) * 2 / 3};
 const double kShift[3] = {0.5, -1, 2}, kScale = 1.25;
 
@@ -56,7 +57,7 @@ int main() {
   }
 
   Backend::Vector x(problem.num_parameters());
-  x[problem.offset(rotation)] = 1;  // no turn
+  x[problem.offset(rotation)] = 1;  // identity rotation
   x[problem.offset(scale)] = 1;
 
   vesta::LmOptions options;

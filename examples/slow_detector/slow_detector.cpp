@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A detector that forgets slowly reads y_i = a y_(i-1) + exp(x_i), x_i the logarithm of the light that falls on it at
-// time i. Every reading depends on all times before it: for a million of them the Jacobian, stored, would have 5 *
-// 10^11 entries. As an operator it is one pass over the data.
+// A slow detector has the readings y_i = a y_(i-1) + exp(x_i), where x_i is the logarithm of the light at time i. Every
+// reading depends on all earlier times, so a stored Jacobian for a million readings would have 5 * 10^11 entries. As an
+// operator it is one pass over the data.
 #include <cmath>
 #include <cstdio>
 
@@ -22,7 +22,7 @@ void Detect(ConstVectorView light, VectorView out) {
   for (Index i = 0; i < light.size(); ++i) out[i] = reading = kMemory * reading + light[i];
 }
 
-// J = A diag(exp(x)), A the detector.
+// J = A diag(exp(x)), where A is the detector.
 class DetectorLinearization final : public vesta::Linearization<Backend> {
  public:
   DetectorLinearization(ConstVectorView x, ConstVectorView readings)
@@ -38,7 +38,7 @@ class DetectorLinearization final : public vesta::Linearization<Backend> {
     for (Index i = 0; i < v.size(); ++i) work_[i] = light_[i] * v[i];
     Detect(work_, u);
   }
-  // The transpose of a filter that runs forwards is the filter run backwards.
+  // The transpose of a filter that runs forwards is the same filter, run backwards.
   void ApplyJT(ConstVectorView u, VectorView g) override {
     double sum = 0;
     for (Index i = u.size() - 1; i >= 0; --i) {
@@ -46,7 +46,7 @@ class DetectorLinearization final : public vesta::Linearization<Backend> {
       g[i] = light_[i] * sum;
     }
   }
-  // Column i holds exp(x_i) (1, a, a^2, ...) from row i on.
+  // Column i is exp(x_i) (1, a, a^2, ...), starting at row i.
   void DiagJTJ(VectorView d) override {
     double sum = 0;
     for (Index i = d.size() - 1; i >= 0; --i) {
@@ -93,7 +93,7 @@ DetectorProblem MakeProblem(Index size) {
   return DetectorProblem(std::move(readings));
 }
 
-// Whether the operators belong to the cost, on a problem small enough for every column.
+// Checks that the operators match the cost, on a problem so small that every column can be tested.
 bool Check() {
   Backend backend;
   DetectorProblem problem = MakeProblem(50);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instruments look at one signal s, each for a while, through a smoothing B_k of its own, with a gain and an offset
-// that nobody knows: instrument k reads g_k (B_k s)_i + o_k. Of that, the residuals and the products with J.
+// Residuals and Jacobian products of the example. Each instrument measures a part of one signal s, with its own
+// smoothing B_k and with an unknown gain and offset: instrument k reads g_k (B_k s)_i + o_k.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ using ConstVectorView = Backend::ConstVectorView;
 using Blocks = vesta::BlockDiagonal<Backend>;
 using vesta::Index;
 
-// x is the signal, then gain and offset of all instruments but the first. That one is calibrated, with gain 1 and
-// offset 0: else a s would explain the readings as well as s, for any a, and s + b nearly as well.
+// x contains the signal, then gain and offset of all instruments except the first, which is calibrated: gain 1 and
+// offset 0. Otherwise a s would fit the readings as well as s for any a, and s + b nearly as well.
 struct Setup {
   Index instruments, length, stride;  // instrument k reads the times k stride to k stride + length
 
@@ -26,9 +26,9 @@ struct Setup {
   Index readings() const { return instruments * length; }
   double Gain(ConstVectorView x, Index k) const { return k == 0 ? 1 : x[times() + 2 * k - 2]; }
   double Offset(ConstVectorView x, Index k) const { return k == 0 ? 0 : x[times() + 2 * k - 1]; }
-  // Of the smoothing, in [0, 1).
+  // Coefficient of the recursive smoothing, in [0, 1).
   double Memory(Index k) const { return 0.3 + 0.25 * static_cast<double>(k % 3); }
-  // The readings of instrument k among all, and the part of the signal that it sees.
+  // The readings of instrument k, and the part of the signal that it measures.
   template <class V>
   V Of(Index k, V readings) const {
     return readings.subspan(k * length, length);
@@ -47,13 +47,13 @@ struct Setup {
     double memory = Memory(k), value = 0;
     for (Index i = length - 1; i >= 0; --i) seen[i] += value = memory * value + scale * (1 - memory) * u[i];
   }
-  // Gain and offset of an instrument, side by side from `offset` on.
+  // Blocks of gain and offset of each instrument, starting at index `offset`.
   vesta::BlockGroup OwnGroup(Index offset) const {
     return {.size = 2, .count = instruments - 1, .offset = offset, .component_stride = 1, .block_stride = 2};
   }
 };
 
-// J = [J_s J_o]: the columns of the signal, and of the instruments' own unknowns.
+// J = [J_s J_o]: the columns of the signal, and the columns of the instruments' gains and offsets.
 class ReadingsLinearization final : public vesta::Linearization<Backend>,
                                     public vesta::WithBlocks<Backend>,
                                     public vesta::WithReducedSystem<Backend> {
@@ -91,7 +91,7 @@ class ReadingsLinearization final : public vesta::Linearization<Backend>,
     const VectorView signal = blocks.values(0), own = blocks.values(1);
     const Index count = setup_.instruments - 1;
     for (Index k = 0; k < setup_.instruments; ++k) {
-      // Column i of B_k holds (1 - m) (1, m, m^2, ...) from row i on.
+      // Column i of B_k is (1 - m) (1, m, m^2, ...), starting at row i.
       double memory = setup_.Memory(k), scale = setup_.Gain(x_, k) * (1 - memory), sum = 0;
       const VectorView seen = setup_.Seen(k, signal);
       for (Index i = setup_.length - 1; i >= 0; --i) seen[i] += scale * scale * (sum = memory * memory * sum + 1);

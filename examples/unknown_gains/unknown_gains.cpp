@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A signal, and the gains and offsets of the instruments that read it, all at once: with the instruments' unknowns
-// eliminated from each step, and without.
+// Estimates a signal jointly with the gains and offsets of the instruments that measure it. Solves with and without
+// elimination of the instruments' unknowns from each step.
 #include <cmath>
 #include <cstdio>
 
@@ -14,7 +14,7 @@ using vesta::LinearSolverKind;
 
 class GainProblem final : public vesta::Problem<Backend> {
  public:
-  // What is read where `truth` is, with noise.
+  // Readings of the signal, gains and offsets in `truth`, with noise.
   GainProblem(const Setup& setup, ConstVectorView truth) : setup_(setup), readings_(setup.readings()) {
     const ReadingsLinearization exact(setup, truth, Backend::Vector(setup.readings()));
     for (Index row = 0; row < readings_.size(); ++row)
@@ -29,7 +29,7 @@ class GainProblem final : public vesta::Problem<Backend> {
   std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x) override {
     return std::make_unique<ReadingsLinearization>(setup_, x, readings_);
   }
-  // What the calibrated instrument reads; gains of 1, offsets of 0.
+  // Starting point: the readings as the signal, gains of 1, offsets of 0.
   Backend::Vector Start() const {
     Backend::Vector x(num_parameters());
     for (Index k = 0; k < setup_.instruments; ++k)
@@ -79,7 +79,7 @@ bool Check() {
   const vesta::ProblemCheck check = vesta::CheckProblem(backend, problem, x);
   std::puts(check.Report().c_str());
 
-  // CheckProblem looks at J alone. The first step must be the same by whatever way it is solved.
+  // CheckProblem checks only J. The first step must not depend on the linear solver.
   Backend::Vector reduced = problem.Start(), dense = problem.Start();
   Solve(LinearSolverKind::kReducedPcg, 1e-12, 1, problem, reduced);
   Solve(LinearSolverKind::kDenseQr, 0, 1, problem, dense);

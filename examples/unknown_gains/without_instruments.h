@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The damped system of the readings without the instruments' own unknowns.
+// The damped system after elimination of the instruments' gains and offsets.
 #pragma once
 
 #include "readings.h"
 
-// J^T J + lambda D = [B E; E^T C], E = J_s^T J_o. C has a block of 2 x 2 for each instrument, since no reading is of
-// two.
+// J^T J + lambda D = [B E; E^T C], E = J_s^T J_o. C has a 2 x 2 block for each instrument, because no reading depends
+// on two instruments.
 class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
  public:
   explicit WithoutInstruments(ReadingsLinearization& at)
@@ -34,7 +34,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     at_.ApplySignalJT(u_, reduced);
     backend_.Axpby(1, rhs.subspan(0, signal_), -1, reduced);
   }
-  // J_s^T (I - J_o C^-1 J_o^T) J_s x + lambda D x: what gains and offsets can do is taken out of the readings.
+  // J_s^T (I - J_o C^-1 J_o^T) J_s x + lambda D x: removes the part of the readings that gains and offsets can explain.
   void Apply(ConstVectorView x, VectorView y) override {
     at_.ApplySignalJ(x, u_);
     at_.ApplyOwnJT(u_, w_);
@@ -51,19 +51,19 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     C_.Solve(w_, step.subspan(signal_, own_));
   }
 
-  // Those of B, hardly more than those of S: one sample of the signal changes few readings of an instrument, and of
-  // that gain and offset explain next to nothing.
+  // The diagonal of B, which is close to the diagonal of S: one sample of the signal changes few readings of an
+  // instrument, and gain and offset explain very little of that change.
   std::vector<vesta::BlockGroup> kept_groups() const override { return {at_.block_groups().front()}; }
   void DiagonalBlocks(Blocks& diagonal) override { backend_.Copy(damped_.values(0), diagonal.values(0)); }
 
  private:
   Backend backend_;
   ReadingsLinearization& at_;
-  Index signal_, own_;  // numbers of unknowns
+  Index signal_, own_;  // numbers of kept and eliminated unknowns
   double lambda_ = 0;
   ConstVectorView metric_;
-  Blocks damped_;  // the blocks of the whole
-  Blocks C_;       // its last group, factorised
+  Blocks damped_;  // diagonal blocks of the whole damped system
+  Blocks C_;       // the last group of damped_, factorised
   Backend::Vector w_, u_;
 };
 
