@@ -132,6 +132,8 @@ TEST(BadCommandLine, IsOneLine) {
            {{"train", "a", "--set", "lm.l1_floor=-1"}, {"lm.l1_floor=-1", "1e-06", "1"}},
            {{"train", "a", "--set=lm.l1_floor="}, {"lm.l1_floor=", "1e-06", "1"}},
            {{"train", "a", "--set=lm.l1_floor=nan"}, {"lm.l1_floor=nan"}},
+           {{"train", "a", "--set=rates.opacity=1"}, {"rates.opacity", "lr.opacity"}},
+           {{"train", "a", "--low_pass=1"}, {"--low_pass", "--eps2d"}},
            {{"train", "a", "--set=lm.l1_flor=1"}, {"lm.l1_flor", "lm.l1_floor"}},
            {{"train", "a", "--set=lm.line_search=maybe"}, {"lm.line_search=maybe", "true", "false"}},
            {{"train", "a", "--set=lm.batch_choice=clustered"}, {"lm.batch_choice=clustered", "strided", "random"}},

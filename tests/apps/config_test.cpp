@@ -113,6 +113,7 @@ TEST_F(ConfigFiles, WhatIsWrongInOneIsOneLine) {
     std::vector<std::string> tokens;
   };
   for (const auto& [text, tokens] : std::vector<Case>{
+           {R"({"options": {"parsimony": {"price": 0.1}}})", {"parsimony.price", "pruning.aic_weight"}},
            {R"({"options": {"lm": {"l1_flor": 0.1}}})", {"lm.l1_flor", "lm.l1_floor"}},
            {R"({"options": {"ln": {"l1_floor": 0.1}}})", {"ln.l1_floor"}},
            {R"({"options": {"lm": 3}})", {"lm"}},

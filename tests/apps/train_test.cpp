@@ -57,7 +57,7 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_THAT(Keys(metrics["memory"]),
               UnorderedElementsAre("predicted_mib", "peak_mib", "budget_mib", "jacobian", "batches"));
   EXPECT_EQ(metrics["memory"]["peak_mib"], metrics["peak_memory_mib"]);
-  EXPECT_EQ(metrics["memory"]["jacobian"], "rebuild");
+  EXPECT_EQ(metrics["memory"]["jacobian"], "on_the_fly");
   ExpectEvalReproduces(out_);
 }
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/settings/train_options.h"
 
-#include <map>
-#include <string>
-
 #include "kernels/core/check.h"
 
 namespace vesta::gs {
@@ -67,38 +64,37 @@ const schema::Table<TrainOptions>& TrainFields() {
   return fields;
 }
 
-std::string RenamedOption(const std::string& old_key) {
-  static const std::map<std::string, std::string> keys = {{"adam.iterations_scale", "adam.iterations_scale"},
-                                                          {"adam.batch_size", "adam.batch_size"},
-                                                          {"adam.second_moment", "adam.second_moment"},
-                                                          {"adam.lr_scale", "adam.lr_scale"},
-                                                          {"adam.lr_final_ratio", "adam.lr_final_ratio"},
-                                                          {"adam.averaging_fraction", "adam.averaging_fraction"},
-                                                          {"adam.half_resolution_until", "adam.half_resolution_until"},
-                                                          {"adam.sh_degree_interval", "adam.sh_degree_interval"},
-                                                          {"density.grow_grad2d", "density.grow_grad2d"},
-                                                          {"density.grow_scale3d", "density.grow_scale3d"},
-                                                          {"density.prune_opa", "density.prune_opa"},
-                                                          {"density.prune_scale3d", "density.prune_scale3d"},
-                                                          {"lm.function_tolerance", "lm.function_tolerance"},
-                                                          {"lm.damping_update", "lm.damping_update"},
-                                                          {"lm.gradient_shrinkage", "lm.gradient_shrinkage"},
-                                                          {"pruning.prune_unseen", "pruning.unseen"},
-                                                          {"pruning.aic_weight", "pruning.aic_weight"},
-                                                          {"pruning.sh_aic_weight", "pruning.sh_aic_weight"},
-                                                          {"pruning.keep_fraction", "pruning.keep_fraction"},
-                                                          {"pruning.begin", "pruning.begin"},
-                                                          {"pruning.end", "pruning.end"},
-                                                          {"pruning.every", "pruning.every"},
-                                                          {"lr.position", "lr.position"},
-                                                          {"lr.log_scale", "lr.log_scale"},
-                                                          {"lr.quaternion", "lr.quaternion"},
-                                                          {"lr.opacity", "lr.opacity"},
-                                                          {"lr.sh_dc", "lr.sh_dc"},
-                                                          {"lr.sh_rest", "lr.sh_rest"},
-                                                          {"train.eps2d", "train.eps2d"}};
-  const auto found = keys.find(old_key);
-  return found == keys.end() ? "" : found->second;
+const std::map<std::string, std::string>& RenamedOptions() {
+  static const std::map<std::string, std::string> keys = {{"adam.length", "adam.iterations_scale"},
+                                                          {"adam.views_per_iteration", "adam.batch_size"},
+                                                          {"adam.metric", "adam.second_moment"},
+                                                          {"adam.rate_factor", "adam.lr_scale"},
+                                                          {"adam.rate_decay", "adam.lr_final_ratio"},
+                                                          {"adam.average_part", "adam.averaging_fraction"},
+                                                          {"adam.coarse_part", "adam.half_resolution_until"},
+                                                          {"adam.sh_band_every", "adam.sh_degree_interval"},
+                                                          {"density.gradient_threshold", "density.grow_grad2d"},
+                                                          {"density.split_above", "density.grow_scale3d"},
+                                                          {"density.prune_opacity", "density.prune_opa"},
+                                                          {"density.prune_size", "density.prune_scale3d"},
+                                                          {"lm.min_gain", "lm.function_tolerance"},
+                                                          {"lm.step_control", "lm.damping_update"},
+                                                          {"lm.view_agreement", "lm.gradient_shrinkage"},
+                                                          {"parsimony.supported", "pruning.unseen"},
+                                                          {"parsimony.price", "pruning.aic_weight"},
+                                                          {"parsimony.sh_price", "pruning.sh_aic_weight"},
+                                                          {"parsimony.keep", "pruning.keep_fraction"},
+                                                          {"parsimony.begin", "pruning.begin"},
+                                                          {"parsimony.end", "pruning.end"},
+                                                          {"parsimony.every", "pruning.every"},
+                                                          {"rates.position", "lr.position"},
+                                                          {"rates.log_scale", "lr.log_scale"},
+                                                          {"rates.quaternion", "lr.quaternion"},
+                                                          {"rates.opacity", "lr.opacity"},
+                                                          {"rates.sh_dc", "lr.sh_dc"},
+                                                          {"rates.sh_rest", "lr.sh_rest"},
+                                                          {"train.low_pass", "train.eps2d"}};
+  return keys;
 }
 
 void ValidateOptions(const TrainOptions& options) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,8 +34,8 @@ struct TrainOptions : StageOptions {
 // All fields of all rooms, named "room.field"; those of TrainOptions itself "train.field".
 const schema::Table<TrainOptions>& TrainFields();
 
-// The present key of an option that had another key before version 0.2; "" for any other text.
-std::string RenamedOption(const std::string& old_key);
+// Key before version 0.2 -> present key, of each option that was renamed. Old keys are refused with the present one.
+const std::map<std::string, std::string>& RenamedOptions();
 
 // Throws Error, one line: a field that is out of range, or some that do not go together.
 void ValidateOptions(const TrainOptions& options);

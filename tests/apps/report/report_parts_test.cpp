@@ -137,7 +137,7 @@ TEST(RunRecord, WhatIsMissingIsNotKnown) {
   EXPECT_THAT(empty.notes(), IsEmpty());
   EXPECT_THAT(empty.History("cost"), IsEmpty());
   const RunRecord odd("run", R"({"test": 3, "notes": [1, "one"], "history": [{"cost": 1}, 7, {"cost": "x"}],
-                                 "options": {"adam": {"length": "auto", "rate": 0.5}, "lm": 3}, "scene": 4})",
+                                 "options": {"adam": {"iterations_scale": "auto", "rate": 0.5}, "lm": 3}, "scene": 4})",
                       0);
   EXPECT_TRUE(std::isnan(odd.Number("test.psnr")));
   EXPECT_EQ(odd.Text("scene"), "");

@@ -52,7 +52,7 @@ TEST_F(Completion, OfBash) {
   EXPECT_EQ(InBash("vesta train --preset ="), "fast balanced best paper paper_code\n");
   EXPECT_EQ(InBash("vesta train --set = lm.jac"), "lm.jacobian=\n");
   EXPECT_EQ(InBash("vesta train --set lm.jac"), "lm.jacobian=\n");
-  EXPECT_EQ(InBash("vesta train --set = lm.jacobian = rec"), "recompute\n");
+  EXPECT_EQ(InBash("vesta train --set = lm.jacobian = cached"), "cached_views\n");
   EXPECT_EQ(InBash("vesta eval a b --align = pose+"), "pose+colour\n");
   EXPECT_EQ(InBash("vesta refine a b --sh_deg"), "\n") << "of other commands alone";
   EXPECT_EQ(InBash("vesta train --vie"), "--view --view=\n") << "without a port too";

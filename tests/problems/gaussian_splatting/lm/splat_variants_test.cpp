@@ -33,10 +33,10 @@ struct Variant {
   void (*apply)(SplatProblemOptions&);
 };
 const Variant kVariants[] = {
-    {"recompute", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCachedViews; }},
+    {"cached_views", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCachedViews; }},
     {"cache32", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache32; }},
     {"cache16", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache16; }},
-    {"rebuild", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kOnTheFly; }},
+    {"on_the_fly", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kOnTheFly; }},
     {"random_batches",
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kRandom, 3};

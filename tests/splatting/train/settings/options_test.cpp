@@ -173,8 +173,8 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
   EXPECT_EQ(code.huber_threshold, 0.1);
   EXPECT_EQ(code.l1_weight, 1);
   EXPECT_EQ(code.ssim_weight, 0.25);
-  EXPECT_EQ(paper.step_control, StepRule::k3dgsLmV2);
-  EXPECT_EQ(code.step_control, StepRule::k3dgsLmCode);
+  EXPECT_EQ(paper.damping_update, StepRule::k3dgsLmV2);
+  EXPECT_EQ(code.damping_update, StepRule::k3dgsLmCode);
   EXPECT_EQ(paper.pcg_tolerance, 1e-2);
   EXPECT_EQ(code.pcg_tolerance, 5e-2);
   EXPECT_EQ(paper.max_diagonal, 0);
@@ -205,6 +205,13 @@ TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
     TrainOptions options;
     each.spoil(options);
     EXPECT_THAT([&] { ValidateOptions(options); }, ThrowsError(kBadArgument, each.token, each.second));
+  }
+}
+
+TEST(RenamedOptions, LeadFromNoOptionToOne) {
+  for (const auto& [old_key, key] : RenamedOptions()) {
+    EXPECT_EQ(schema::Find(TrainFields(), old_key), nullptr) << old_key;
+    EXPECT_NE(schema::Find(TrainFields(), key), nullptr) << key;
   }
 }
 
