@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of joint_problem.h. Included where they are instantiated, as joint_linearization.inl.
+// Definitions of joint_problem.h. Include like joint_linearization.inl.
 #pragma once
 
 #include <algorithm>
