@@ -18,7 +18,7 @@
 namespace vesta::gs {
 namespace {
 
-// A pixel that is no number would make all Gaussians of its view none.
+// One NaN or infinite pixel would turn all Gaussians of its view into NaN.
 void CheckPixels(const std::vector<View>& views) {
   std::vector<char> is_bad(views.size());
   ParallelFor(static_cast<Index>(views.size()), 1, [&](Index i) {
@@ -48,7 +48,7 @@ void CheckViews(const Scene& scene) {
   CheckPixels(scene.views);
 }
 
-// Of the photographs of the training views, where they are in a store.
+// Memory of the stored photographs of all training views, in bytes.
 double StoredBytes(const Scene& scene) {
   double bytes = 0;
   for (const View& view : scene.views) {
@@ -57,7 +57,7 @@ double StoredBytes(const Scene& scene) {
   return bytes;
 }
 
-// What needs all photographs at once, or changes them, which those in a store are not for.
+// Rejects options that need all photographs in memory, or change them, if the photographs are in a store.
 void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
   if (!scene.photographs) return;
   const auto refuse = [](const std::string& what) {
@@ -77,7 +77,7 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
   }
 }
 
-// A splat is rendered with one filter, that of its scene's cameras.
+// A splat is rendered with a single eps2d, so the scene's cameras must have the same one.
 void CheckEps2d(const Scene& scene, const TrainOptions& options) {
   for (const View& view : scene.views) {
     if (view.camera.eps2d == options.eps2d) continue;
@@ -94,7 +94,7 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
        options.target_psnr);
 }
 
-// What cannot be found of cameras.
+// Rejects camera refinement that is not supported.
 void CheckCameras(const Scene& scene, const TrainOptions& options, const ProcessGroup& processes) {
   const CameraChoice refined = options.cameras.refine;
   if (!options.cameras.refines()) return;
@@ -117,7 +117,7 @@ void CheckCameras(const Scene& scene, const TrainOptions& options, const Process
       name, bent->name);
 }
 
-// What several processes cannot do. Collective.
+// Rejects options that several processes do not support. Collective.
 void CheckProcesses(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
                     const ProcessGroup& processes) {
   if (!processes.ranks()) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The notes of a training: one line for each thing that is done otherwise than asked for. All their words are here.
+// The notes of a training: one line for each deviation from the options. All texts are here.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace vesta::gs {
 
-// Formats for TrainingSession::Note. The last argument of some is the message of an Error.
+// Formats for TrainingSession::Note. In some, the last argument is the message of an Error.
 namespace notes {
 
 inline constexpr char kEvaluatesSomeViews[] =
@@ -47,14 +47,14 @@ inline constexpr char kLmByOneView[] = "LM goes on with one view at a time: {}";
 
 }  // namespace notes
 
-// The notes so far; each once, though a resumed training makes it again.
+// The notes so far, without duplicates: a resumed training may add one again.
 class TrainingNotes {
  public:
   void Add(std::string line) {
     if (std::ranges::find(lines_, line) == lines_.end()) lines_.push_back(std::move(line));
   }
   const std::vector<std::string>& lines() const { return lines_; }
-  // Those of before a break.
+  // Restores the notes of a resumed training.
   void Restore(std::vector<std::string> lines) { lines_ = std::move(lines); }
   std::vector<std::string> Take() { return std::move(lines_); }
 

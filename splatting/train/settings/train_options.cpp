@@ -38,7 +38,7 @@ schema::Table<TrainOptions> OwnFields() {
        &O::evaluated_views,
        {1, 1e7},
        "of the training views evaluations look at so many at most, evenly spread"},
-      // Up to what every reader of JSON has exactly.
+      // The largest integer that every JSON reader represents exactly.
       {"train.seed", &O::seed, {0, 9007199254740992}, "start of the random numbers", "seed"},
   };
 }

@@ -15,9 +15,9 @@
 namespace vesta::gs {
 namespace {
 
-// The part of the stage after which one more band of the harmonics comes, each time. Harmonics can show exposures that
-// differ from side to side as well. So where exposures are found, bands come later, but before it is decided which
-// bands gain too little (PruningOptions::begin).
+// The fraction of the stage between two SH bands. SH coefficients can also imitate exposures that differ between sides
+// of the scene. With exposure refinement bands therefore start later, but before SH bands are pruned
+// (PruningOptions::begin).
 double BandEvery(const TrainOptions& options) {
   constexpr double kLater = 2;
   return FreeBy(options.cameras.refine).color ? kLater * options.adam.sh_degree_interval
