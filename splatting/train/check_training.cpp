@@ -27,7 +27,7 @@ void CheckPixels(const std::vector<View>& views) {
   });
   const auto bad = std::ranges::find(is_bad, 1);
   if (bad == is_bad.end()) return;
-  Fail(kBadArgument, "view {}: a colour of its image is not a finite number; mend it or leave the view out",
+  Fail(kBadArgument, "view {}: a colour of its image is not finite; repair the image or remove the view",
        views[static_cast<std::size_t>(bad - is_bad.begin())].name);
 }
 
@@ -39,12 +39,13 @@ void CheckViews(const Scene& scene) {
     const bool is_of_camera = image.width == camera.width && image.height == camera.height;
     const bool is_there = is_of_camera && !image.empty() && image.rgb.size() == 3 * image.num_pixels();
     if (!view.stored && !is_there) {
-      Fail(kBadArgument, "view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it",
+      Fail(kBadArgument,
+           "view {}: training needs its image with the camera's {} x {} pixels; load the scene with LoadScene",
            view.name, camera.width, camera.height);
     }
     has_training = has_training || view.is_trained();
   }
-  if (!has_training) Fail(kBadArgument, "the scene has no training view: every 8th is held out for testing");
+  if (!has_training) Fail(kBadArgument, "the scene has no training view: every 8th view is a test view");
   CheckPixels(scene.views);
 }
 
@@ -62,8 +63,7 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
   if (!scene.photographs) return;
   const auto refuse = [](const std::string& what) {
     Fail(kOutOfMemory,
-         "{} needs all photographs in memory, which has no room for them; allow more by --photographs_mib, or use "
-         "--downscale",
+         "{} needs all photographs in memory, but they do not fit; increase --photographs_mib, or use --downscale",
          what);
   };
   const bool have_room = StoredBytes(scene) <= scene.photographs->budget_bytes();
@@ -72,7 +72,7 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
   }
   const CameraChoice refined = options.cameras.refine;
   if (FreeBy(refined).color && !have_room) {
-    refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
+    refuse(fmt::format("cameras.refine={}: exposure refinement (unlike cameras.refine=pose)",
                        schema::NameOf(refined, kCameraChoices)));
   }
 }
@@ -89,8 +89,7 @@ void CheckEps2d(const Scene& scene, const TrainOptions& options) {
 void CheckTarget(const Scene& scene, const TrainOptions& options) {
   const auto is_held_out = [](const View& view) { return view.role == ViewRole::kHeldOut; };
   if (options.target_psnr <= 0 || std::ranges::any_of(scene.views, is_held_out)) return;
-  Fail(kBadArgument,
-       "train.target_psnr={}: the scene has no views held out to judge by; load it with LoadSceneOptions::hold_out",
+  Fail(kBadArgument, "train.target_psnr={}: the scene has no held-out views; load it with LoadSceneOptions::hold_out",
        options.target_psnr);
 }
 
@@ -100,21 +99,22 @@ void CheckCameras(const Scene& scene, const TrainOptions& options, const Process
   if (!options.cameras.refines()) return;
   const char* const name = schema::NameOf(refined, kCameraChoices);
   if (!processes.is_alone()) {
-    Fail(kUnsupported, "--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name,
+    Fail(kUnsupported,
+         "--refine_cameras={}: only one process can refine cameras, not {}; start one process, or choose none", name,
          processes.ranks()->size());
   }
   if (FindsCamerasByLm(options) && (refined == CameraChoice::kAuto || refined == CameraChoice::kAll)) {
-    Fail(kUnsupported, "--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or find them in an Adam stage",
-         name, refined == CameraChoice::kAuto ? "decides nothing" : "finds no lenses");
+    Fail(kUnsupported,
+         "--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or refine cameras in an Adam stage", name,
+         refined == CameraChoice::kAuto ? "does not support it" : "does not optimise lenses");
   }
   if (!FreeBy(refined).lens) return;
   const auto bent = std::ranges::find_if(scene.views, [](const View& view) { return view.bent.has_value(); });
   if (bent == scene.views.end()) return;
-  Fail(
-      kUnsupported,
-      "--refine_cameras={}: the lens of view {} distorts, and no such one is found; choose pose+exposure, or undistort "
-      "the photographs before",
-      name, bent->name);
+  Fail(kUnsupported,
+       "--refine_cameras={}: the lens of view {} has distortion and cannot be refined; choose pose+exposure, or "
+       "undistort the photographs first",
+       name, bent->name);
 }
 
 // Rejects options that several processes do not support. Collective.
@@ -127,22 +127,21 @@ void CheckProcesses(const Scene& scene, const TrainOptions& options, const Stage
   }
   if (options.memory.budget_gib > 0) {
     Fail(kUnsupported,
-         "--memory_budget={}: memory is planned for a training without mpirun; start it so, or leave the budget out",
+         "--memory_budget={}: not supported under mpirun; start the training without mpirun, or omit the budget",
          options.memory.budget_gib);
   }
   if (processes.is_alone()) return;
   if (stages.device_memory)
-    Fail(kUnsupported, "--device=cuda: several processes train on CPUs alone; use --device=cpu");
+    Fail(kUnsupported, "--device=cuda: several processes can train only on CPUs; use --device=cpu");
   if (scene.photographs) {
     Fail(kOutOfMemory,
-         "each of several processes needs all photographs in memory, which has no room for them; start fewer, allow "
-         "more "
-         "by --photographs_mib, or use --downscale");
+         "each of several processes needs all photographs in memory, but they do not fit; start fewer processes, "
+         "increase --photographs_mib, or use --downscale");
   }
   const std::vector<std::uint64_t> scenes = processes.Gather(std::vector<std::uint64_t>{FingerprintOf(scene)});
   for (std::size_t r = 1; r < scenes.size(); ++r) {
     if (scenes[r] != scenes[0])
-      Fail(kBadArgument, "process {} reads another scene than process 0; give all the same", r);
+      Fail(kBadArgument, "process {} has another scene than process 0; pass the same scene to all", r);
   }
 }
 

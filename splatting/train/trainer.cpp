@@ -165,7 +165,7 @@ SplatModel ModelOfAdamStage(const std::string& saved, const TrainOptions& option
                           ViewOrder(1, options.seed)};
   ArchiveReader reader(saved);
   reader(state);
-  VESTA_CHECK(state.IsWhole(), "a saved state of {} Gaussians that do not go together", state.model.count());
+  VESTA_CHECK(state.IsWhole(), "an inconsistent saved state of {} Gaussians", state.model.count());
   SplatModel model;
   state.model.DownloadResult(model);
   return model;
@@ -207,7 +207,7 @@ SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& o
     const bool is_of_adam = checkpoint.run.stage == Stage::kAdam;
     model = is_of_adam ? ModelOfAdamStage(checkpoint.stage_state, options) : ModelOfLmStage(checkpoint.stage_state);
   } catch (const Error&) {
-    Fail(kBadFile, "{}: holds no state of a training of which a splat could be shown", checkpoint.path);
+    Fail(kBadFile, "{}: contains no training state with a splat to show", checkpoint.path);
   }
   TellRenderSettings(options, &model);
   return model;

@@ -114,9 +114,9 @@ class JointLinearization final : public Linearization<B>,
 };
 
 // The damped system with the unknowns of the views eliminated. The unknowns of a view affect the splats only through
-// its own image. So the Schur complement is the sum over views of J_s^T (W - W J_c C^-1 J_c^T W) J_s with C = J_c^T W
-// J_c + lambda D of the view. A product is a product for the splats alone, with the response of the camera projected
-// out of each image. W J_c is stored: eight images per view.
+// its own image. So the Schur complement is the sum over views of J_s^T (W - W J_c C^-1 J_c^T W) J_s. Here C = J_c^T W
+// J_c + lambda D is the damped system of the view. A product is a product for the splats alone, with the response of
+// the camera projected out of each image. W J_c is stored: eight images per view.
 template <Backend B>
 class JointReducedSystem final : public ReducedSystem<B> {
  public:

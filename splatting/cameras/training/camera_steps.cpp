@@ -141,13 +141,12 @@ CameraChoice CameraEvidence::Choice() const { return pose >= kPoseGain ? CameraC
 
 std::string CameraEvidence::Words() const {
   return fmt::format(
-      "{} views that were held back lose {:.1f} % of their loss, {:.0f} were asked for, by moving their cameras {:.2f} "
-      "pixels{}",
+      "{} held-out views: their loss falls by {:.1f} % (threshold {:.0f} %) when their cameras move by {:.2f} pixels{}",
       views, 100 * pose, 100 * kPoseGain, pixels,
       exposure < kExposureGain
           ? ""
-          : fmt::format("; and {:.0f} % of the error by exposures, which pose+exposure would find: the "
-                        "photographs seem to differ",
+          : fmt::format("; their error falls by {:.0f} % with fitted exposures: the exposures of the "
+                        "photographs seem to differ, try pose+exposure",
                         100 * exposure));
 }
 

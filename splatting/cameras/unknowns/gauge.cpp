@@ -55,7 +55,7 @@ Matrix3 CrossMatrix(const Vector3& v) {
 }  // namespace
 
 void FixCameraGauge(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found) {
-  VESTA_CHECK(given.size() == found->size(), "{} views, but {} that were found", given.size(), found->size());
+  VESTA_CHECK(given.size() == found->size(), "{} given views, but {} found ones", given.size(), found->size());
   if (given.empty()) return;
   const auto views = static_cast<double>(given.size());
   Vector3 middle = Vector3::Zero();

@@ -29,10 +29,10 @@ void SubtractMeanRotation(std::vector<ViewUnknowns>* found);
 // A weak prior that fixes the gauge when cameras, exposures and splats are optimised jointly: it pulls each view
 // towards its given camera.
 //
-// For each value of the view's image it adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2) to the
-// cost, for the free unknowns only. v is the vector part of the motion's quaternion (2 |v| is the angle, if small), t
-// the translation. The prior biases weakly determined unknowns. With the default weight, gains of 0.9 to 1.1 of small
-// dark photographs were up to 0.02 too close to 1; with weight 1e-4, up to 0.003.
+// For each value of the view's image, the prior adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2)
+// to the cost. Terms of fixed unknowns are left out. v is the vector part of the motion's quaternion (2 |v| is the
+// angle, if small), t the translation. The prior biases weakly determined unknowns. With the default weight, gains of
+// 0.9 to 1.1 of small dark photographs were up to 0.02 too close to 1; with weight 1e-4, up to 0.003.
 struct ViewPrior {
   double weight = 0.01;  // >= 0
   double depth = 1;      // depth of the scene in front of the views, world units, > 0

@@ -99,7 +99,7 @@ ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSp
 
 CameraChanges ChangesOf(const SplatModel& model, const std::vector<const View*>& given,
                         const std::vector<ViewUnknowns>& found, double near) {
-  VESTA_CHECK(given.size() == found.size(), "{} views, {} of which something was found", given.size(), found.size());
+  VESTA_CHECK(given.size() == found.size(), "{} given views, but {} found ones", given.size(), found.size());
   CameraChanges changes;
   std::vector<double> degrees, pixels;
   for (std::size_t i = 0; i < given.size(); ++i) {

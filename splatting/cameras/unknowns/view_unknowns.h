@@ -75,7 +75,7 @@ struct FreeUnknowns {
   constexpr int color_tangent() const { return color ? 2 * ImageShape::kChannels : 0; }
   constexpr int lens_tangent() const { return lens ? splat::kLensTangent : 0; }
   constexpr int num_tangent() const { return pose_tangent() + color_tangent() + lens_tangent(); }
-  // Unknowns that move Gaussians in the image.
+  // The number of unknowns that move Gaussians in the image.
   constexpr int num_moves() const { return pose_tangent() + lens_tangent(); }
   // Indices in a step.
   constexpr int Gain(int channel) const { return pose_tangent() + channel; }

@@ -47,7 +47,7 @@ class AdamStage {
   // Returns the saved state to the session when the stage could not begin.
   void GiveBackSavedStage() { session_.saved().GiveBack(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
-  // Restores the state before the last densification; densification is off from then on. Returns false without such a
+  // Restores the state before the last densification; from then on no Gaussians are added. Returns false without such a
   // state.
   bool RollBack() {
     if (rollback_point_.empty()) return false;
@@ -100,7 +100,7 @@ class AdamStage {
     const int n = session_.schedule().iterations(), views = options_.adam.batch_size;
     if (state_->iteration >= n) {
       Fail(kBadArgument,
-           "{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
+           "{}: {} Adam iterations are done, but only {} were requested; set a higher --iterations, or a --time_limit",
            session_.saved().path(), state_->iteration * views, n * views);
     }
   }

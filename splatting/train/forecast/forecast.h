@@ -71,8 +71,8 @@ class IterationTimer {
   struct Scale {
     std::size_t observed = 0;
     std::array<double, kLatest> latest{};
-    double mean =
-        0;  // trimmed mean of the latest: without the lowest and highest tenth, since other load disturbs some
+    // Mean of the latest without the lowest and highest tenth, since other load on the machine disturbs some.
+    double mean = 0;
 
     bool is_known() const { return observed > 1; }
     void Add(double value) {
@@ -138,7 +138,7 @@ struct RemainingWork {
   double most_gaussians = 0;  // maximum over the rest of the stage
 
   // The number of iterations that fit into `available` seconds. At most three quarters of the time are reserved for
-  // changes: their time is unknown before the first, and iterations skipped by overestimating it cannot be made up.
+  // changes. Their time is unknown before the first one, and an overestimate would skip iterations for good.
   double IterationsIn(double available) const {
     return (available - std::min(change_seconds, 0.75 * available)) / seconds;
   }

@@ -93,17 +93,16 @@ Checkpoint ReadCheckpoint(const std::string& path) {
   rest.remove_prefix(kMagic.size());
   std::uint32_t version = 0, checksum = 0;
   const auto damaged = [&] {
-    Fail(kBadFile, "{}: cut short or damaged; resume from another checkpoint, or train anew", path);
+    Fail(kBadFile, "{}: truncated or damaged; resume from another checkpoint, or start a new training", path);
   };
   if (rest.size() < sizeof(version) + sizeof(checksum)) damaged();
   std::memcpy(&version, rest.data(), sizeof(version));
   std::memcpy(&checksum, bytes.data() + bytes.size() - sizeof(checksum), sizeof(checksum));
   if (checksum != Checksum(0, std::string_view(bytes).substr(0, bytes.size() - sizeof(checksum)))) damaged();
   if (version != kVersion) {
-    Fail(
-        kUnsupported,
-        "{}: a checkpoint of version {}, where this program reads version {}; resume it with the program that wrote it",
-        path, version, kVersion);
+    Fail(kUnsupported,
+         "{}: checkpoint version {}, but this program reads version {}; resume with the program that wrote it", path,
+         version, kVersion);
   }
   rest.remove_prefix(sizeof(version));
   rest.remove_suffix(sizeof(checksum));

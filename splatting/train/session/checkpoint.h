@@ -90,7 +90,7 @@ class SavedStage {
   // Throws Error: the state is invalid. The message names the checkpoint and, if given, the reason.
   [[noreturn]] void Refuse(const std::string& why = "") const {
     Fail(kBadFile,
-         "{}: holds no state that this training could have had{}; resume from another checkpoint, or train anew",
+         "{}: the saved state does not fit this training{}; resume from another checkpoint, or start a new training",
          checkpoint_->path, why.empty() ? "" : fmt::format(" ({})", why));
   }
   // Returns read(). If read() throws an Error because of the saved state, calls Refuse().

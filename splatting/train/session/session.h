@@ -49,7 +49,7 @@ class TrainingMemory {
   double kept_on_device() const { return kept_on_device_; }
   void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
 
-  // The largest model so far, except for the results of the stages: the models before pruning.
+  // The largest model passed to NoteModel: before each pruning round, and at the end of the training.
   const splat::ModelLayout& largest_model() const { return largest_model_; }
   void NoteModel(const splat::ModelLayout& layout) {
     if (layout.Size() > largest_model_.Size()) largest_model_ = layout;

@@ -110,10 +110,11 @@ void ValidateOptions(const TrainOptions& options) {
   const DensityOptions& density = options.density;
   const PruningOptions& pruning = options.pruning;
   if (density.enabled && (pruning.prune_unseen || pruning.judges()) && density.end > pruning.begin) {
-    Fail(kBadArgument,
-         "density.end={} lies behind pruning.begin={}: Gaussians would be removed while others are still added; set "
-         "both",
-         density.end, pruning.begin);
+    Fail(
+        kBadArgument,
+        "density.end={} is after pruning.begin={}: Gaussians would be removed while others are still added; change one "
+        "of them",
+        density.end, pruning.begin);
   }
 }
 

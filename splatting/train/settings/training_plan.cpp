@@ -41,7 +41,7 @@ TrainOptions FitToScene(TrainOptions options, Index training_views) {
     adam.iterations = static_cast<int>(std::clamp(all, 1.0, kMost));
   }
   if (adam.runs() && adam.batch_size > std::max<Index>(training_views, 1)) {
-    Fail(kBadArgument, "adam.batch_size={}: the scene has {} training views; give it no more than these",
+    Fail(kBadArgument, "adam.batch_size={}: the scene has only {} training views; choose at most that many",
          adam.batch_size, training_views);
   }
   if (!options.sh_degree) options.sh_degree = DefaultShDegree(training_views);
