@@ -205,7 +205,7 @@ TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
   EXPECT_THAT(refusal(2, {"train", scene, out, "--memory_budget=0.001"}), HasTokens("--memory_budget=0.001", "mpirun"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--view=8123"}), HasTokens("--view"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=30", "--refine_cameras=pose"}),
-              HasSubstr("--refine_cameras=pose: one process finds cameras, not 2"));
+              HasSubstr("--refine_cameras=pose: only one process can refine cameras, not 2"));
   EXPECT_THAT(refusal(9, {"train", scene, out, "--iterations=2", "--lm_iterations=1"}), HasTokens("9", "8"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=2", "--lm_iterations=1", "--set", "lm.batches=2"}),
               HasTokens("lm.batches=1"));

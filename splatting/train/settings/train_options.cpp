@@ -35,7 +35,7 @@ schema::Table<TrainOptions> OwnFields() {
        &O::evaluated_views,
        {1, 1e7},
        "of the training views evaluations look at so many at most, evenly spread"},
-      // Up to what every reader of JSON has exactly.
+      // The largest integer that every JSON reader represents exactly.
       {"train.seed", &O::seed, {0, 9007199254740992}, "start of the random numbers", "seed"},
   };
 }
@@ -106,10 +106,11 @@ void ValidateOptions(const TrainOptions& options) {
   const DensityOptions& density = options.density;
   const PruningOptions& pruning = options.pruning;
   if (density.enabled && (pruning.prune_unseen || pruning.judges()) && density.end > pruning.begin) {
-    Fail(kBadArgument,
-         "density.end={} lies behind pruning.begin={}: Gaussians would be removed while others are still added; set "
-         "both",
-         density.end, pruning.begin);
+    Fail(
+        kBadArgument,
+        "density.end={} is after pruning.begin={}: Gaussians would be removed while others are still added; change one "
+        "of them",
+        density.end, pruning.begin);
   }
 }
 

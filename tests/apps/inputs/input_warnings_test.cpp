@@ -98,7 +98,7 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   const ProgramOutput output = Train({budget, "--set=lm.batches=99"});
   const std::vector<std::string> told = {"masks/ has no mask by the name of an image, as masks/000.png.png",
                                          "sparse/1 of 10 images is passed over",
-                                         "LM in 8 of the lm.batches=99 asked for"};
+                                         "LM uses 8 of the lm.batches=99 requested"};
   const std::string notes = Metrics()["notes"].dump();
   for (const std::string& note : told) {
     EXPECT_THAT(output.out, HasSubstr(note));
