@@ -26,7 +26,7 @@ TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
   EXPECT_TRUE(Averages(adam, {0.98, 1}, 88)) << "always in the last iteration";
   AdamOptions of_several = adam;
   of_several.batch_size = 2;
-  EXPECT_TRUE(Averages(of_several, Span(76), 76)) << "every four views";
+  EXPECT_TRUE(Averages(of_several, Span(76), 76)) << "every other iteration";
   EXPECT_FALSE(Averages(of_several, Span(75), 75));
   of_several.batch_size = 8;
   EXPECT_TRUE(Averages(of_several, Span(77), 77));

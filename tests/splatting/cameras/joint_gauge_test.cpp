@@ -108,7 +108,7 @@ TEST(JointGauge, OnlyThePriorTellsWhereTheWorldIs) {
     setup.options.prior.weight = weight;
     return setup.Make().Cost(x);
   };
-  // Shift and growth separately, because each is exact along its tangent. Plus would shift a mean before it applies
+  // Shift and growth separately: a linear step is exact for each, with log1p(growth) for the log-scale.
   // exp.
   constexpr double kGrowth = 0.1;
   HostBuffer<double> v = SimilarityStep(setup, layout, {0, 0, 0}, {0.2, -0.1, 0.3}, 0);

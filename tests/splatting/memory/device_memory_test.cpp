@@ -61,7 +61,7 @@ TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
   const TrainResult result = test::MemoryRun(GetParam(), 1, 1).Run(DeviceStages());
   EXPECT_THAT(result.notes, testing::IsEmpty());
   EXPECT_NEAR(result.memory.device_predicted_mib / result.memory.device_peak_mib, 1.04, 0.1)
-      << result.memory.device_predicted_mib << "   MiB predicted, " << result.memory.device_peak_mib << " counted";
+      << result.memory.device_predicted_mib << " MiB predicted, " << result.memory.device_peak_mib << " counted";
 }
 
 // If not all views fit, they are rebuilt one at a time, which changes no result. This is planned, or decided when

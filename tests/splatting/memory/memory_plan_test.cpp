@@ -62,7 +62,7 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
   const TrainResult result = run.Run();
   const double counted = memory.peak_bytes() / kMib;
   EXPECT_NEAR(result.memory.predicted_mib / counted, 1, 0.1)
-      << result.memory.predicted_mib << "   MiB predicted, " << counted << " counted";
+      << result.memory.predicted_mib << " MiB predicted, " << counted << " counted";
   if (options.memory.budget_gib > 0) {
     EXPECT_LE(counted, 1024 * options.memory.budget_gib);
     EXPECT_EQ(result.memory.jacobian, JacobianKind::kOnTheFly) << "the budget must have an effect";

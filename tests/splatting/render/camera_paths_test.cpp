@@ -111,7 +111,8 @@ TEST(PathThrough, IsRoundBetweenKeysOfACircle) {
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 81);
   for (std::size_t k = 10; k < 71; ++k) {  // the first and last segments lack a neighbour
     const auto center = CameraCenter(path[k]);
-    EXPECT_NEAR(std::hypot(center[0], center[2]), 3, 0.003) << "the middles of the chords are at radius " << 3 * std::cos(0.2);
+    EXPECT_NEAR(std::hypot(center[0], center[2]), 3, 0.003)
+        << "the middles of the chords are at radius " << 3 * std::cos(0.2);
     EXPECT_NEAR(InCamera(path[k], {0, 0, 0})[0], 0, 0.005);
   }
 }

@@ -89,7 +89,8 @@ TEST(Surface, NormalsOfAPlaneAreKnown) {
     const NormalImage image = SurfaceRenderer(0.01).Normals(Plane(tilt), ViewAlongZ());
     for (std::size_t p = 0; p < kSide * kSide; ++p) {
       EXPECT_NEAR(static_cast<double>(image.normals[p]), 0, 1e-4);
-      EXPECT_NEAR(static_cast<double>(image.normals[kSide * kSide + p]), std::sin(tilt), 1e-4) << "the y axis points up";
+      EXPECT_NEAR(static_cast<double>(image.normals[kSide * kSide + p]), std::sin(tilt), 1e-4)
+          << "the y axis points up";
       EXPECT_NEAR(static_cast<double>(image.normals[2 * kSide * kSide + p]), std::cos(tilt), 1e-4);
     }
   }

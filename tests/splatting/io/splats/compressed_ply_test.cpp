@@ -64,7 +64,8 @@ TEST_F(CompressedPly, RoundTripStaysWithinItsSteps) {
     for (Index i = 0; i < kCount; ++i) {
       const Index from = order[static_cast<std::size_t>(i)];
       EXPECT_NEAR(Opacity(again, i), Opacity(model, from), 0.5 / 255 + 1e-6);
-      // Half a quantisation step in each of three components; the largest one has the error of all three.
+      // Three components are stored with an error of half a step each. The largest, computed from them, has at most the
+      // sum.
       EXPECT_LE(AngleBetween(again, i, model, from), 2 * 2 * std::sqrt(3.0) * 0.5 / 723);
     }
   }

@@ -163,7 +163,8 @@ TEST_F(CamerasFoundAlong, LensesComeBack) {
   }
   EXPECT_NEAR(result.camera_changes.most_focal, 1 - 1 / kTooLong, 0.005);
   const std::vector<View> found = MovedViews(given_, result.cameras);
-  for (std::size_t v = 0; v < found.size(); ++v) EXPECT_EQ(found[v].camera, found[1].camera) << "test views share the lens";
+  for (std::size_t v = 0; v < found.size(); ++v)
+    EXPECT_EQ(found[v].camera, found[1].camera) << "test views share the lens";
 }
 
 // A rotation that all cameras share is found mostly as poses, and not as a shift of the principal point.
