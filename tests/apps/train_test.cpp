@@ -253,7 +253,7 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
   prune("--keep=0.5", "40");
   EXPECT_NEAR(static_cast<double>(count()), 0.5 * static_cast<double>(all), 1);
   EXPECT_EQ(Metrics(pruned)["history"][0]["gaussians"], all) << "the history begins with the input";
-  // Without iterations all Gaussians are removed in one step.
+  // Without iterations the model is pruned once and not trained.
   EXPECT_THAT(prune("--keep=0.5", "0"), HasSubstr(fmt::format("pruned from {} to {} Gaussians in", all, count())));
   const double size = 0.3 * static_cast<double>(fs::file_size(Ply(out_))) / (1 << 20);
   prune(fmt::format("--size_mib={}", size), "0");

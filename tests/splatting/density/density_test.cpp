@@ -290,7 +290,7 @@ TEST(Density, ResetLowersOpacities) {
   EXPECT_NEAR(OpacityOf(model, 2), 0.01, 1e-8);
 }
 
-// Adam continues on the densified model: both clones move equally.
+// Adam's moments follow their Gaussians: old ones keep moving by momentum, new ones follow the new gradient.
 TEST(Density, MomentsFollowTheModel) {
   DensityScene scene(4);
   test::ModelAdam adam{LearningRates()};

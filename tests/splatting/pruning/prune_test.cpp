@@ -145,10 +145,10 @@ TEST(PruningSchedule, TheSamePartGoesEachTime) {
     if (Prunes(pruning, span)) left.emplace_back(it, CountAfter(pruning, span, 1000));
   }
   EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}}));
-  EXPECT_FALSE(Prunes(PruningOptions::None(), {0.69, 0.7})) << "off by default";
+  EXPECT_FALSE(Prunes(PruningOptions::None(), {0.69, 0.7})) << "not if disabled";
   EXPECT_TRUE(LowersDegrees({}, {0.59, 0.6}));
   EXPECT_FALSE(LowersDegrees({}, {0.61, 0.62})) << "once";
-  EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "not in the first interval";
+  EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "after the first interval";
   EXPECT_FALSE(LowersDegrees(PruningOptions::None(), {0.59, 0.6}));
   EXPECT_TRUE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8}))
       << "the last step crosses the end";
@@ -156,7 +156,7 @@ TEST(PruningSchedule, TheSamePartGoesEachTime) {
               ThrowsError(kBadArgument, "pruning.begin=0.9", "pruning.end=0.8"));
   EXPECT_FALSE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1}))
       << "no training would follow";
-  EXPECT_EQ(CountAfter({.keep_fraction = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
+  EXPECT_EQ(CountAfter({.keep_fraction = 1e-9}, {0.9, 1}, 1000), 1) << "always at least one";
 }
 
 TEST(PruningSchedule, CoverageIsAskedForTwice) {

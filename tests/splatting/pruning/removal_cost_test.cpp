@@ -56,7 +56,7 @@ TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
   EXPECT_GT(compared, 20) << "that matter";
 }
 
-// With whole views and half views masked out, Gaussians visible only there have no removal cost.
+// Masks over the right half of each view, or over all of it: masked pixels do not contribute.
 TEST(RemovalCost, PixelsThatDoNotCountHaveNoSay) {
   Fit fit;
   const RemovalCost whole = fit.Measure();

@@ -236,8 +236,8 @@ TEST_F(NerfTest, CamerasAreReadInTheirOrderWithoutImages) {
   const std::vector<View> views = ReadNerfCameras(folder_ / "transforms.json", kUsual);
   ASSERT_EQ(views.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(CameraCenter(views[i])[0], 3 - static_cast<double>(i), 1e-12);
-  EXPECT_EQ(views[0].camera.lens.cx, 19.5) << "the camera of the file";
-  EXPECT_NEAR(views[1].camera.lens.fx, 20 / std::tan(0.5), 1e-9) << "from the width of the file";
+  EXPECT_EQ(views[0].camera.lens.cx, 19.5) << "the given default camera";
+  EXPECT_NEAR(views[1].camera.lens.fx, 20 / std::tan(0.5), 1e-9) << "with the default width";
   EXPECT_EQ(views[1].camera.lens.cx, 20);
   EXPECT_TRUE(views[2].camera.width == 60 && views[2].camera.height == 20 && views[2].camera.lens.fy == 70);
 }
