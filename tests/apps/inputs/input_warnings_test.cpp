@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can hardly have been meant is doubted in one line, what was done otherwise than asked is told, and a figure that
-// has no end is none.
+// The program warns about probable mistakes and reports where it deviates from the options. Infinite figures are not
+// printed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -68,7 +68,7 @@ TEST_F(Doubts, AbsurdRates) {
   EXPECT_THAT(Train({"--set=adam.lr_scale=1e6"}).out, ContainsRegex("at [0-9.]+ dB only: are the poses"));
 }
 
-// Equal images have no finite PSNR.
+// The PSNR of equal images is infinite.
 TEST_F(Doubts, BlackPhotographs) {
   WriteTinyScene(scene_);
   for (const auto& entry : fs::directory_iterator(scene_ + "/images")) {
@@ -91,7 +91,7 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   WriteTinyScene(scene_);
   fs::create_directory(scene_ + "/masks");
   fs::copy(scene_ + "/sparse/0", scene_ + "/sparse/1");
-  // As much as is foreseen of this program, which under a sanitizer is larger.
+  // The predicted memory of this build, which is larger with a sanitizer.
   Train();
   const double foreseen = Metrics()["memory"]["predicted_mib"];
   const std::string budget = fmt::format("--memory_budget={:.5f}", (foreseen + 1) / 1024);
@@ -104,13 +104,15 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
     EXPECT_THAT(output.out, HasSubstr(note));
     EXPECT_THAT(notes, HasSubstr(note));
   }
-  // Where more memory was taken than was to be.
+  // A note reports when the memory exceeded the budget.
   const json memory = Metrics()["memory"];
   const bool is_over = memory["peak_mib"] > memory["budget_mib"];
   EXPECT_EQ(notes.find(" MiB were to be taken") != std::string::npos, is_over) << notes;
 }
 
-// Where floats are too coarse, 16 million sizes away, the splat and its figures are those of the scene at home.
+// At 16 million scene sizes from the origin, floats are too coarse. The results still equal the results near the
+// origin.
+// unmoved scene.
 TEST_F(Doubts, AFarSceneIsAnyOther) {
   gs::ColmapModel model = TinyModel();
   WriteTinyScene(scene_, model);
@@ -119,7 +121,7 @@ TEST_F(Doubts, AFarSceneIsAnyOther) {
   constexpr double kEast = 16777216;
   for (auto& point : model.points) point.position[0] += kEast;
   for (auto& image : model.images) {
-    const double w = image.rotation[0], y = image.rotation[2];  // about the y axis
+    const double w = image.rotation[0], y = image.rotation[2];  // rotation about the y axis
     image.translation[0] -= (1 - 2 * y * y) * kEast;
     image.translation[2] += 2 * w * y * kEast;
   }

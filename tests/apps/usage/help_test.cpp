@@ -11,13 +11,13 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-// What help prints, after checks that hold for all of it.
+// The printed help, after checks that apply to every page.
 std::string Help(const std::vector<std::string>& arguments) {
   const ProgramOutput output = RunProgram(arguments);
   EXPECT_EQ(output.status, 0);
   EXPECT_EQ(output.err, "");
   EXPECT_LE(CountLines(output.out), 72);
-  EXPECT_THAT(output.out, Not(HasSubstr("alsologtostderr")));  // no flags of the libraries
+  EXPECT_THAT(output.out, Not(HasSubstr("alsologtostderr")));  // no flags of libraries
   return output.out;
 }
 
@@ -39,13 +39,13 @@ TEST(Help, SaysWhichVersion) {
           "vesta [0-9.]+ \\(commit [0-9a-z-]+\\)\ninstruction sets: sse2.*; this CPU has sse2.*; used: [a-z0-9]+\n"));
 }
 
-// The preset's value is in brackets; refine shows its own.
+// The preset's default is in brackets; refine shows its own.
 TEST(Help, SaysWhatFlagsAreWithoutBeingGiven) {
   EXPECT_THAT(RunProgram({"help", "train", "--all"}).out, HasSubstr("a smaller part; 0: never; from 0 to 1 [0.006]"));
   EXPECT_THAT(RunProgram({"help", "refine", "--all"}).out, HasSubstr("a smaller part; 0: never; from 0 to 1 [0.001]"));
 }
 
-// Flags: the lines that begin with one.
+// The number of lines that begin with a flag.
 int CountFlags(const std::string& text) {
   int flags = 0;
   for (std::size_t at = text.find("\n  --"); at != std::string::npos; at = text.find("\n  --", at + 1)) ++flags;
