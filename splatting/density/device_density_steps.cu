@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of density control nvcc compiles.
+// CUDA instances of the loops of density control.
 #include "kernels/core/for_each.cuh"
 #include "splatting/density/density_steps.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of terms of a gradient nvcc compiles.
+// CUDA instances of the loops over terms of a gradient.
 #include "kernels/core/for_each.cuh"
 #include "splatting/distributed/view_gradient_steps.h"
 
