@@ -92,7 +92,7 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
     for (Index k = 0; k < std::min<Index>(arrays.views, kTurnEvery); ++k) {
       const Index first = FirstTurned(arrays.seen - k);
       device::ForEach(turns(std::max<Index>(chunks - first, 0)) * kTurnChunk, TurnOne{blocks, first, count},
-                      "turn of Adam's bases");
+                      "rotation of Adam's bases");
     }
   }
   for (int first = arrays.first_diagonal, end = 0; first < arrays.attributes; first = end) {

@@ -62,7 +62,7 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
                          "--device=cpu, --downscale or fewer Gaussians",
                          memory.budget_gib, what, RoundedGib(needed))
                    : fmt::format(
-                         "{} needs {:.2f} GiB of the GPU, which has {:.2f} free; use --device=cpu, "
+                         "{} needs {:.2f} GiB of the GPU, but {:.2f} are available; use --device=cpu, "
                          "--downscale or fewer Gaussians",
                          what, RoundedGib(needed), usable / kGib);
   };

@@ -16,9 +16,9 @@ namespace vesta::gs {
 // from new cameras (docs/decisions/coverage-pruning.md). In units of an image's area. Opacity and occlusion are
 // ignored.
 struct Coverage {
-  double shown = 0;  // integral of its falloff over the image, summed over the views
-  // The integral of its falloff in a camera that faces its broadest side, from the distance of the nearest training
-  // camera: 2 pi times its two largest standard deviations; at most 1.
+  double shown = 0;  // integral of its falloff over the image, summed over views
+  // The same integral in a camera that faces its broadest side, from the distance of the nearest training camera. It is
+  // 2 pi times its two largest standard deviations; at most 1.
   double body = 0;
 
   // Small Gaussians are ignored: they occlude little, and there are many.

@@ -31,7 +31,7 @@ class ShRemovalCost {
   // 0 to 2, and rises.
   static constexpr double kBytes =
       sizeof(float) * (kCurvatures + 1 + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
-  // Takes about five times as long as rendering all views.
+  // Takes the time of about five renderings of all views.
   ShRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
 
   double cost() const { return cost_; }      // loss of the views, as in RemovalCost
@@ -55,8 +55,8 @@ class ShRemovalCost {
   std::vector<splat::RecolorRises<double>> rises_;
 };
 
-// The best degree of each Gaussian by Akaike's criterion (KeepByAic, prune.h): of all degrees up to its own, the one
-// that minimises the rise of the loss plus aic_weight times the number of parameters.
+// The best degree of each Gaussian by Akaike's criterion (KeepByAic, prune.h): the degree, up to its own, that
+// minimises the rise of the loss plus aic_weight times the number of parameters.
 std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& worth, double aic_weight);
 
 }  // namespace vesta::gs

@@ -124,8 +124,8 @@ std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringView
 }
 
 PruneResult Prune(SplatModel model, const ScoringViews& judges, const PruneOptions& options) {
-  if (judges.views.empty()) Fail(kBadArgument, "the scene has no training view to judge Gaussians by");
-  VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
+  if (judges.views.empty()) Fail(kBadArgument, "the scene has no training view to score Gaussians with");
+  VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "set exactly one goal");
   PruneResult result;
   result.model = std::move(model);
   RemovalCost worth = MeasureRemovalCost(ToKernelModel(result.model), judges);

@@ -47,7 +47,7 @@ struct PruneResult {
   int rounds = 0;
 };
 
-// Prunes with the given scoring views. Throws Error if there are none.
+// Prunes with the given scoring views. Throws Error without any.
 PruneResult Prune(SplatModel model, const ScoringViews& judges, const PruneOptions& options);
 
 }  // namespace vesta::gs

@@ -32,7 +32,7 @@ const schema::Table<PruningOptions>& PruningFields() {
 void CheckTogether(const PruningOptions& pruning) {
   if (!pruning.prunes()) return;
   if (pruning.begin > pruning.end) {
-    Fail(kBadArgument, "pruning.begin={} lies behind pruning.end={}: none would go", pruning.begin, pruning.end);
+    Fail(kBadArgument, "pruning.begin={} is after pruning.end={}: nothing would be pruned", pruning.begin, pruning.end);
   }
 }
 

@@ -15,8 +15,8 @@ namespace vesta::gs {
 struct PruningOptions {
   // Removes under-observed Gaussians (Coverage::IsUnderObserved) at `begin`, unless that is the start, and at `end`.
   bool prune_unseen = true;
-  // What each parameter of a Gaussian must gain to be kept (KeepByAic, prune.h); 0: no pruning. sh_aic_weight: the same
-  // for the SH coefficients above degree 0, which are removed at `begin` (DegreesByAic, harmonics.h).
+  // The gain that each parameter of a Gaussian must have to be kept (KeepByAic, prune.h); 0: no pruning. sh_aic_weight:
+  // the same for the SH coefficients above degree 0, which are removed at `begin` (DegreesByAic, harmonics.h).
   double aic_weight = 1;
   double sh_aic_weight = 0.5;
   double keep_fraction = 1;  // if below 1, replaces aic_weight: fraction of the Gaussians at `begin` to keep at `end`

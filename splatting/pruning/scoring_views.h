@@ -52,9 +52,9 @@ class RenderedViews {
   RenderedViews(const splat::Model<float>& model, const ScoringViews& judges) : model_(model), judges_(judges) {}
 
   // Collects a value of type Row per Gaussian from each view that sees it. ask(view, rows) adds to rows, which has one
-  // zero-initialised row per Gaussian; view() and image() are those of the view. take(view) returns a function that is
-  // called with (i, row) for each visible Gaussian: views in their order, Gaussians in parallel. Each process asks its
-  // own views, and every process takes the rows of all.
+  // zero-initialised row per Gaussian; view() and image() describe the present view. take(view) returns a function that
+  // is called with (i, row) for each visible Gaussian: views in their order, Gaussians in parallel. Each process asks
+  // its own views, and every process takes the rows of all.
   template <class Row, class Ask, class Take>
   void ForEachAnswer(const Ask& ask, const Take& take);
   const splat::SplatView<float>& view() const { return view_; }
@@ -182,7 +182,7 @@ struct RemovalCost {
       rise;  // rise per Gaussian if it is removed and all others stay unchanged; negative: the loss falls
 };
 
-// Takes about three times as long as rendering all views.
+// Takes the time of about three renderings of all views.
 RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
 
 }  // namespace vesta::gs

@@ -88,7 +88,7 @@ void Untangle(const Steps& step, Order& order) {
 // Camera centre, then quaternion.
 using Pose = Eigen::Matrix<double, 7, 1>;
 
-// Of q and -q, chooses the quaternion closer to that of `before`.
+// Chooses q or -q, whichever is closer to the quaternion of `before`.
 Pose PoseOf(const View& view, const Pose& before) {
   Pose pose;
   pose.head<3>() = Eigen::Vector3d(CameraCenter(view).data());

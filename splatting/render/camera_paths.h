@@ -33,8 +33,9 @@ struct Tour {
   bool is_reordered = false;       // false: the original order
 };
 
-// The original order, unless it is more than 1.5 times as long as an order found by nearest neighbours and 2-opt that
-// starts at the same view. Lengths are from StepBetween. Quadratic in the number of views: one second for 5,000.
+// The original order, unless another order is more than a third shorter. The other order starts at the same view and is
+// found by nearest neighbours and 2-opt. Lengths are from StepBetween. Quadratic in the number of views: one second for
+// 5,000.
 Tour TourOf(const std::vector<View>& views, double length_unit);
 
 // Distance between two poses: the root of the squared distance, in units of length_unit, plus the squared angle in
@@ -42,9 +43,9 @@ Tour TourOf(const std::vector<View>& views, double length_unit);
 double StepBetween(const View& from, const View& to, double length_unit);
 
 // `frames` views from the first of `keys` to the last, at constant speed in StepBetween. Centres and quaternions follow
-// a cubic spline whose slopes are those of the parabola through three consecutive keys (Catmull-Rom with uneven knots).
-// The quaternions are then normalised. The motion is smooth, unlike slerp from key to key, which jerks at each key.
-// keys: at least one; frames: at least 1.
+// a cubic spline; quaternions are then normalised. Its slope at a key is the slope of the parabola through three
+// consecutive keys (Catmull-Rom with uneven knots). The motion is smooth, unlike slerp from key to key, which jerks at
+// each key. keys: at least one; frames: at least 1.
 std::vector<View> PathThrough(const std::vector<View>& keys, double length_unit, const Camera& camera, int frames);
 
 }  // namespace vesta::gs

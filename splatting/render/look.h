@@ -35,7 +35,7 @@ const splat::SplatTangent<float>* AsColors(const splat::SplatView<float>& view, 
 
 // Three image planes: the sum over the splats of their weights times of(i), without a background. An image is linear in
 // the colours of its splats, so this is its derivative along the colours. The view must not have a cached Jacobian.
-// Takes as long as Render.
+// Takes the time of Render.
 template <class Of>
 std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
   VESTA_CHECK(view.cache().empty(), "Blend does not support a cached Jacobian");

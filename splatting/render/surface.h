@@ -18,8 +18,8 @@ enum class DepthKind { kMean, kMedian };
 
 // Depth along the optical axis in world units. The mean depth averages the depths of maximum density of the Gaussians
 // along the ray of the pixel, by weight. At silhouettes and half-transparent surfaces, it lies between foreground and
-// background. (The depths of the Gaussians' centres would place oblique surfaces some percent too near: of two
-// overlapping Gaussians, the nearer one also has the larger weight in the pixels of the other.)
+// background. (Averaging the depths of the Gaussians' centres would place oblique surfaces some percent too near: where
+// two Gaussians overlap, the nearer one also has the larger weight in the pixels of the other.)
 struct DepthImage {
   int width = 0, height = 0;
   std::vector<float> depth;  // row by row; 0 where the Gaussians' opacity is below one half
@@ -31,7 +31,7 @@ struct NormalImage {
   std::vector<float> normals;  // planes of x, y and z; 0 where the Gaussians' opacity is below one half
 };
 
-// For a view that Build has made of the model, without a cached Jacobian. Each takes about twice as long as Render.
+// For a view that Build has made of the model, without a cached Jacobian. Each takes about twice the time of Render.
 DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
                    splat::ViewWorkspace<float>& workspace, DepthKind kind = DepthKind::kMean);
 // The normal of a Gaussian is its shortest axis, pointing to the camera. Its weight is 1 - shortest / middle standard
