@@ -18,7 +18,7 @@ struct AdamRange {
 };
 
 struct AdamKernels {
-  // parameters -= AdamStep with the learning rate rate * units. Updates the moments and clears the gradient, into which
+  // parameters -= AdamStep, with rate * units as learning rate. Updates the moments and clears the gradient, into which
   // the next one is summed. Memory bound: reads and writes 16 bytes per parameter, but only reads 4 where all gradients
   // of a vector are zero.
   void (*step)(const AdamRange& range);

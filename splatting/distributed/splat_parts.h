@@ -55,8 +55,9 @@ class SplatParts final : public ProblemParts<CpuBackend<float>> {
   SplatProblem<B>& whole_;
 };
 
-// The problem to pass to the engine. If this process was started by mpirun, the problem is distributed, even over one
-// process: the order of sums is then the same for every number of processes. On a GPU it is always the problem itself.
+// The problem to pass to the engine. If mpirun (or a similar launcher) started this process, the problem is
+// distributed, even over one process: the order of sums is then the same for every number of processes. On a GPU it is
+// always the problem itself.
 template <Backend B>
 class ProblemToSolve {
  public:

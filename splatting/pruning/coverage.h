@@ -49,8 +49,8 @@ struct FloaterCount {
   // A standard deviation longer than the model's median distance from its middle, and longer than its own distance: it
   // surrounds the scene.
   Index huge = 0;
-  // No neighbour within ten times the median distance of the model (root mean square over three neighbours), nor within
-  // six of its own longest standard deviations.
+  // Distance to its neighbours (root mean square over three) above ten times the median of the model, and above six of
+  // its own longest standard deviations.
   Index isolated = 0;
   // Under-observed by the views (Coverage::IsUnderObserved).
   Index unsupported = 0;

@@ -41,7 +41,7 @@ const schema::Table<PruningOptions>& PruningFields();
 // Throws Error, in one line, if the options contradict each other.
 void CheckTogether(const PruningOptions& pruning);
 
-// Whether the iteration reaches this fraction of the stage.
+// Whether the stage reaches this fraction in the iteration.
 inline bool ComesTo(double part, const StageSpan& span) {
   return !StageSpan{0, span.before}.HasReached(part) && span.HasReached(part);
 }

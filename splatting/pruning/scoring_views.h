@@ -176,10 +176,9 @@ class JudgedLoss {
 // (kernels/gaussian_splatting/raster/removal_pass.h). The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over views, pixels
 // and channels.
 struct RemovalCost {
-  double cost = 0;    // loss of the views with all Gaussians
-  double values = 0;  // pixels of the views times channels
-  std::vector<double>
-      rise;  // rise per Gaussian if it is removed and all others stay unchanged; negative: the loss falls
+  double cost = 0;           // loss of the views with all Gaussians
+  double values = 0;         // pixels of the views times channels
+  std::vector<double> rise;  // change of the loss without this Gaussian, all others fixed; negative: it falls
 };
 
 // Takes the time of about three renderings of all views.

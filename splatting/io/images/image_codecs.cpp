@@ -31,7 +31,7 @@ Image PlanesOf(const InterleavedImage& source, const std::array<float, 3>& backg
         continue;
       }
       const float alpha = Value<Sample>(bytes, i * samples + colors);
-      // A premultiplied colour cannot exceed its alpha, but damaged files may contain such.
+      // A premultiplied colour cannot exceed its alpha, but damaged files may contain such colours.
       const float shown = is_straight ? alpha * color : std::min(color, alpha);
       plane[i] = shown + (1.0f - alpha) * background[c];
     }

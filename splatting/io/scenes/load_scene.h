@@ -43,12 +43,12 @@ struct LoadSceneOptions {
 // pixel; if they agree after the rotation in the EXIF orientation, the image is rotated. Photographs of lenses with
 // distortion are undistorted (undistort.h), so that their views have pinhole cameras, and then downscaled.
 // Pixels excluded by a mask (photographs.h) are ignored. In COLMAP scenes, so are pixels that are not opaque. Images of
-// NeRF scenes are composited over the background, and all their pixels count. A pixel takes 12 bytes. Each photograph
-// is decoded once, whether it stays in memory or not (photographs.h).
+// NeRF scenes are composited over the background, and all their pixels count. A pixel takes 12 bytes. Photographs
+// beyond photographs_bytes are decoded on demand (photographs.h).
 // Scene::notes report ignored COLMAP models and the numbers of masked, missing and undistorted photographs. Throws
-// Error, in one line with the file and what to do, for everything that cannot be used:
-// missing folder or image, unreadable image, wrong aspect ratio, mask without a pixel to use, too strong distortion,
-// damaged model, no training views.
+// Error, in one line with the file and what to do, for everything that cannot be used: missing folder or image,
+// unreadable image, wrong aspect ratio, mask without a pixel to use, too strong distortion, damaged model, no training
+// views.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
 
 // Whether a name relative to `folder` leads out of the scene. Scenes from others must not access files elsewhere.

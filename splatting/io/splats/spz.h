@@ -23,7 +23,7 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
 // Quantisation steps:
 //   means          2^-12 units; smaller for small Gaussians, larger if means are far out
 //   log-scales     1/16 in -10..5.94
-//   rotations      1/127.5 in x, y and z of a quaternion, at most 0.014 radians; of the 24 quaternions for the same
+//   rotations      1/127.5 in x, y and z of a quaternion (0.014 radians at most); of the 24 quaternions for the same
 //                  Gaussian (CubeTurns), the one with the smallest error
 //   opacities      1/255 (packed_values.h)
 //   SH             coefficient 0: 0.026 in -3.33..3.33; the others: 1/128 in -1..0.99

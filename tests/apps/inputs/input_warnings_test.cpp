@@ -97,8 +97,7 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   const std::string budget = fmt::format("--memory_budget={:.5f}", (foreseen + 1) / 1024);
   const ProgramOutput output = Train({budget, "--set=lm.batches=99"});
   const std::vector<std::string> told = {"masks/ has no mask with the name of an image, such as masks/000.png.png",
-                                         "sparse/1 of 10 images is ignored",
-                                         "LM in 8 of the lm.batches=99 asked for"};
+                                         "sparse/1 of 10 images is ignored", "LM in 8 of the lm.batches=99 asked for"};
   const std::string notes = Metrics()["notes"].dump();
   for (const std::string& note : told) {
     EXPECT_THAT(output.out, HasSubstr(note));
