@@ -173,7 +173,7 @@ class JudgedLoss {
 };
 
 // Removal cost of each Gaussian: the rise of the photometric loss of the training views without it
-// (kernels/gaussian_splatting/raster/removal_pass.h). The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over views, pixels
+// (kernels/gaussian_splatting/raster/loss_passes.h). The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over views, pixels
 // and channels.
 struct RemovalCost {
   double cost = 0;           // loss of the views with all Gaussians
