@@ -45,7 +45,7 @@ class Doubts : public testing::Test {
 
 TEST_F(Doubts, AreNotOfAnOrdinaryTraining) {
   WriteTinyScene(scene_);
-  EXPECT_THAT(Train().out, Not(AnyOf(HasSubstr("only:"), HasSubstr("passed over"), HasSubstr("There is nothing"))));
+  EXPECT_THAT(Train().out, Not(AnyOf(HasSubstr("only:"), HasSubstr("is ignored"), HasSubstr("There is nothing"))));
   EXPECT_FALSE(Metrics().contains("notes"));
 }
 
@@ -96,8 +96,8 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   const double foreseen = Metrics()["memory"]["predicted_mib"];
   const std::string budget = fmt::format("--memory_budget={:.5f}", (foreseen + 1) / 1024);
   const ProgramOutput output = Train({budget, "--set=lm.batches=99"});
-  const std::vector<std::string> told = {"masks/ has no mask by the name of an image, as masks/000.png.png",
-                                         "sparse/1 of 10 images is passed over",
+  const std::vector<std::string> told = {"masks/ has no mask with the name of an image, such as masks/000.png.png",
+                                         "sparse/1 of 10 images is ignored",
                                          "LM uses 8 of the lm.batches=99 requested"};
   const std::string notes = Metrics()["notes"].dump();
   for (const std::string& note : told) {
