@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// VESTA_HD marks a function for host and device. One of the project's few macros; empty outside nvcc.
+// VESTA_HD marks a function for host and device; it is empty outside nvcc. It is one of the project's few macros.
 #pragma once
 
 #if defined(__CUDACC__)
