@@ -96,7 +96,7 @@ class ArchiveReader {
   std::string_view rest() const { return rest_; }
 
  private:
-  // Reads a number of elements; throws Error if fewer than that many elements of `element` bytes follow.
+  // Reads a number of elements of `element` bytes; throws Error if fewer follow.
   Index ReadSize(std::size_t element) {
     Index size = 0;
     Bytes(&size, sizeof(size));
@@ -123,7 +123,7 @@ class ArchiveReader {
     Read(copy);
     buffer.CopyFrom(HostSpan<const T>(copy.data(), static_cast<Index>(copy.size())));
   }
-  // Only 0 and 1 are valid bytes of a bool, so any other byte is read as true.
+  // Every byte except 0 is read as true.
   void Read(bool& value) {
     std::uint8_t byte = 0;
     Bytes(&byte, sizeof(byte));

@@ -50,7 +50,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
       const BlockLanes<S, kLanes> bound = root[j], column = scale[j];
       BlockLanes<S, kLanes>& entry = a[PackedLower(i, j)];
       for (int l = 0; l < kLanes; ++l) {
-        // Clamped between the two multiplications, so that neither product can overflow.
+        // Clamped between the two products, so that neither can overflow.
         const S half = entry.lane[l] * row.lane[l];
         entry.lane[l] = Min(Max(half, -bound.lane[l]), bound.lane[l]) * column.lane[l];
       }

@@ -22,8 +22,8 @@ const char* IsaName(Isa isa);
 //   VESTA_DECLARE_PER_ISA(const RowKernels& CompiledRowKernels();)
 //   const RowKernels& RowKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRowKernels)(); }
 //
-// Both lines must be in the namespace that encloses the `inline namespace VESTA_ISA` of the *.simd.cpp file. They must
-// not be in a header that the *.simd.cpp file includes, because it makes a different namespace the inline one.
+// Both lines must be in the namespace that encloses the `inline namespace VESTA_ISA` of the *.simd.cpp file, which must
+// not include them: it makes a different namespace the inline one.
 #if defined(__x86_64__)
 #define VESTA_DECLARE_PER_ISA(...) \
   inline namespace baseline {      \

@@ -17,8 +17,8 @@ void CheckSizes(const X& x, const Y& y) {
   }
 }
 
-// Scratch memory for reductions: kMaxChunks partial results, and one result for reductions that the host reads at once.
-// Reductions of one host thread run one after the other in the stream, so they can share it.
+// Partial results of reductions, and one final result for the host. A host thread's reductions run one after the other
+// in the stream, so they share this memory.
 double* Partials() {
   thread_local DeviceBuffer<double> buffer(kMaxChunks + 1);
   return buffer.data();

@@ -6,7 +6,7 @@
 
 namespace vesta::device {
 
-// The stream is created at first use. Throws Error if no GPU is usable.
+// Created at first use. Throws Error if no GPU is usable.
 cudaStream_t Stream();
 
 // Returns true for success and false if memory ran out. Any other status throws Error "what: CUDA's message".

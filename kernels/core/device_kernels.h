@@ -35,7 +35,7 @@ inline HostWork& CountedHostWork() {
 void NoteKernel(const char* name, const void* kernel);
 
 // Returns an empty string if the GPU in use can run this program's kernels. Otherwise returns CUDA's reason: no machine
-// code for this GPU, or PTX that is too new for the driver.
+// code for it, or PTX too new for the driver.
 std::string WhyNoCodeRuns();
 
 // The error message for that case, with the fix. capability: 10 major + minor.

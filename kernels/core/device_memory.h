@@ -13,8 +13,7 @@
 
 namespace vesta {
 
-// An allocation failed because GPU memory is full. The failed request has no side effects, so the caller may retry with
-// smaller batches.
+// An allocation failed because GPU memory is full. It has no side effects: the caller may retry with smaller batches.
 class OutOfDeviceMemory : public Error {
  public:
   explicit OutOfDeviceMemory(const std::string& message) : Error(kOutOfMemory, message) {}
@@ -48,9 +47,8 @@ void CopyToHost(void* to, const void* from, std::size_t bytes);
 // Waits for all work; throws Error if any of it failed.
 void Synchronize();
 
-// Returns a recent value of `scalar` without waiting for the device to finish: its current value or the one at the
-// previous call for this scalar, never an older one. The first call returns 0. Waits at most for the copy that the
-// previous call started.
+// Returns the current value of `scalar` or its value at the previous call, never an older one; 0 at the first call.
+// Waits at most for the copy that the previous call started.
 double ReadLagged(const double* scalar);
 // Discards the pending and earlier readings of these scalars.
 void ForgetLagged(const double* first, std::size_t count);

@@ -26,7 +26,7 @@ struct Division {
 
 class Divisor {
  public:
-  // divisor >= 0. A divisor of 0 is replaced by 1: the range is then empty, and Divide is never called.
+  // divisor >= 0; 0 is replaced by 1, because Divide is then never called.
   constexpr explicit Divisor(Index divisor)
       : divisor_(divisor > 0 ? divisor : 1), reciprocal_(~std::uint64_t{0} / static_cast<std::uint64_t>(divisor_)) {}
 

@@ -22,7 +22,7 @@ std::string ReadFile(const std::string& path);
 bool ParseNumber(std::string_view word, double* value);
 bool ParseNumber(std::string_view word, Index* value);
 
-// Removes the first line from `text` and stores it in `line` without its line end. The last line may lack a line end.
+// Removes the first line from `text` and stores it in `line` without its line end, which is optional in the last line.
 // Returns false if `text` is empty.
 bool NextLine(std::string_view* text, std::string_view* line);
 // Returns the text without leading and trailing white space.

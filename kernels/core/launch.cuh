@@ -73,8 +73,7 @@ void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
   static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
   static_cast<void>(noted);
-  // Enough blocks for every multiprocessor of the largest GPUs; the loop inside the kernel covers the remaining
-  // indices.
+  // Enough blocks for the largest GPUs; the loop inside the kernel covers the remaining indices.
   constexpr Index kMostBlocks = 132 * 128;
   const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
   const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Parallel loops; all of the library's threads start here. Results never depend on the number of threads: loops write
-// disjoint data, and reductions add partial sums of fixed chunks in a fixed order.
+// SPDX-License-Identifier: Apache-2.0 Parallel loops; all of the library's threads start here. Results do not depend on
+// the number of threads: loops write disjoint data, and reductions add fixed chunks in a fixed order.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +36,7 @@ void ParallelFor(Index count, Index grain, const Body& body) {
   });
 }
 
-// Returns the sum of body(begin, end) over all chunks. Partial sums are added in the order of the chunks.
+// Adds body(begin, end) of all chunks in their order.
 template <class T, class Body>
 T ParallelSum(Index count, Index grain, const Body& body) {
   const Index chunks = (count + grain - 1) / grain;

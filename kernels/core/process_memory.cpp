@@ -57,7 +57,7 @@ double MemoryMib() {
 }
 
 double AvailableMemoryMib() {
-  // Cached pages of files do not count as used: the kernel drops them when memory is needed.
+  // Cached pages of files are not counted: the kernel drops them when needed.
   const double used =
       NumberIn("/sys/fs/cgroup/memory.current", 0) - NumberNamed("inactive_file", "/sys/fs/cgroup/memory.stat", 0);
   const double in_group = std::max(0.0, NumberIn("/sys/fs/cgroup/memory.max", kUnknown) - used);

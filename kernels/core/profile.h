@@ -29,8 +29,8 @@ struct PhaseSeconds {
   }
 };
 PhaseSeconds ReadClocks();
-// Reads the clocks for work in a memory space. On a GPU it first waits for the pending work, so that a phase has the
-// time of its kernels and not only of their launches. This costs time.
+// Reads the clocks for work in a memory space. On a GPU it first waits for pending work, so that a phase contains the
+// time of its kernels. This costs time.
 template <class Space>
 PhaseSeconds ReadClocksOf() {
   if constexpr (std::is_same_v<Space, Device>) {

@@ -38,8 +38,7 @@ inline void RadixSort(HostBuffer<KeyValue>& items, HostBuffer<KeyValue>& scratch
   }
 }
 
-// Sorting and running sums with the same interface in all memory spaces. Sorting<Host> is below, Sorting<Device> in
-// device_sort.h. The results depend only on the input.
+// Sorting and running sums with one interface for all memory spaces (device_sort.h). Results depend only on the input.
 template <class Space>
 struct Sorting;
 

@@ -12,9 +12,8 @@
 
 namespace vesta {
 
-// The scalar part of preconditioned conjugate gradients: step lengths, stop tests and breakdown. The code is shared and
-// runs where the scalars are stored. On a device this is a kernel of one thread, so the host need not wait within an
-// iteration.
+// The scalar part of preconditioned conjugate gradients: step lengths, stop tests and breakdown. It runs where the
+// scalars are stored: on a device as a kernel of one thread, so that the host need not wait within an iteration.
 //
 // Positions in the array of scalars. Tests and tolerances are inputs, written by the host before the first phase.
 enum PcgScalar : int {
@@ -113,8 +112,8 @@ struct Slot {
 };
 
 // Operations on vectors of scalars S in memory space Space. Cheap to construct. All vectors of one call must have the
-// same size. y may be the same memory as x unless stated otherwise. Reductions are accumulated in double over chunks of
-// fixed size, added in a fixed order, so results do not depend on the number of threads.
+// same size. y may be the same memory as x unless stated otherwise. Reductions add chunks of fixed size in double in a
+// fixed order, so results do not depend on the number of threads.
 template <class S, class SpaceTag>
 class VectorBackend {
  public:
@@ -171,7 +170,7 @@ class VectorBackend {
   // Runs UpdatePcgScalars in the memory space of the scalars.
   void UpdatePcg(PcgPhase phase, Slots& scalars);
 
-  // Sets all scalars. Waits until they are written, as the reads below do.
+  // Sets all scalars and waits, as the reads below do.
   void Write(HostSpan<const double> values, Slots& slots);
   // Waits for pending work and returns the values.
   double Read(Slot slot);

@@ -175,8 +175,7 @@ struct GradientOperator {
   }
 };
 
-// Computes the sums of WindowsOperator, and gradient and diagonal (optional, may be null) for kRootCenter: each
-// window's score is differentiated only with respect to its centre pixel.
+// Computes the sums of WindowsOperator, and gradient and diagonal (optional, may be null) for kRootCenter.
 template <class S>
 struct CenterOperator {
   static constexpr int kFields = 4, kSums = 3;

@@ -10,7 +10,7 @@
 
 namespace vesta {
 
-// Curvature of the loss at one image; see PhotometricLinearization.
+// See PhotometricLinearization.
 struct DevicePhotometricLinearization {
   ImageShape shape;
   DeviceBuffer<float> diagonal, curvature;
@@ -23,7 +23,7 @@ class DevicePhotometricLoss {
   using ConstVectorView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
-  // Working memory of one object in bytes, as in PhotometricLoss: three slopes, and one image for products with W.
+  // Memory of one object in bytes: three slopes, and an image for products with W.
   static double GradientBytes(SsimLinearization structure, double pixels) {
     return structure == SsimLinearization::kRootCenter ? 0 : 3 * ImageShape::kChannels * sizeof(float) * pixels;
   }
@@ -31,7 +31,7 @@ class DevicePhotometricLoss {
     return GradientBytes(structure, pixels) * 4 / 3;
   }
 
-  // Throws Error if a weight is negative or the Huber threshold is not positive.
+  // Throws Error if CheckWeights does.
   explicit DevicePhotometricLoss(const PhotometricWeights& weights = {});
 
   const PhotometricWeights& weights() const { return weights_; }
@@ -42,7 +42,7 @@ class DevicePhotometricLoss {
   void Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient);
   void Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient,
                  Linearization& linearization);
-  // The loss of the last Gradient or Linearize. Waits for the device.
+  // Result of the last Gradient or Linearize. Waits.
   PhotometricValue Value();
   // out = W v.
   void ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out);

@@ -58,7 +58,7 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   second.MakeUpTo(rows.end);
 }
 
-// Gradient and diagonal of kRootCenter: each score is differentiated only with respect to its window's centre pixel.
+// Gradient and diagonal of kRootCenter.
 template <class S>
 void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
   const LossTerms<S> loss = args.loss;

@@ -54,8 +54,8 @@ struct GradientArgs {
   S *diagonal = nullptr, *curvature = nullptr;
 };
 
-// The same for kRootCenter: each score is differentiated only with respect to its window's centre pixel, so J is
-// diagonal. diagonal (optional, may be null) = ssim * J^2 * weight of the root + l1 * curvature of the penalty.
+// The same for kRootCenter, in which J is diagonal. diagonal (optional, may be null) = ssim * J^2 * weight of the root
+// + l1 * curvature of the penalty.
 template <class S>
 struct CenterArgs {
   LossTerms<S> loss;

@@ -38,7 +38,7 @@ class QuadraticSsim final : public SsimStrategy<S> {
   }
 };
 
-// Gauss-Newton on sqrt(1 - SSIM), with each score differentiated only with respect to its centre pixel (3DGS-LM).
+// kRootCenter of 3DGS-LM (loss_options.h).
 template <class S>
 class RootCenterSsim final : public SsimStrategy<S> {
  public:

@@ -132,7 +132,7 @@ class PhotometricLoss {
   }
   static double ProductBytes(SsimLinearization structure, double pixels) { return GradientBytes(structure, pixels); }
 
-  // Throws Error if a weight is negative or the Huber threshold is not positive.
+  // Throws Error if CheckWeights does.
   explicit PhotometricLoss(const PhotometricWeights& weights = {}, Isa isa = ActiveIsa());
 
   const PhotometricWeights& weights() const { return weights_; }

@@ -35,7 +35,7 @@ struct PackedLanes<Half, double> {
   }
 };
 
-// Stores convert(lane) of each lane with a set bit, one after the other.
+// Stores convert(lane) of each lane with a set bit.
 template <class E, class Convert>
 inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Convert& convert) {
   alignas(64) float lane[FloatLanes::size];
@@ -45,7 +45,7 @@ inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Co
 
 #if defined(__AVX512F__)
 
-// A mask of the first n lanes, where n is the number of set bits.
+// Mask of as many first lanes as bits are set.
 inline __mmask16 FirstLanes(std::uint32_t bits) { return static_cast<__mmask16>((1U << std::popcount(bits)) - 1); }
 
 template <>

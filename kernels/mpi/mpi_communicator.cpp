@@ -32,7 +32,7 @@ void CheckMpi(int code, const char* what) {
   Fail(kUnavailable, "MPI failed in {}: {}", what, std::string(words.data(), static_cast<std::size_t>(length)));
 }
 
-// MPI counts in int, so sizes are given in units of four bytes if all are multiples of four.
+// MPI counts in int. If possible the unit is four bytes.
 struct Units {
   MPI_Datatype type = MPI_BYTE;
   std::size_t bytes = 1;

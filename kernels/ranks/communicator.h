@@ -59,7 +59,7 @@ class Communicator {
   virtual void DoAllGather(Bytes all, std::span<const std::size_t> sizes) = 0;
   virtual void DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                           std::span<const std::size_t> receive_sizes) = 0;
-  // Runs exchange() and adds its time and the sizes of the received pieces to the statistics.
+  // Runs exchange() and updates the statistics.
   template <class Exchange>
   void Count(std::span<const std::size_t> sizes, const Exchange& exchange);
 

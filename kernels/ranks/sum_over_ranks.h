@@ -23,10 +23,10 @@ inline TreeNode TermsOf(Index terms, const Communicator& ranks, int rank) {
 // Throws Error if there are more ranks than terms.
 void CheckTerms(Index terms, const Communicator& ranks);
 
-// Communication plan of a sum: which rank sends which entries to which other rank. Each rank first adds its own terms
+// Communication plan of a sum: the entries that each rank sends to each other rank. Each rank first adds its own terms
 // as far as the tree allows, which leaves at most two vectors per level. It then collects its share of the entries from
-// the others and finishes their sum. If all ranks need the whole sum, they exchange the finished shares. A rank
-// receives as much data as in an all-reduce.
+// the others and finishes their sum. If all ranks need the whole sum, they exchange the shares, which takes the bytes
+// of an all-reduce.
 class SumPlan {
  public:
   // Plans sums of `terms` vectors of `size` entries. mine: the supports of this rank's terms (TermsOf). finished: the

@@ -46,7 +46,7 @@ std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in);
 template <class S>
 void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
                 HostBuffer<S>& spare);
-// whole = the values of the compact vector at the entries of the support, zero elsewhere.
+// whole = the compact vector at the support, zero elsewhere.
 template <class S>
 void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
 

@@ -109,8 +109,7 @@ struct RowPlaces {
   V P(int row, int k) const { return OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(p0[row])); }
 };
 
-// The entries of one vector of pixels, stored at `at`. Like Entry, but values are loaded on demand because registers
-// are few.
+// The entries of one vector of pixels, stored at `at`. Like Entry, but loads values on demand to save registers.
 template <class V, class E>
 struct PackedEntries {
   const E* at;

@@ -17,8 +17,7 @@ namespace vesta::splat {
 //
 // With kFull, products equal the results of the recomputing passes up to rounding. With kHalf, each entry of the
 // raster's Jacobian has an error of at most 2^-10 of itself plus 2.4e-7 of the splat's weight in the pixel. J v and J^T
-// u are adjoint up to rounding in both formats. All functions run in parallel and are bit-identical for any number of
-// threads.
+// u are adjoint up to rounding in both formats. Results are bit-identical for any number of threads.
 template <class S>
 class JacobianCache {
  public:

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Kernel launches of DeviceSplatView, compiled by nvcc. All pointers are to GPU memory. Only functions that return a
-// sum wait for the device.
+// SPDX-License-Identifier: Apache-2.0 Kernel launches of DeviceSplatView, compiled by nvcc. All pointers are to GPU
+// memory. Only functions that return a sum wait.
 #pragma once
 
 #include "kernels/core/device_buffer.h"

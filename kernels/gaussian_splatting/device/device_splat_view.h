@@ -56,8 +56,8 @@ class DeviceJacobianCache {
   DeviceBuffer<CacheEntry<Half>> half_;
 };
 
-// Scratch memory that views share when processed one after the other. The contents are undefined between calls, except
-// splat_sums, in which AddJT stores the cotangents by rank.
+// Scratch memory that views share one after the other. Undefined between calls, except splat_sums, in which AddJT
+// stores the cotangents by rank.
 struct DeviceViewWorkspace {
   DeviceBuffer<std::uint32_t> keys, indices, other_keys, other_indices;  // by Gaussian
   DeviceBuffer<Splat<float>> unsorted;

@@ -37,7 +37,7 @@ VESTA_HD inline void ShColor(const T* basis, const Sh& sh, T color[3]) {
 }
 
 // Adjoint of the colour with respect to the viewing direction: mean_bar += d(color . color_bar) / d(mean). color_bar
-// must be zero where the colour is clamped. dir and inv_distance are from ViewDirection.
+// must be zero where the colour is clamped.
 template <int Degree, class T, class Sh>
 VESTA_HD inline void ShColorMeanAdjoint(const T dir[3], const T& inv_distance, const Sh& sh, const T color_bar[3],
                                         T mean_bar[3]) {

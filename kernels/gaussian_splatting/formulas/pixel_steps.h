@@ -21,7 +21,7 @@ VESTA_HD inline V EvaluateAlpha(const V& exponent) {
   return Min(MaskedExp2(exponent >= V(static_cast<S>(kLog2AlphaFloor)), exponent), V(static_cast<S>(kAlphaCap)));
 }
 
-// Factor of d log alpha in d alpha: `value`, or 0 at the cap, where alpha is constant.
+// Returns `value`, a derivative by log alpha, or 0 at the cap, where alpha is constant.
 template <class V>
 VESTA_HD inline V MovingAlpha(const V& alpha, const V& value) {
   return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));

@@ -63,8 +63,7 @@ struct ProjectKernels {
 // The kernels for this degree (0..3).
 template <class S>
 const ProjectKernels<S>& GetProjectKernels(int degree);
-// The float kernels of a given instruction set, which the CPU must support. Used by the dispatch, and by tests that
-// compare instruction sets.
+// The float kernels of one instruction set, which the CPU must support.
 const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree);
 
 // A tangent or cotangent of SE(3) at a camera, in the camera's frame: it maps a point t in camera coordinates to

@@ -37,8 +37,7 @@ struct RasterKernels {
 // S = float: SIMD over pixels. S = double: one pixel at a time from the same source, as the reference in tests.
 template <class S>
 const RasterKernels<S>& GetRasterKernels();
-// The float kernels of a given instruction set, which the CPU must support. Used by the dispatch, and by tests that
-// compare instruction sets.
+// The float kernels of one instruction set, which the CPU must support.
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
 
 // Writes three planes: for each pixel the colour components of `values` (by rank) of the median splat, at which the

@@ -99,7 +99,7 @@ struct GramSums {
       for (V& moment : cross[c]) moment = V(0);
     }
   }
-  // color_of(c) returns the GramColor of colour c. It is called for one colour at a time because registers are few.
+  // color_of(c) returns the GramColor of colour c; called for one colour at a time to save registers.
   template <class S, class ColorOf>
   [[gnu::always_inline]] void Add(const V& w, const V& p, const S& q, const ColorOf& color_of) {
     const S q2 = q * q;

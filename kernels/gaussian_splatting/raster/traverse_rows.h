@@ -14,8 +14,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A batch of consecutive splats of a tile, stored member by member. It is large enough for a long loop per row, and
-// small enough for the first-level cache.
+// A batch of consecutive splats of a tile, stored member by member. It is long enough for efficient loops and fits in
+// the first-level cache.
 template <class V, class S>
 class RowBatch {
  public:
@@ -106,8 +106,7 @@ template <class V, class S, class Pass>
         const V columns = iota + V(static_cast<S>(k * L::kWidth));
         V transmittance = L::Load(pixels.transmittance + offset);
         typename Pass::State state = pass.Load(offset);
-        // The exponent is computed two splats ahead and alpha one. Otherwise their latency would fill the processor's
-        // instruction queue.
+        // The exponent is computed two splats ahead and alpha one, to hide their latency.
         V p = batch.P(places[0], columns), alpha = EvaluateAlpha(batch.Exponent(places[0], p));
         V next_p = batch.P(places[1], columns), exponent = batch.Exponent(places[1], next_p);
         for (int i = 0; i < met; ++i) {

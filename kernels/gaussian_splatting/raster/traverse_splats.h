@@ -67,7 +67,7 @@ template <class V, class S, class Pass>
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
       std::uint32_t todo = rows.meets[k] & pixels.open[k];
       if (todo == 0) continue;
-      // alpha is computed one row ahead. Otherwise its latency would fill the processor's instruction queue.
+      // alpha is computed one row ahead to hide its latency.
       int row = std::countr_zero(todo);
       V p = OffsetAt(columns, r, V(rows.p0[row])), alpha = AlphaAt(p, V(rows.peak[row]));
       do {

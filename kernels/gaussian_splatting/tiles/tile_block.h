@@ -135,7 +135,7 @@ VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
 }
 
 // Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() is true. go_on
-// contains a barrier, after which shared memory can be reused. Returns the first pair that was not visited.
+// contains a barrier, which frees shared memory. Returns the first pair not visited.
 template <int kBatch, class S, class Block, class GoOn, class Visit>
 VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
                                           const Visit& visit) {
@@ -149,8 +149,7 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
 }
 
 // For passes that sum over splats: calls hit(k, p, q, blend) for each splat that contributes to the thread's pixel,
-// front to back until the pixel is closed; splats[k] is the splat in its batch. stage(first, count) loads further data
-// of a batch into shared memory.
+// front to back until it is closed. The splat is splats[k]. stage(first, count) loads further data of a batch.
 template <int kBatch, class S, class Block, class Stage, class Hit>
 VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel, Passing<S>& passing,
                                 ListedSplatBatch<S, kBatch>& splats, const Stage& stage, const Hit& hit) {
@@ -172,10 +171,9 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
       });
 }
 
-// For passes that sum over the pixels of each splat. First each thread handles a pixel and calls put(k, share) for each
-// splat: share_of(k, blend) if the splat contributes to the pixel, else Share{}. Then sum(first, count) is called, in
-// which threads handle splats and parts of the tile. Returns the first pair that was not summed because all pixels were
-// closed.
+// For passes that sum over the pixels of each splat. Each thread first handles a pixel and calls put(k, share) for each
+// splat: share_of(k, blend) if the splat contributes, else Share{}. In sum(first, count) threads then handle splats and
+// parts of the tile. Returns the first pair not summed because all pixels were closed.
 template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
 VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                            SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,

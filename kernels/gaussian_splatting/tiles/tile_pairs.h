@@ -103,7 +103,7 @@ struct EmitPairs {
 };
 
 // For pair i, with the entries sorted by tile: stores its rank, and tile_begin at the first pair of a tile. tile_begin
-// must be 0 before, which is the correct value if there are no pairs.
+// must be 0 before.
 struct PlacePairs {
   const std::uint32_t *tiles, *entries, *rank_of_entry;
   Index pairs;

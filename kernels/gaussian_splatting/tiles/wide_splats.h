@@ -9,8 +9,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Number of slots for wide splats. A wide splat has more than kFewTiles entries, so one of its first kFewTiles entries
-// is a multiple of kFewTiles. This multiple gives the splat a slot of its own. A slot contains 1 + rank, or 0.
+// Number of slots for wide splats. A wide splat has more than kFewTiles entries; the first multiple of kFewTiles among
+// them gives its slot. A slot contains 1 + rank, or 0.
 constexpr Index NumWideSlots(Index pairs) { return pairs / kFewTiles + 1; }
 
 // For rank r: stores a wide splat in its slot. slots must be 0 before.

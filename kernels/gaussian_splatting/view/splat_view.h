@@ -15,7 +15,7 @@
 
 namespace vesta::splat {
 
-// Scratch memory that views share when processed one after the other. The contents are undefined between calls.
+// Scratch memory that views share one after the other. Undefined between calls.
 template <class S>
 struct ViewWorkspace {
   HostBuffer<std::uint32_t> keys;
@@ -44,8 +44,7 @@ struct ViewWorkspace {
 };
 
 // The image of a model in a view. Parameters x determine splats y, and y the image, so J = J_raster J_project. Both are
-// linearised at the x given to Build. All functions run in parallel; every result is bit-identical for any number of
-// threads.
+// linearised at the x given to Build. Results are bit-identical for any number of threads.
 template <class S>
 class SplatView {
  public:
