@@ -135,7 +135,7 @@ LmOptions FromCeres(const ceres::Solver::Options& from) {
     case ceres::SPARSE_NORMAL_CHOLESKY:
       system.linear_solver = LinearSolverKind::kPcg;
       system.preconditioner = PreconditionerKind::kSparseCholesky;
-      // To rounding, as a direct solver; the second test is for systems whose rounding is above the first.
+      // Solve to rounding, like a direct solver. The second test is for systems whose rounding error exceeds the first.
       system.pcg.relative_tolerance = 1e-10;
       system.pcg.model_tolerance = 1e-4;
       break;

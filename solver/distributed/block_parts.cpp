@@ -9,7 +9,7 @@
 namespace vesta {
 namespace {
 
-// Where each parameter block's entries begin in a step.
+// Position of each parameter block's first entry in a step; -1 for constant blocks.
 std::vector<Index> TangentOffsets(const BlockStructure& structure, int num_blocks) {
   std::vector<Index> offsets(static_cast<std::size_t>(num_blocks), -1);
   for (const FreeBlock& free : structure.free_blocks()) offsets[static_cast<std::size_t>(free.parameter)] = free.offset;
@@ -40,7 +40,7 @@ ProblemPart<CpuBackend<double>> BlockParts::Make(int part) {
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
 
-  // In the order of the whole's, without a group set apart at the end.
+  // Parameter blocks keep their order in the whole problem. No group is moved to the end.
   auto problem = std::make_unique<BlockProblem>(BlockProblem::Options{.eliminate = false});
   ProblemPart<B> made;
   for (const int block : used) {

@@ -51,7 +51,7 @@ std::vector<Support> DistributedProblem<B>::TangentSupports() const {
 template <Backend B>
 const Shards& DistributedProblem<B>::shards() {
   if (!shards_) {
-    constexpr int kPieces = 64;  // as many whatever the number of processes, which are no more than there are parts
+    constexpr int kPieces = 64;  // independent of the number of processes, which is at most the number of parts
     std::vector<BlockGroup> groups = parts_.block_groups();
     if (groups.empty()) groups.push_back({.size = 1, .count = num_tangent()});
     shards_ = std::make_unique<Shards>(ranks_, num_tangent(), groups, std::max(kPieces, parts_.num_parts()));
@@ -99,7 +99,7 @@ double DistributedProblem<B>::SumNumbers(const std::vector<double>& mine) {
 template <Backend B>
 void DistributedProblem<B>::CheckSameStart(ConstVectorView x) {
   if (std::exchange(has_checked_start_, true)) return;
-  std::uint64_t hash = 14695981039346656037U;  // FNV-1a, by values
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a hash of the values
   for (const S value : x) {
     hash = (hash ^ static_cast<std::uint64_t>(
                        std::bit_cast<std::conditional_t<sizeof(S) == 8, std::uint64_t, std::uint32_t>>(value))) *
@@ -163,7 +163,7 @@ std::string DistributedProblem<B>::DescribeNonFinite(ConstVectorView x, bool jac
   return "";
 }
 
-// In host memory.
+// For host memory.
 template class DistributedProblem<CpuBackend<double>>;
 template class DistributedProblem<CpuBackend<float>>;
 

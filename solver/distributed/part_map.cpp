@@ -11,7 +11,7 @@ namespace vesta {
 
 namespace {
 
-// Segments, sorted, of which one goes on where another ends become one.
+// Merges consecutive segments that are contiguous both in the part and in the whole. Input is sorted.
 void JoinNeighbours(std::vector<PartSegment>& segments) {
   std::vector<PartSegment> joined;
   for (const PartSegment& s : segments) {
@@ -98,7 +98,7 @@ struct BlockPlace {
   Index block = 0;
 };
 
-// The block that begins with that parameter; none of that size: no group.
+// The block of this size that begins with this parameter; none if there is no such block.
 std::optional<BlockPlace> BlockAt(const std::vector<BlockGroup>& groups, Index parameter, int size) {
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const BlockGroup& group = groups[g];
@@ -109,7 +109,7 @@ std::optional<BlockPlace> BlockAt(const std::vector<BlockGroup>& groups, Index p
   return std::nullopt;
 }
 
-// Of each group's values among all.
+// Position of each group's first value among the values of all groups.
 std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
   std::vector<Index> first;
   first.reserve(groups.size());
@@ -148,7 +148,7 @@ std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, cons
       };
       const BlockPlace first = place_of(i);
       Index run = 1;
-      // Those in one segment lie as far apart in the whole.
+      // Blocks in one segment have the same spacing in the whole.
       if (group.block_stride > 0 && group.block_stride == whole[first.group].block_stride) {
         const Index begin = group.Parameter(i, 0);
         const PartSegment& segment = segment_of(begin);
