@@ -19,14 +19,14 @@ struct CheckProblemOptions {
   // Allowed relative error between derivatives and finite differences, in addition to the estimated error of the
   // differences. 0 means 1e-5 for double, 1e-2 for float.
   double derivatives = 0;
-  // False if DiagJTJ and BlockGram only approximate those of J^T W J, as documented. They are then not compared.
+  // False if DiagJTJ and BlockGram only approximate J^T W J, as documented. They are then not compared.
   bool exact_blocks = true;
 };
 
 struct ProblemCheck {
-  std::vector<std::string> faults;  // one line per fault, the deepest cause first; empty if none was found
+  std::vector<std::string> faults;  // one line per fault, the deepest cause first; empty if no fault was found
   bool ok() const { return faults.empty(); }
-  // All faults, one per line, or a line that says that there are none.
+  // All faults, one per line; one line without a fault if the problem passed.
   std::string Report() const;
 };
 

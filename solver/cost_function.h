@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost functions of residual blocks with automatic, numeric or analytic derivatives, and normal priors. The interface
-// is that of Ceres.
+// Cost functions of residual blocks with automatic, numeric or analytic derivatives, and normal priors. Same interface
+// as in Ceres.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Covariance of an estimate: of all parameters from a dense Jacobian, or of chosen blocks from a sparse factor.
+// Covariance of an estimate. It uses a dense Jacobian for all parameters, or a sparse factor for chosen blocks.
 #pragma once
 
 #include <span>

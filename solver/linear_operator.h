@@ -7,7 +7,7 @@
 namespace vesta {
 
 // Inner products of the vectors in an iterative solver. This class handles vectors that are whole. A derived class
-// handles vectors in shards: each process passes its own shard, and the result is that of the whole vectors.
+// handles vectors in shards: each process passes its own shard, and the result is the product of the whole vectors.
 template <Backend B>
 class InnerProducts {
  public:

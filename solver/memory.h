@@ -15,7 +15,7 @@ struct ProblemMemory {
   double gram = 0, gram_work = 0;
   bool keeps_gram =
       false;             // gram is not freed, because a group is eliminated and the kept blocks depend on the damping
-  double blocks = 0;     // the values of a BlockDiagonal of block_groups(); 0 if there are none
+  double blocks = 0;     // the values of a BlockDiagonal of block_groups(); 0 without blocks
   double cost_work = 0;  // work memory of one evaluation of the cost
   double between = 0;    // work memory of the caller between iterations
   bool has_own_right_hand_side = false;  // WithOwnRightHandSide

@@ -74,9 +74,8 @@ class InUnits {
   void CheckUnits(std::span<const Index> units) const;
 };
 
-// The cost is a sum over batches, and each batch is linearized on its own. This is for problems too large to linearize
-// as a whole, and for sampling. The engine calls LinearizeBatch in place of Problem::Linearize.
-// Default: one batch.
+// The cost is a sum over batches, and each batch is linearized on its own. Batches suit sampling and problems too large
+// to linearize as a whole. The engine calls LinearizeBatch instead of Problem::Linearize. Default: one batch.
 template <Backend B>
 class InBatches {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damped systems in reduced form: with a block-diagonal group eliminated, or sharded over several processes.
+// Damped systems after the elimination of a block-diagonal group, or sharded over several processes.
 #pragma once
 
 #include <memory>
@@ -62,7 +62,7 @@ class ShardedSystem : public Linearization<B>, public WithProductH<B>, public Wi
   using ConstVectorView = typename B::ConstVectorView;
 
   // Returns the shard of a vector of all entries. The result is `whole` itself if this process has all entries.
-  // Otherwise it is a copy in `room`, valid as long as `room` is unchanged.
+  // Otherwise it is a copy in `room`, valid until `room` changes.
   virtual ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& room) const = 0;
   // Writes the shards of all processes to whole.
   virtual void Gather(ConstVectorView shard, VectorView whole) = 0;

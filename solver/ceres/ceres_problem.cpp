@@ -151,7 +151,7 @@ void CeresProblem::Scatter(CpuBackend<double>::ConstVectorView x) const {
 
 int CeresProblem::block(const double* values) const {
   const auto found = block_of_.find(values);
-  VESTA_CHECK(found != block_of_.end(), "the address is no parameter block of the problem");
+  VESTA_CHECK(found != block_of_.end(), "this address is not a parameter block of the problem");
   return found->second;
 }
 

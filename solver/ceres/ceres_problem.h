@@ -33,7 +33,7 @@ class CeresProblem {
   void SetEvaluationCallback(ceres::EvaluationCallback* callback);
   // Error message if a constant block violates its bounds, which Ceres refuses too; empty otherwise.
   const std::string& infeasible_constant() const { return infeasible_constant_; }
-  // Index in problem() of the parameter block at this address. Throws Error if there is none.
+  // Index in problem() of the parameter block at this address. Throws Error for other addresses.
   int block(const double* values) const;
 
  private:

@@ -19,10 +19,11 @@ std::vector<Index> TangentOffsets(const BlockStructure& structure, int num_block
 }  // namespace
 
 BlockParts::BlockParts(BlockProblem& whole, int num_parts) : whole_(whole) {
-  if (num_parts < 1) Fail(kBadArgument, "a problem in {} parts; choose at least 1", num_parts);
+  if (num_parts < 1) Fail(kBadArgument, "num_parts is {}; choose 1 or more", num_parts);
   if (whole.options_.evaluation_callback) {
     Fail(kUnsupported,
-         "a problem with an evaluation callback has no parts: they are evaluated each by itself; leave it out");
+         "a problem with an evaluation callback cannot be split, because parts are evaluated separately; remove the "
+         "callback");
   }
   num_parts_ = static_cast<int>(std::clamp<Index>(num_parts, 1, std::max<Index>(whole.num_units(), 1)));
   tangent_offset_ = TangentOffsets(whole.Structure(), whole.num_parameter_blocks());

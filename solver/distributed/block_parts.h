@@ -11,7 +11,7 @@ namespace vesta {
 
 // Each part has a consecutive range of the residual blocks and the parameter blocks that they use. It evaluates only
 // these and has its own Jacobian. Every process creates the whole problem, which holds parameter blocks, cost functions
-// and the order of a step. Bounds, manifolds and constant blocks are those of the whole problem.
+// and the order of a step. Bounds, manifolds and constant blocks belong to the whole problem.
 class BlockParts final : public ProblemParts<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;

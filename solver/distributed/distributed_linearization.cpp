@@ -24,7 +24,7 @@ DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& pro
 template <Backend B>
 auto DistributedLinearization<B>::residuals() const -> ConstVectorView {
   Fail(kUnsupported,
-       "no process has all residuals of a distributed problem: choose PCG, and check derivatives part by part");
+       "no process has all residuals of a distributed problem; choose PCG, and check derivatives part by part");
 }
 
 template <Backend B>
@@ -103,7 +103,7 @@ void DistributedLinearization<B>::Gradient(VectorView g) {
 
 template <Backend B>
 void DistributedLinearization<B>::RightHandSide(VectorView d) {
-  VESTA_CHECK(has_own_right_hand_side_, "the descent of parts without one of their own");
+  VESTA_CHECK(has_own_right_hand_side_, "RightHandSide needs parts with their own right-hand side");
   if (gradient_.empty()) SumGradients();
   B().Copy(squares_, d);
   linearizations_.front()->RightHandSideOf(problem_.num_units(), gradient_, d);
@@ -200,13 +200,15 @@ DistributedReducedSystem<B>::DistributedReducedSystem(DistributedLinearization<B
   for (Index term = terms.begin; term < terms.end; ++term) {
     auto system = linearization.of(term).MakeReducedSystem();
     if (!system)
-      Fail(kUnsupported, "part {} has no group to eliminate; ProblemParts::eliminates says that all have", term);
+      Fail(kUnsupported, "part {} has no group to eliminate, but ProblemParts::eliminates is true; return false there",
+           term);
     if (term == terms.begin) kept_ = system->size();
     const Support& support = problem_.part(term).tangent.support();
     const bool keeps_first =
         system->size() == kept_ && support.CountBefore(kept_) == kept_ && problem_.part(term).tangent.is_compact();
     if (!keeps_first)
-      Fail(kBadArgument, "part {} keeps {} parameters that are not the first of the problem", term, system->size());
+      Fail(kBadArgument, "part {} keeps {} parameters, which are not the first ones of the problem; order them first",
+           term, system->size());
     systems_.push_back(std::move(system));
   }
   kept_sum_ = std::make_unique<SumOverRanks<S>>(problem_.ranks(), problem_.parts().num_parts(), kept_,

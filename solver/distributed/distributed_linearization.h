@@ -128,7 +128,7 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
 
 // The sharded system of a distributed problem.
 //
-// In a product each process receives the whole vector p, and of H p only its shard. This transfers as many bytes as an
+// For a product each process receives the whole vector p and only its shard of H p. This transfers as many bytes as an
 // all-reduce.
 template <Backend B>
 class DistributedShards final : public ShardedSystem<B> {

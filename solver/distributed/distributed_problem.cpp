@@ -21,10 +21,10 @@ DistributedProblem<B>::DistributedProblem(Communicator& ranks, ProblemParts<B>& 
   std::vector<Index> units;
   for (Index term = own_terms().begin; term < own_terms().end; ++term) {
     ProblemPart<B> made = parts.Make(static_cast<int>(term));
-    if (!made.problem) Fail(kBadArgument, "part {} of {} has no problem", term, count);
+    if (!made.problem) Fail(kBadArgument, "ProblemParts::Make returned no problem for part {} of {}", term, count);
     OwnPart<B> part(std::move(made.problem));
     if (part.problem.num_batches() != 1) {
-      Fail(kBadArgument, "part {} has {} batches; give a part one, and make more parts", term,
+      Fail(kBadArgument, "part {} has {} batches; give each part one batch, and use more parts", term,
            part.problem.num_batches());
     }
     part.parameters = PartMap(made.parameters, part.problem.num_parameters(), parts.num_parameters(), "parameters");
@@ -75,10 +75,11 @@ void DistributedProblem<B>::CheckSameProblem() {
   for (std::size_t k = 0; k < all.size(); ++k) {
     if (all[k] == all[k % sizes.size()]) continue;
     const std::size_t rank = k / sizes.size();
-    Fail(kBadArgument,
-         "process {} has a problem of {} parameters in {} parts, process 0 one of {} in {}: all must be given the same "
-         "problem",
-         rank, all[3 * rank + 1], all[3 * rank], all[1], all[0]);
+    Fail(
+        kBadArgument,
+        "process {} has a problem of {} parameters in {} parts, process 0 one of {} in {}: give all processes the same "
+        "problem",
+        rank, all[3 * rank + 1], all[3 * rank], all[1], all[0]);
   }
 }
 
@@ -108,7 +109,7 @@ void DistributedProblem<B>::CheckSameStart(ConstVectorView x) {
   const std::vector<std::uint64_t> all = GatherValues(ranks_, std::vector<std::uint64_t>{hash});
   for (std::size_t r = 1; r < all.size(); ++r) {
     if (all[r] != all[0])
-      Fail(kBadArgument, "process {} starts from other numbers than process 0: all must be given the same problem", r);
+      Fail(kBadArgument, "the start of process {} differs from process 0's; give all processes the same start", r);
   }
 }
 

@@ -5,7 +5,8 @@
 // All processes run the same solve: SolveLm with the same options and the same x. They compute gradients, products with
 // H, its diagonal and blocks, and costs together. The sums use a fixed tree over the parts
 // (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, for any number of processes
-// and threads, and all processes decide alike. Time limits and callbacks stop all processes together (Collective).
+// and threads, and all processes make the same decisions. Time limits and callbacks stop all processes together
+// (Collective).
 #pragma once
 
 #include <memory>

@@ -32,8 +32,7 @@ PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Ind
     : segments_(segments), local_size_(local_size) {
   if (segments_.empty() && local_size > 0) {
     if (local_size != whole_size) {
-      Fail(kBadArgument, "a part of {} {} of {} does not say where they lie; give its segments", local_size, what,
-           whole_size);
+      Fail(kBadArgument, "a part has {} {} of {} but no segments; give its segments", local_size, what, whole_size);
     }
     segments_.push_back({0, 0, whole_size});
   }
@@ -47,7 +46,9 @@ PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Ind
   for (const PartSegment& s : segments_) {
     const bool is_inside =
         s.size > 0 && s.whole >= 0 && s.local >= 0 && s.whole + s.size <= whole_size && s.local + s.size <= local_size;
-    if (!is_inside) Fail(kBadArgument, "a part has {} {} to {} of {}", what, s.whole, s.whole + s.size - 1, whole_size);
+    if (!is_inside)
+      Fail(kBadArgument, "a segment of a part has {} {} to {}; the whole has {}", what, s.whole, s.whole + s.size - 1,
+           whole_size);
     is_compact_ = is_compact_ && s.local == entries;
     ranges.push_back({s.whole, s.whole + s.size});
     locals.push_back({s.local, s.local + s.size});
@@ -57,7 +58,7 @@ PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Ind
   const bool covers =
       entries == local_size && support_.size() == local_size && Support(std::move(locals)).size() == local_size;
   if (!covers)
-    Fail(kBadArgument, "a part's segments are {} {}, of {} it has; give each once", entries, what, local_size);
+    Fail(kBadArgument, "a part's segments cover {} {}, but the part has {}; give each once", entries, what, local_size);
   is_identity_ = is_compact_ && local_size == whole_size;
 }
 
@@ -143,7 +144,7 @@ std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, cons
         const Index local = group.Parameter(block, 0);
         const PartSegment& segment = segment_of(local);
         const auto found = BlockAt(whole, segment.whole + local - segment.local, group.size);
-        if (!found) Fail(kBadArgument, "block {} of a part's group {} is no block of the whole", block, g);
+        if (!found) Fail(kBadArgument, "block {} of a part's group {} is not a block of the whole problem", block, g);
         return *found;
       };
       const BlockPlace first = place_of(i);

@@ -23,14 +23,14 @@ class PartMap {
   const Support& support() const { return support_; }
   Index local_size() const { return local_size_; }
   bool is_identity() const { return is_identity_; }
-  // True if the part's own order is that of the whole.
+  // True if the part's own order is the whole's.
   bool is_compact() const { return is_compact_; }
 
   // local = the part's entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> local) const;
   // Returns the part's entries of whole: `whole` itself if the part has all of them, else a copy in `room`. The copy is
-  // valid as long as `room` is unchanged.
+  // valid until `room` changes.
   template <class S>
   HostSpan<const S> Local(HostSpan<const S> whole, HostBuffer<S>& room) const;
   template <class S>

@@ -35,7 +35,7 @@ class ProblemParts {
   virtual ProblemPart<B> Make(int part) = 0;
   virtual Index num_parameters() const = 0;
   virtual Index num_tangent() const { return num_parameters(); }
-  // Block groups of the whole problem; empty if there are none. The blocks of a part must be blocks of these.
+  // Block groups of the whole problem; empty means no groups. The blocks of a part must be blocks of these.
   virtual std::vector<BlockGroup> block_groups() const { return {}; }
   // The functions of the whole problem that are not sums: steps, bounds, the damping metric and names. Null means the
   // defaults of solver/problem_interfaces.h. Its costs and linearizations are never used. Returns the same object at

@@ -27,7 +27,7 @@ class BatchedSystem {
   // Fault of the first system that has one.
   const SystemFault& fault() const { return fault_; }
   // DescribeZeroColumnGradient of the first system with such a gradient above the gradient tolerance and above
-  // UnderflownGradient; empty if there is none.
+  // UnderflownGradient; otherwise empty.
   const std::string& zero_column_gradient() const { return zero_column_gradient_; }
   // -g, summed over all batches.
   typename B::ConstVectorView negative_gradient() const {
@@ -36,7 +36,7 @@ class BatchedSystem {
   // A weight per column, of the scale of H: D, or the diagonal of H with merged batches.
   typename B::ConstVectorView weights() const { return whole() ? whole()->metric() : diagonal_.view(); }
 
-  // By the undamped model of all batches, the step gamma * step decreases the cost by Predicted(gamma).
+  // Predicted(gamma) is the decrease of the cost for gamma * step, by the undamped model of all batches.
   struct Direction {
     PcgSummary pcg;  // of the last batch, with the iterations of all batches
     double gradient_dot_step = 0;

@@ -97,7 +97,7 @@ class ProblemChecker {
     const auto worst =
         std::max_element(at.begin(), at.end(), [](double p, double q) { return std::abs(p) < std::abs(q); });
     const auto k = static_cast<std::size_t>(worst - at.begin());
-    Add("{}: they differ by {:.2g} of their norm, most at {}, where they are {:.6g} and {:.6g}", what,
+    Add("{}: they differ by {:.2g} of their norm, most at {}, with values {:.6g} and {:.6g}", what,
         Norm(difference.view()) / scale, name(static_cast<Index>(k)), OnHost(a)[k], OnHost(b)[k]);
   }
   bool Far(double a, double b) const {
@@ -159,7 +159,7 @@ bool ProblemChecker<B>::CheckCost() {
   }
   if (const std::string why = problem_.DescribeDegenerate(x_); !why.empty()) Add("{}", why);
   if (const double again = problem_.Cost(x_); Far(cost_, again)) {
-    Add("Cost gives {:.9g}, and at the same x once more {:.9g}; it must depend on x alone", cost_, again);
+    Add("Cost gives {:.9g}, and at the same x again {:.9g}; it must depend on x alone", cost_, again);
   }
   std::vector<Index> units(static_cast<std::size_t>(problem_.num_units()));
   std::iota(units.begin(), units.end(), Index{0});

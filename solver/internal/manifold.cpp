@@ -20,7 +20,7 @@ double Norm(const double* v, int n) { return std::sqrt(std::inner_product(v, v +
 
 void FillZero(double* jacobian, int rows, int cols) { std::fill_n(jacobian, rows * cols, 0.0); }
 
-// Householder vector v with H = +-(I - 2 v v^T / v^T v) and H e_last = x / |x|. The sign is that of -x_last, to avoid
+// Householder vector v with H = +-(I - 2 v v^T / v^T v) and H e_last = x / |x|. It has the sign of -x_last, to avoid
 // cancellation.
 struct Reflection {
   Reflection(const double* x, int size) : v(x, x + size), sign(x[size - 1] > 0 ? -1.0 : 1.0), norm(Norm(x, size)) {

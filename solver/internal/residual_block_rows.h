@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The linearization of a batch of residual blocks: small dense Jacobian blocks of one size, stored as long as the
+// The linearization of a batch of residual blocks: small dense Jacobian blocks of one size, stored while the
 // linearization exists. It does not depend on the functors, so it is compiled once per size.
 #pragma once
 
