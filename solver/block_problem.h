@@ -57,7 +57,9 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
 
   // Adds a block of `size` numbers and returns its index: 0, 1, ...
   int AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold = nullptr);
+  // Sets the manifold of a block; null means a Euclidean block.
   void SetManifold(int block, std::shared_ptr<const Manifold> manifold);
+  // A constant block keeps its value during a solve.
   void SetConstant(int block, bool constant = true);
   // Sets bounds of one entry of a block; lower < upper. If the block has a manifold, each step is projected onto the
   // bounds.

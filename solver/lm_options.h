@@ -19,6 +19,7 @@ const char* ToString(BatchMode mode);
 
 // Options of SolveLm and LmStepper. Validate checks the ranges.
 struct LmOptions {
+  // Stop after this many iterations, accepted or rejected; >= 0.
   int max_iterations = 50;
   // Stop when |change of cost| <= function_tolerance * cost.
   double function_tolerance = 1e-6;

@@ -13,11 +13,11 @@ struct ProblemMemory {
   double linearization = 0;  // the linearization of one batch while it exists
   // gram: data kept from DiagJTJ for BlockGram, which frees it. gram_work: work memory of either when it computes them.
   double gram = 0, gram_work = 0;
-  bool keeps_gram =
-      false;             // gram is not freed, because a group is eliminated and the kept blocks depend on the damping
-  double blocks = 0;     // the values of a BlockDiagonal of block_groups(); 0 without blocks
-  double cost_work = 0;  // work memory of one evaluation of the cost
-  double between = 0;    // work memory of the caller between iterations
+  // gram is not freed, because a group is eliminated and the kept blocks depend on the damping.
+  bool keeps_gram = false;
+  double blocks = 0;                     // the values of a BlockDiagonal of block_groups(); 0 without blocks
+  double cost_work = 0;                  // work memory of one evaluation of the cost
+  double between = 0;                    // work memory of the caller between iterations
   bool has_own_right_hand_side = false;  // WithOwnRightHandSide
   bool has_own_metric = false;           // WithDampingMetric; its work memory is negligible
 };

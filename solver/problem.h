@@ -59,6 +59,7 @@ class Linearization {
   virtual void DiagJTJ(VectorView d) = 0;
 };
 
+// A least-squares problem: its cost, and its linearization at any x.
 template <Backend B>
 class Problem {
  public:

@@ -43,7 +43,7 @@ struct ResidualBlocksOptions {
   std::vector<BlockGroup> block_groups = {};
 };
 
-// Cost: 1/2 sum over the functors of rho(|r|^2).
+// Minimises 1/2 sum rho(|r|^2) over all functors.
 template <class F, Backend B>
 requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host>
 class ResidualBlocks final : public Problem<B>,

@@ -59,9 +59,9 @@ struct EliminationPlan {
   std::vector<EliminationFront> fronts;
   // Disjoint subtrees with little work each, which threads take one by one.
   std::vector<EliminationSubtree> subtrees;
-  // The waves contain all subtrees. The updates of one wave take at most a few tens of MiB, unless it is a single
-  // subtree. Without waves, a front with thousands of child subtrees (cameras over points) would need all their updates
-  // in memory at once.
+  // The waves contain all subtrees. The updates of one wave take at most 64 MiB, unless it is a single subtree. Without
+  // waves, a front with thousands of child subtrees (cameras over points) would need all their updates in memory at
+  // once.
   std::vector<EliminationWave> waves;
   // The fronts above the subtrees. Fronts of one level depend on earlier levels only, not on each other.
   std::vector<std::vector<Index>> levels;
