@@ -28,9 +28,9 @@ class TrivialLoss final : public Loss {
   Value Evaluate(double s) const override;
 };
 
-// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In this and the following losses a > 0 is the residual norm
-// from which outliers are downweighted. ArctanLoss and TolerantLoss compare a with s instead. The constructors throw
-// Error for scales out of range.
+// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In this and the following losses a > 0 is the residual norm from which
+// outliers are downweighted. ArctanLoss and TolerantLoss compare a with s instead. The constructors throw Error for
+// scales out of range.
 class HuberLoss final : public Loss {
  public:
   explicit HuberLoss(double a);
