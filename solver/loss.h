@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Robust losses rho(s) of the squared norm s of a residual block. The cost is 1/2 sum rho(s). Names, formulas and
-// scales are those of Ceres, so costs are comparable digit by digit.
+// scales are the same as in Ceres, so costs are comparable digit by digit.
 #pragma once
 
 #include <memory>

@@ -95,8 +95,8 @@ class DistributedProblem final : public Problem<B>,
   OwnPart<B>& part(Index term) { return own_[static_cast<std::size_t>(term - own_terms().begin)]; }
   // Sums vectors with the size of a step.
   SumOverRanks<S>& tangent_sum() { return *tangent_sum_; }
-  // The entries that each process holds in a PCG iteration, and sums of which each process receives its shard only. The
-  // first call is collective.
+  // The shard of each process in a PCG iteration, and sums that return only this process's shard. The first call is
+  // collective.
   const Shards& shards();
   SumOverRanks<S>& shard_sum();
   // Sums one number per part; `mine` holds the numbers of this process's parts. Collective.

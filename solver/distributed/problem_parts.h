@@ -41,9 +41,9 @@ class ProblemParts {
   // defaults of solver/problem_interfaces.h. Its costs and linearizations are never used. Returns the same object at
   // every call; it must outlive the distributed problem.
   virtual Problem<B>* geometry() { return nullptr; }
-  // True if each part's last parameters are a block-diagonal group that no other part uses, and its other parameters
-  // are the first ones of the whole, the same in all parts. The group is then eliminated part by part
-  // (WithReducedSystem of the parts).
+  // True if each part's last parameters are a block-diagonal group that no other part uses. The other parameters must
+  // be the first ones of the whole, the same in all parts. The group is then eliminated part by part (WithReducedSystem
+  // of the parts).
   virtual bool eliminates() const { return false; }
 };
 

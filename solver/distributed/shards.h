@@ -28,7 +28,7 @@ class Shards {
   bool is_whole() const { return ranks_.size() == 1; }
   // The blocks in this process's shard, as groups with positions in the shard.
   const std::vector<BlockGroup>& groups() const { return groups_; }
-  // Positions of each process's block values in those of the whole (BlockDiagonal::all_values), in the order of a
+  // Positions of each process's block values among all block values (BlockDiagonal::all_values), in the order of a
   // matrix made from groups().
   std::vector<Support> BlockValuesOfRanks() const;
   // Positions in the shard of each of this process's pieces.

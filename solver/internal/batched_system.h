@@ -38,7 +38,7 @@ class BatchedSystem {
 
   // Predicted(gamma) is the decrease of the cost for gamma * step, by the undamped model of all batches.
   struct Direction {
-    PcgSummary pcg;  // of the last batch, with the iterations of all batches
+    PcgSummary pcg;  // last batch's summary; iterations summed over all batches
     double gradient_dot_step = 0;
     double curvature = 0;
     double Predicted(double gamma) const { return -gamma * gradient_dot_step - 0.5 * gamma * gamma * curvature; }

@@ -154,7 +154,7 @@ bool ProblemChecker<B>::CheckCost() {
   }
   cost_ = problem_.Cost(x_);
   if (!std::isfinite(cost_)) {
-    Add("Cost is {} at x: {}; choose an x where it is finite", cost_, problem_.DescribeNonFinite(x_, false));
+    Add("Cost is {} at x: {}; choose an x with a finite cost", cost_, problem_.DescribeNonFinite(x_, false));
     return false;
   }
   if (const std::string why = problem_.DescribeDegenerate(x_); !why.empty()) Add("{}", why);

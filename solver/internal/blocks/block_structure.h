@@ -88,8 +88,8 @@ struct BlockUse {
 
 class BlockStructure {
  public:
-  // eliminate: find a group of blocks of which no two share a residual block, and put it last if it is most of the
-  // step. The search is greedy and starts with the least used blocks, like Ceres's independent-set orderings.
+  // eliminate: find a group of blocks that share no residual block with each other, and put it last if it is most of
+  // the step. The search is greedy and starts with the least used blocks, like Ceres's independent-set orderings.
   BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals, bool eliminate);
 
   Index num_tangent() const { return num_tangent_; }

@@ -201,7 +201,7 @@ class ReducedPcgStep final : public StepSolver<B> {
         SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner, workspace, kept_step,
                     weights.empty() ? weights.view() : weights.view().subspan(0, kept));
     reduced_->BackSubstitute(system_.rhs, step);
-    // The eliminated rows are solved exactly, so the residual of the full system equals that of the reduced one.
+    // The eliminated rows are solved exactly, so the full system and the reduced one have the same residual.
     return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);
   }
 

@@ -33,7 +33,7 @@ struct NormalSystemOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kAuto;
   // Preconditioner of kPcg. kReducedPcg interprets it as follows: kIdentity means none; kJacobi and kBlockJacobi mean
   // Schur-Jacobi (the diagonal blocks of the Schur complement); all others mean the problem's factor of the Schur
-  // complement, or Schur-Jacobi if there is none.
+  // complement if it has one, else Schur-Jacobi.
   PreconditionerKind preconditioner = PreconditionerKind::kAuto;
   // The preconditioner is built from H + preconditioner_lambda D. If unset, it is the lambda of the system. 3DGS-LM
   // uses 0 in its paper (diag(H) alone) and 1 in its released code.

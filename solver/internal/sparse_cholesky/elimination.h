@@ -20,7 +20,7 @@ struct EliminationFront {
     int rows, cols;
     Index source;  // index of the original row of a diagonal block, or of an off-diagonal block
     bool diagonal;
-    bool transposed;  // true if the stored block is that of (col, row)
+    bool transposed;  // true if block (col, row) is stored
   };
   // Scalars [begin, end), counted from the first one below the pivots, that are contiguous elsewhere, from `to` on.
   struct Run {
@@ -65,7 +65,7 @@ struct EliminationPlan {
   std::vector<EliminationWave> waves;
   // The fronts above the subtrees. Fronts of one level depend on earlier levels only, not on each other.
   std::vector<std::vector<Index>> levels;
-  double factor_values = 0;    // of the factor, including the zeros in merged fronts
+  double factor_values = 0;    // factor values, including the zeros in merged fronts
   double update_values = 0;    // passed from fronts to their parents
   double multiplications = 0;  // of the factorisation
 };

@@ -80,8 +80,8 @@ class StepDoubt {
   void OnAccept() { *this = {}; }
 
   // Returns a suspected mistake of the problem, starting with "; ", from the steps rejected since the last accepted
-  // one; empty if there is none. Predicted changes up to `least` are ignored, because they may be rounding. accepted:
-  // true if a step was accepted now; then only steps to points where the cost is not finite count.
+  // one, or an empty string. Predicted changes up to `least` are ignored, because they may be rounding.
+  // accepted: true if a step was accepted now; then only steps to points where the cost is not finite count.
   std::string Words(bool accepted, double least) const;
   // The part of Words about predicted increases, which are always a mistake.
   std::string IncreaseWords(double least) const;
