@@ -85,9 +85,9 @@ TEST(AutoChoice, SparseCalibrationIsFactorisedAndEndsWhereQrDoes) {
   Calibration by_auto(12), by_qr(12);
   B backend;
   const LmSummary chosen = SolveLm<B>(options, backend, by_auto.problem, by_auto.x.view());
-  EXPECT_EQ(chosen.linear_solver.find("PCG, sparse Cholesky of 0.0 MiB (auto: by count 0."), 0U)
+  EXPECT_EQ(chosen.linear_solver.find("PCG, sparse Cholesky of 0.0 MiB (auto: estimated 0."), 0U)
       << chosen.linear_solver;
-  EXPECT_NE(chosen.linear_solver.find(" ms a step, dense QR "), std::string::npos) << chosen.linear_solver;
+  EXPECT_NE(chosen.linear_solver.find(" ms per step, dense QR "), std::string::npos) << chosen.linear_solver;
   options.normal_system.linear_solver = LinearSolverKind::kDenseQr;
   const LmSummary expected = SolveLm<B>(options, backend, by_qr.problem, by_qr.x.view());
   EXPECT_TRUE(IsConverged(chosen.status)) << chosen.FullReport();

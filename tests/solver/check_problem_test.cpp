@@ -150,10 +150,10 @@ TEST_F(CheckProblemTest, WhatNobodyWrites) {
 
 TEST_F(CheckProblemTest, MistakesThatASolveThrowsAreFaults) {
   faulty_.gives_null = true;
-  ExpectOne("gave null");
+  ExpectOne("returned null");
   faulty_.gives_null = false;
   x_ = Vector({1, 2});
-  ExpectOne("x has 2 entries, the problem 3 parameters");
+  ExpectOne("x has 2 entries, but the problem has 3 parameters");
 }
 
 // Two residuals of two blocks; one derivative is wrong.
