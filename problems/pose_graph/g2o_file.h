@@ -11,7 +11,7 @@ namespace vesta::pose_graph {
 
 struct G2oOptions {
   // Replaces indefinite information matrices, which no covariance has, by the nearest semidefinite ones: negative
-  // eigenvalues become 0. Each file with such matrices gets a note.
+  // eigenvalues become 0. PoseGraph::notes reports them.
   bool clip_indefinite = false;
 };
 

@@ -20,9 +20,8 @@ struct SplatProblemOptions;
 // How products with J evaluate their raster part.
 enum class JacobianKind {
   kCachedViews,  // recomputed from the cached splats of each view
-  kCache32,      // J's entries stored as floats (as doubles in double precision) or in 16 bits:
-                 // kernels/gaussian_splatting/cache/jacobian_cache.h
-  kCache16,
+  kCache32,      // entries of J stored as floats (doubles in double precision), see cache/jacobian_cache.h
+  kCache16,      // entries of J stored in 16 bits
   // Like kCachedViews, but each product projects, sorts, renders and linearises the views again. The numbers are the
   // same; memory holds one view instead of all. On a device this is the same as kCachedViews.
   kOnTheFly,

@@ -4,8 +4,8 @@
 // over views, pixels and channels.
 //
 // J = J_raster J_project; s and W come from the loss (kernels/image/photometric_loss.h). By default the Jacobian is not
-// stored; products recompute its entries from x. Stored are only the sorted splats, the image and the loss fields of
-// each view.
+// stored; products recompute its entries from x. Only the sorted splats, the image and the loss fields of each view are
+// stored.
 #pragma once
 
 #include <array>
