@@ -39,10 +39,10 @@ function(vesta_check_alignment target)
   endif()
 endfunction()
 
-# vesta_apart(a.cpp ...)
+# vesta_no_unity(a.cpp ...)
 # Excludes sources from unity builds (CMAKE_UNITY_BUILD), because they share a name in their unnamed namespaces with
 # another source. Call it in the folder of their target.
-function(vesta_apart)
+function(vesta_no_unity)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 

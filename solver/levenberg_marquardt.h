@@ -43,7 +43,7 @@ class LmStepper {
   // Ends the solve with this status; done() is true afterwards.
   void Stop(LmStatus status, std::string message);
   // Ends the solve as kStoppedByCallback if `asked` is true on any process. Collective: every process must call it.
-  void StopWhereAsked(bool asked);
+  void StopIfRequested(bool asked);
 
   // The x with the lowest full cost so far, up to rounding of the cost (see AcceptByGradient), and that cost.
   typename B::ConstVectorView x() const { return x_.view(); }
@@ -84,8 +84,8 @@ class LmStepper {
   double Seconds() const;
   // Times the phases of this call if options_.profile is true.
   ProfileScope Timed() { return ProfileScope(options_.profile ? &profile_ : nullptr); }
-  // Stops as converged. Stops as not converged instead if `doubt` is not empty (see StepDoubt) or if a zero column has
-  // a gradient.
+  // Stops as converged. Stops as not converged instead if `doubt` is not empty (see ConvergenceDoubt) or if a zero
+  // column has a gradient.
   void StopConverged(LmStatus status, std::string message, const std::string& doubt = "");
   // Runs CheckProblem if check_derivatives is true. Returns false if the solve ended.
   bool PassesCheck();
@@ -94,8 +94,8 @@ class LmStepper {
   double FullCost(typename B::ConstVectorView x);
   // PCG and the trials never run at the same time, so their work vectors share memory. These two functions hand it
   // over.
-  void TakeTrialVectors();
-  void LendTrialVectors();
+  void AcquireTrialVectors();
+  void ShareTrialVectors();
   // Frees the work vectors of PCG and of the trials. Linearizing and building a preconditioner need the most memory.
   void ReleaseVectors();
   // trial_x_ = x (+) gamma step.
@@ -120,7 +120,7 @@ class LmStepper {
   typename B::Vector x_, trial_x_, step_, scaled_step_;
   double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;
   int consecutive_rejects_ = 0;
-  StepDoubt doubt_;
+  ConvergenceDoubt doubt_;
   int turn_ = 0;  // turn of the next linearization (InBatches::OnNewPoint)
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;

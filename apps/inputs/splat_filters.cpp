@@ -70,8 +70,8 @@ gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, Run
   files->Check();
   gs::SplatModel moved = model;
   gs::MoveToScene(scene, &moved);
-  const gs::ScoringViews judges = gs::TrainingViewsOf(scene, ToDouble(model.background));
-  return gs::FindFloaters(moved, &judges);
+  const gs::ScoringViews scoring_views = gs::TrainingViewsOf(scene, ToDouble(model.background));
+  return gs::FindFloaters(moved, &scoring_views);
 }
 
 gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {

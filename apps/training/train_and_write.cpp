@@ -285,7 +285,7 @@ void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOpt
   if (callbacks->snapshot_every.never()) return;
   callbacks->snapshot = [&scene, &out, options](gs::Stage stage, int iteration, const splat::Model<float>& model) {
     gs::SplatModel copy = gs::CopyOf(model);
-    gs::TellRenderSettings(options, &copy);
+    gs::SetRenderSettings(options, &copy);
     gs::MoveToWorld(scene, &copy);
     gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
   };

@@ -66,11 +66,11 @@ void GaussianValues::MeasureInto(State& state, GaussianValue value, const ShownM
 
 std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel::Shown& shown) const {
   const std::vector<gs::View> views = TrainingViews(shown);
-  gs::ScoringViews judges{.views = {}, .background = background_, .near = gs::NearPlane(scene_)};
-  for (const gs::View& view : views) judges.views.push_back(&view);
+  gs::ScoringViews scoring_views{.views = {}, .background = background_, .near = gs::NearPlane(scene_)};
+  for (const gs::View& view : views) scoring_views.views.push_back(&view);
   const splat::Model<float> model = gs::ToKernelModel(*shown.model);
-  if (value == GaussianValue::kCoverage) return CoverageColors(gs::MeasureCoverage(model, judges));
-  return RemovalCostColors(gs::MeasureRemovalCost(model, judges).rise);
+  if (value == GaussianValue::kCoverage) return CoverageColors(gs::MeasureCoverage(model, scoring_views));
+  return RemovalCostColors(gs::MeasureRemovalCost(model, scoring_views).rise);
 }
 
 std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& shown) const {

@@ -264,8 +264,8 @@ int Run(int argc, char** argv) {
   }
   if (probes) return Probe();
   const Workload workload =
-      MadeUpWorkload(arguments.Count("gaussians", 1'000'000), arguments.Count("pixels", 1'000'000),
-                     arguments.Count("overlap", 40), arguments.Count("views", 100));
+      SyntheticWorkload(arguments.Count("gaussians", 1'000'000), arguments.Count("pixels", 1'000'000),
+                        arguments.Count("overlap", 40), arguments.Count("views", 100));
   Report report("gpu_kernels");
   GpuBench bench(workload, arguments.Count("repeats", 20), report);
   const std::string json = arguments.Flag("json", "");

@@ -218,11 +218,11 @@ void Scaling(int threads, int repeats, double rate, Report& report) {
   };
   const auto adam = [](Bench& bench) { return bench.AdamIteration(); };
   series(
-      "pixels", [](int k) { return MadeUpWorkload(100'000, Index{125'000} << k, kOverlap); }, adam);
+      "pixels", [](int k) { return SyntheticWorkload(100'000, Index{125'000} << k, kOverlap); }, adam);
   series(
-      "Gaussians", [](int k) { return MadeUpWorkload(Index{125'000} << k, 1'000'000, kOverlap); }, adam);
+      "Gaussians", [](int k) { return SyntheticWorkload(Index{125'000} << k, 1'000'000, kOverlap); }, adam);
   series(
-      "views", [](int k) { return MadeUpWorkload(20'000, 100'000, kOverlap, 4 << k); },
+      "views", [](int k) { return SyntheticWorkload(20'000, 100'000, kOverlap, 4 << k); },
       [](Bench& bench) { return bench.LmProduct(); });
 }
 
@@ -233,7 +233,7 @@ void Run(const Arguments& arguments) {
   const int repeats = std::stoi(arguments.Flag("repeats", "11"));
   const std::vector<int> threads = ThreadCounts(arguments.Flag("threads", "1,2"));
   const Workload workload = arguments.positional.empty()
-                                ? MadeUpWorkload(20'000, 190'000, 40)
+                                ? SyntheticWorkload(20'000, 190'000, 40)
                                 : RealWorkload(arguments.positional[0], arguments.positional[1]);
   const double rate = VectorOperationsPerNanosecond(ActiveIsa());
   fmt::print("{}: {:.2f} vector operations a nanosecond and thread\n", IsaName(ActiveIsa()), rate);

@@ -33,7 +33,7 @@ Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
   return workload;
 }
 
-Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views) {
+Workload SyntheticWorkload(Index gaussians, Index pixels, double overlap, int views) {
   Workload workload;
   workload.name = fmt::format("{}k Gaussians, {}k pixels", gaussians / 1000, pixels / 1000);
   if (views > 1) workload.name += fmt::format(", {} views", views);

@@ -28,6 +28,6 @@ Workload RealWorkload(const std::string& scene, const std::string& ply);
 // Synthetic workload: isotropic Gaussians of equal image size and opacity 0.5, all inside the image. Their size makes
 // `overlap` of them cover each pixel if occlusion is ignored. SH degree 3; 4:3 images of noise; the camera moves
 // slightly from view to view.
-Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views = 1);
+Workload SyntheticWorkload(Index gaussians, Index pixels, double overlap, int views = 1);
 
 }  // namespace vesta::bench

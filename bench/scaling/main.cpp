@@ -42,11 +42,11 @@ namespace {
 constexpr double kMib = 1 << 20;
 
 // Data that a process receives in one call of body.
-struct Heard {
+struct Received {
   double exchanges = 0, mib = 0, gathered_mib = 0;
 };
 template <class Body>
-Heard HeardIn(const Communicator& ranks, const Body& body) {
+Received MeasureReceived(const Communicator& ranks, const Body& body) {
   const RankTraffic before = ranks.traffic();
   body();
   return {static_cast<double>(ranks.traffic().exchanges - before.exchanges),
@@ -71,16 +71,16 @@ Row Measure(Communicator& ranks, Problem<B>& problem, DistributedProblem<B>* dis
   linearization->Gradient(g);
   backend.Copy(g, v);
   const double product = MedianMilliseconds(repeats, [&] { linearization->ApplyH(v, Hv); });
-  const Heard heard = HeardIn(ranks, [&] { linearization->ApplyH(v, Hv); });
+  const Received heard = MeasureReceived(ranks, [&] { linearization->ApplyH(v, Hv); });
   double reduced_product = 0;
-  Heard reduced_heard;
+  Received reduced_heard;
   if (const auto reduced = linearization->MakeReducedSystem()) {
     linearization->DiagJTJ(d);
     reduced->SetDamping(1e-4, d);
     typename B::Vector y(reduced->size());
     const auto kept = g.view().subspan(0, reduced->size());
     reduced_product = MedianMilliseconds(repeats, [&] { reduced->Apply(kept, y); });
-    reduced_heard = HeardIn(ranks, [&] { reduced->Apply(kept, y); });
+    reduced_heard = MeasureReceived(ranks, [&] { reduced->Apply(kept, y); });
   }
   linearization.reset();
   const double cost = MedianMilliseconds(repeats, [&] { problem.Cost(x); });

@@ -237,9 +237,9 @@ const DeviceInfo& QueryDevice() {
       result.memory = properties.totalGlobalMem;
       result.multiprocessors = properties.multiProcessorCount;
       result.capability = 10 * properties.major + properties.minor;
-      const std::string reason = device::WhyNoCodeRuns();
+      const std::string reason = device::UnsupportedReason();
       result.usable = reason.empty();
-      if (!result.usable) result.name = device::NoCodeWords(properties.name, result.capability, reason);
+      if (!result.usable) result.name = device::NoCodeMessage(properties.name, result.capability, reason);
     }
     return result;
   }();

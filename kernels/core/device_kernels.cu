@@ -11,7 +11,7 @@ struct Nothing {
 
 }  // namespace
 
-std::string WhyNoCodeRuns() {
+std::string UnsupportedReason() {
   cudaFuncAttributes attributes{};
   const cudaError_t status = cudaFuncGetAttributes(&attributes, &RunForEach<Nothing>);
   if (status == cudaSuccess) return "";

@@ -36,10 +36,10 @@ void NoteKernel(const char* name, const void* kernel);
 
 // Returns an empty string if the GPU in use can run this program's kernels. Otherwise returns CUDA's reason: no machine
 // code for it, or PTX too new for the driver.
-std::string WhyNoCodeRuns();
+std::string UnsupportedReason();
 
 // The error message for that case, with the fix. capability: 10 major + minor.
-inline std::string NoCodeWords(const std::string& gpu, int capability, const std::string& reason) {
+inline std::string NoCodeMessage(const std::string& gpu, int capability, const std::string& reason) {
   return gpu + " has compute capability " + std::to_string(capability / 10) + "." + std::to_string(capability % 10) +
          ", for which this program has no code; build it with CMAKE_CUDA_ARCHITECTURES=" + std::to_string(capability) +
          " (CUDA: " + reason + ")";

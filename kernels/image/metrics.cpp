@@ -12,7 +12,7 @@ ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageSha
   return {.psnr = -10.0 * std::log10(squared / count), .ssim = 1.0 - dissimilarity / count};
 }
 
-ImageQuality OfPart(const ImageQuality& whole, double part) {
+ImageQuality QualityOfMaskedImage(const ImageQuality& whole, double part) {
   return {.psnr = whole.psnr + 10.0 * std::log10(part), .ssim = 1.0 - (1.0 - whole.ssim) / part};
 }
 

@@ -33,7 +33,7 @@ ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageSha
 
 // Converts the quality of a whole image to the quality of a masked image, in which the fraction `part` in (0, 1] of the
 // pixels counts. The masked pixels must have zero error, so the same sums are divided by fewer pixels.
-ImageQuality OfPart(const ImageQuality& whole, double part);
+ImageQuality QualityOfMaskedImage(const ImageQuality& whole, double part);
 
 // Measures views one after the other and keeps its working memory. Both images are quantised first.
 class ImageQualityMeter {

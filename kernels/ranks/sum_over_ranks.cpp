@@ -57,28 +57,28 @@ SumPlan::SumPlan(Communicator& ranks, Index terms, Index size, const std::vector
       if (middle < end) supports_[{begin, end}] = Union(supports_.at({begin, middle}), supports_.at({middle, end}));
     }
   }
-  for (const auto& [node, support] : supports_) mine_[node] = Intersection(support, FinishedBy(ranks.rank()));
+  for (const auto& [node, support] : supports_) mine_[node] = Intersection(support, OwnedEntries(ranks.rank()));
   nodes_.reserve(static_cast<std::size_t>(ranks.size()));
   for (int r = 0; r < ranks.size(); ++r) {
     const TreeNode run = TermsOf(terms, ranks, r);
     nodes_.push_back(NodesOf(run.begin, run.end, terms));
   }
   for (const TreeNode& node : nodes(ranks.rank())) {
-    for (int r = 0; r < ranks.size(); ++r) sent_.push_back(PlacesIn(FinishedBy(r), Of(node)));
+    for (int r = 0; r < ranks.size(); ++r) sent_.push_back(PlacesIn(OwnedEntries(r), Of(node)));
   }
   const Support& root = Of({0, terms});
   whole_counts_.reserve(static_cast<std::size_t>(ranks.size()));
   for (int r = 0; r < ranks.size(); ++r) {
-    whole_counts_.push_back(static_cast<std::size_t>(Intersection(root, FinishedBy(r)).size()));
+    whole_counts_.push_back(static_cast<std::size_t>(Intersection(root, OwnedEntries(r)).size()));
   }
-  places_in_share_ = Support(PlacesIn(OfMine({0, terms}), FinishedBy(ranks.rank())));
+  places_in_share_ = Support(PlacesIn(OfMine({0, terms}), OwnedEntries(ranks.rank())));
 }
 
 Index SumPlan::ReceivedValuesOfShare(int rank) const {
   Index values = 0;
   for (int r = 0; r < ranks_.size(); ++r) {
     if (r == rank) continue;
-    for (const TreeNode& node : nodes(r)) values += Intersection(Of(node), FinishedBy(rank)).size();
+    for (const TreeNode& node : nodes(r)) values += Intersection(Of(node), OwnedEntries(rank)).size();
   }
   return values;
 }
@@ -142,10 +142,10 @@ void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
 
 template <class S>
 void SumOverRanks<S>::FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
-  const Support& share = plan_.FinishedBy(plan_.ranks().rank());
+  const Support& share = plan_.OwnedEntries(plan_.ranks().rank());
   VESTA_CHECK(out.size() == share.size(), "the share has {} entries, the output {}", share.size(), out.size());
   HostBuffer<S> finished = Collect(sum);
-  Spread<S>(plan_.places_in_share(), std::as_const(finished).view(), out);
+  Spread<S>(plan_.own_positions(), std::as_const(finished).view(), out);
   free_.push_back(std::move(finished));
 }
 

@@ -43,7 +43,7 @@ class SumPlan {
   // The nodes that a rank has after adding its own terms.
   const std::vector<TreeNode>& nodes(int rank) const { return nodes_[static_cast<std::size_t>(rank)]; }
   // The entries that a rank finishes.
-  const Support& FinishedBy(int rank) const { return finished_[static_cast<std::size_t>(rank)]; }
+  const Support& OwnedEntries(int rank) const { return finished_[static_cast<std::size_t>(rank)]; }
   // Positions, in the compact vector of this rank's k-th node, of the entries that a rank finishes.
   const std::vector<EntryRange>& SentTo(std::size_t node, int rank) const {
     return sent_[node * static_cast<std::size_t>(ranks_.size()) + static_cast<std::size_t>(rank)];
@@ -51,7 +51,7 @@ class SumPlan {
   // Number of entries of the sum that may differ from zero, per finishing rank; and the positions of this rank's
   // entries in its share.
   const std::vector<std::size_t>& whole_counts() const { return whole_counts_; }
-  const Support& places_in_share() const { return places_in_share_; }
+  const Support& own_positions() const { return places_in_share_; }
   // Number of values that a rank receives to finish its share, and to get the whole sum.
   Index ReceivedValuesOfShare(int rank) const;
   Index ReceivedValues(int rank) const;

@@ -74,7 +74,7 @@ void DistributedLinearization<B>::SumGradients() {
   }
   std::vector<Support> supports;
   supports.reserve(problem_.own().size());
-  for (const OwnPart<B>& part : problem_.own()) supports.push_back(TwiceOver(part.tangent.support(), n));
+  for (const OwnPart<B>& part : problem_.own()) supports.push_back(RepeatSupport(part.tangent.support(), n));
   SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), 2 * n, supports);
   typename B::Vector both;
   both.ResizeForOverwrite(2 * n);

@@ -86,7 +86,7 @@ void PartMap::MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const {
   }
 }
 
-Support TwiceOver(const Support& support, Index size) {
+Support RepeatSupport(const Support& support, Index size) {
   std::vector<EntryRange> ranges = support.ranges();
   for (const EntryRange& range : support.ranges()) ranges.push_back({size + range.begin, size + range.end});
   return Support(std::move(ranges));

@@ -44,7 +44,7 @@ class PartMap {
 };
 
 // Support of two vectors of `size` entries stored one after the other, if each has this support.
-Support TwiceOver(const Support& support, Index size);
+Support RepeatSupport(const Support& support, Index size);
 
 // Segments that map the values of a part's block-diagonal matrix to the whole's values (BlockDiagonal::all_values), for
 // PartMap. Throws Error if a block of the part is not a block of the whole.

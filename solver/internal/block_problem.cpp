@@ -191,12 +191,12 @@ std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVec
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
   if (options_.make_preconditioner) return options_.make_preconditioner();
   const StepCounts& counts = *CountSteps(false);
-  const std::string iterations = IterationsInWords(counts);
+  const std::string iterations = DescribeIterations(counts);
   if (!counts.factor) {
     return std::make_unique<BlockJacobiPreconditioner<B>>(fmt::format(
         " (a sparse Cholesky factor would exceed {} GiB, or be slower than {})", options_.max_factor_gib, iterations));
   }
-  const std::string why = fmt::format(" ({})", FactorBeside(counts, iterations, IterationsCost(counts)));
+  const std::string why = fmt::format(" ({})", CompareFactorCost(counts, iterations, IterationsCost(counts)));
   if (FactorBeatsIterations(counts)) return std::make_unique<SparseCholeskyPreconditioner>(cholesky_, why);
   return std::make_unique<BlockJacobiPreconditioner<B>>(" (a sparse Cholesky factor" + why + ")");
 }

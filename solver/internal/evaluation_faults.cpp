@@ -9,16 +9,16 @@
 
 namespace vesta {
 
-std::string ValueInWords(double value) {
+std::string DescribeValue(double value) {
   if (IsUnwritten(value)) return "was not written";
   return std::isnan(value) ? "is nan" : fmt::format("is {:.6g}", value);
 }
 
 std::string LossInWords(Index block, double square, double rho) {
-  return fmt::format("the loss of residual block {} {} for the squared norm {:.6g}", block, ValueInWords(rho), square);
+  return fmt::format("the loss of residual block {} {} for the squared norm {:.6g}", block, DescribeValue(rho), square);
 }
 
-std::string NumbersInWords(std::span<const double> values) {
+std::string DescribeNumbers(std::span<const double> values) {
   constexpr std::size_t kShown = 12;
   const auto shown = values.first(std::min(values.size(), kShown));
   return fmt::format("[{:.6g}{}]", fmt::join(shown, ", "),

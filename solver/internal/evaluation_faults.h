@@ -35,15 +35,15 @@ bool IsUnwritten(S v) {
 }
 
 // "is nan", "is inf" or "was not written"; "is" and the value if it is finite.
-std::string ValueInWords(double value);
-inline std::string ValueInWords(float value) {
-  return ValueInWords(IsUnwritten(value) ? Unwritten<double>() : static_cast<double>(value));
+std::string DescribeValue(double value);
+inline std::string DescribeValue(float value) {
+  return DescribeValue(IsUnwritten(value) ? Unwritten<double>() : static_cast<double>(value));
 }
 
 // "the loss of residual block 3 is nan for the squared norm 2"; rho is the value of the loss.
 std::string LossInWords(Index block, double square, double rho);
 
 // "[1, 2.5, 3]". Lists the first twelve values of a long span, and their number.
-std::string NumbersInWords(std::span<const double> values);
+std::string DescribeNumbers(std::span<const double> values);
 
 }  // namespace vesta

@@ -110,7 +110,7 @@ void LmStepper<B>::Stop(LmStatus status, std::string message) {
 }
 
 template <Backend B>
-void LmStepper<B>::StopWhereAsked(bool asked) {
+void LmStepper<B>::StopIfRequested(bool asked) {
   if (problem_.OnAnyProcess(asked) && !done()) Stop(LmStatus::kStoppedByCallback, "the callback asked to stop");
 }
 
@@ -151,7 +151,7 @@ double LmStepper<B>::GradientNorm() {
   // If steps have another size than x, or there are bounds, measure the gradient by how far it moves x.
   if (problem_.num_tangent() == problem_.num_parameters() && !problem_.has_bounds())
     return backend_.MaxAbs(system_->negative_gradient());
-  TakeTrialVectors();
+  AcquireTrialVectors();
   problem_.Plus(backend_, x_, system_->negative_gradient(), trial_x_);
   backend_.Axpby(-1.0, x_, 1.0, trial_x_);
   return backend_.MaxAbs(trial_x_);
@@ -183,7 +183,7 @@ bool LmStepper<B>::Linearize() {
 }
 
 template <Backend B>
-void LmStepper<B>::TakeTrialVectors() {
+void LmStepper<B>::AcquireTrialVectors() {
   const auto take = [](typename B::Vector& lent, Index size, typename B::Vector& vector) {
     if (vector.empty() && lent.capacity() >= size) std::swap(vector, lent);
     if (vector.size() != size) vector.Resize(size);
@@ -193,7 +193,7 @@ void LmStepper<B>::TakeTrialVectors() {
 }
 
 template <Backend B>
-void LmStepper<B>::LendTrialVectors() {
+void LmStepper<B>::ShareTrialVectors() {
   if (workspace_.w.empty()) std::swap(workspace_.w, trial_x_);
   if (workspace_.p.empty()) std::swap(workspace_.p, scaled_step_);
 }
@@ -206,7 +206,7 @@ void LmStepper<B>::ReleaseVectors() {
 
 template <Backend B>
 void LmStepper<B>::MakeTrial(double gamma) {
-  TakeTrialVectors();
+  AcquireTrialVectors();
   backend_.Axpby(gamma, step_, 0.0, scaled_step_);
   problem_.Plus(backend_, x_, scaled_step_, trial_x_);
 }
@@ -286,7 +286,7 @@ const LmIteration& LmStepper<B>::Step() {
   typename BatchedSystem<B>::Direction direction;
   {
     const lm_internal::Stopwatch watch(summary_.linear_solve_seconds, "LM solve");
-    LendTrialVectors();
+    ShareTrialVectors();
     if (step_.empty()) step_.Resize(problem_.num_tangent());
     direction = system_->Solve(row.lambda, workspace_, step_);
     if (problem_.has_bounds()) {
@@ -360,7 +360,7 @@ template <Backend B>
 void LmStepper<B>::TestLimits() {
   const int iterations = summary_.num_accepted + summary_.num_rejected;
   if (iterations >= options_.max_iterations) {
-    Stop(LmStatus::kMaxIterations, fmt::format("{} iterations{}", iterations, doubt_.IncreaseWords(DoubtfulGain())));
+    Stop(LmStatus::kMaxIterations, fmt::format("{} iterations{}", iterations, doubt_.DescribeIncrease(DoubtfulGain())));
   } else if (problem_.OnAnyProcess(Seconds() >= options_.max_seconds)) {
     Stop(LmStatus::kTimeLimit, fmt::format("{:.3f} s of {:.3f} s", Seconds(), options_.max_seconds));
   }
@@ -381,7 +381,7 @@ LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typ
                   const LmCallback& callback) {
   LmStepper<B> stepper(options, backend, problem, x);
   const auto report = [&] {
-    stepper.StopWhereAsked(callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop);
+    stepper.StopIfRequested(callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop);
   };
   report();
   while (!stepper.done()) {

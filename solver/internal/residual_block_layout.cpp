@@ -82,11 +82,11 @@ std::string Layout::DescribeNonFinite(Index block, std::span<const S> x, const L
   std::vector<double> read(static_cast<std::size_t>(parameters_per_block_));
   std::transform(index, index + parameters_per_block_, read.begin(),
                  [&](Index k) { return static_cast<double>(x[static_cast<std::size_t>(k)]); });
-  const std::string at = fmt::format(", at parameters {}", NumbersInWords(read));
+  const std::string at = fmt::format(", at parameters {}", DescribeNumbers(read));
   if (!defined) return fmt::format("residual block {} returns false{}", block, at);
   for (std::size_t r = 0; r < residuals.size(); ++r) {
     if (!std::isfinite(residuals[r])) {
-      return fmt::format("{} {}{}", NameOf(block, static_cast<int>(r)), ValueInWords(residuals[r]), at);
+      return fmt::format("{} {}{}", NameOf(block, static_cast<int>(r)), DescribeValue(residuals[r]), at);
     }
   }
   if (loss != nullptr) {
@@ -98,7 +98,7 @@ std::string Layout::DescribeNonFinite(Index block, std::span<const S> x, const L
     if (std::isfinite(jacobian[k])) continue;
     return fmt::format("the derivative of {} by parameter {} {}{}",
                        NameOf(block, static_cast<int>(k % residuals.size())), index[k / residuals.size()],
-                       ValueInWords(jacobian[k]), at);
+                       DescribeValue(jacobian[k]), at);
   }
   return "";
 }

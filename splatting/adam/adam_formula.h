@@ -168,7 +168,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
 // Rotates the basis towards the eigenvectors of C, by one sweep of Jacobi's method from the present basis (Golub and
 // Van Loan, Matrix Computations, section 8.5.3). Then recomputes the second moments from C.
 template <class V>
-VESTA_HD inline void TurnBasis(const BlockAdamArrays& a, Index i) {
+VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
   using std::sqrt;
   using L = Lanes<V>;
   constexpr int n = kBlockSize;

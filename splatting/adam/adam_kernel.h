@@ -22,7 +22,7 @@ struct AdamKernels {
   // the next one is summed. Memory bound: reads and writes 16 bytes per parameter, but only reads 4 where all gradients
   // of a vector are zero.
   void (*step)(const AdamRange& range);
-  // BlockAdamStep and TurnBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
+  // BlockAdamStep and RotateBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);
   void (*turn_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
 };

@@ -40,7 +40,7 @@ void StepBlocks(const BlockAdamArrays& arrays, Index begin, Index end) {
 }
 
 void TurnBases(const BlockAdamArrays& arrays, Index begin, Index end) {
-  ForVectors(begin, end, [&](auto v, Index i) { TurnBasis<decltype(v)>(arrays, i); });
+  ForVectors(begin, end, [&](auto v, Index i) { RotateBasis<decltype(v)>(arrays, i); });
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ struct TurnOne {
   VESTA_HD void operator()(Index turned) const {
     const Index chunk = first_chunk + turned / kTurnChunk * kTurnEvery;
     const Index i = chunk * kTurnChunk + turned % kTurnChunk;
-    if (i < end) TurnBasis<float>(a, i);
+    if (i < end) RotateBasis<float>(a, i);
   }
 };
 

@@ -21,7 +21,7 @@ template <class Space>
 struct DensityPlan {
   Buffer<std::uint32_t, Space> source;
   Buffer<std::uint8_t, Space> kept;
-  Buffer<DensifyAction, Space> fate;  // for each Gaussian of the old model
+  Buffer<DensifyAction, Space> action;  // for each Gaussian of the old model
   Index count = 0;
   bool changes = false;  // false: source is empty, and the model stays unchanged
 };
@@ -36,26 +36,26 @@ class DensityControl {
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
   // Clears the statistics, for a model of `count` Gaussians.
   void Forget(Index count) {
-    pull_.Resize(count);
+    grad2d_sum_.Resize(count);
     seen_.Resize(count);
   }
 
   // Gaussian i is now the former source[i]; nothing else has changed.
   void Reorder(const Buffer<std::uint32_t, Space>& source) {
-    pull_ = GatherNumbers(pull_, source);
+    grad2d_sum_ = GatherNumbers(grad2d_sum_, source);
     seen_ = GatherNumbers(seen_, source);
   }
 
-  // Adds the statistics of one view after its gradient was computed. pulls: Grad2dOf that view. Asynchronous on a
+  // Adds the statistics of one view after its gradient was computed. grad2d_view: Grad2dOf that view. Asynchronous on a
   // device.
-  void Observe(const density::Grad2dView& pulls) {
+  void Observe(const density::Grad2dView& grad2d_view) {
     const ScopedPhase phase("density statistics");
-    ForEach<Space>(pull_.size(), 4096, density::Observe{pulls, pull_.data(), seen_.data()});
+    ForEach<Space>(grad2d_sum_.size(), 4096, density::Observe{grad2d_view, grad2d_sum_.data(), seen_.data()});
   }
 
   // Statistics per Gaussian: the sum of |d loss / d mean| in normalised device coordinates, and the number of views in
   // it.
-  Buffer<float, Space>& pull() { return pull_; }
+  Buffer<float, Space>& grad2d() { return grad2d_sum_; }
   Buffer<int, Space>& seen() { return seen_; }
 
   // Chooses the action for each of the `count` Gaussians of the model x. The new model has at most max_gaussians
@@ -65,7 +65,7 @@ class DensityControl {
   // Turns the copies into clones and splits. x: the new model; iteration: key of the random offsets.
   void Renew(const DensityPlan<Space>& plan, int iteration, float* x) const {
     ForEach<Space>(plan.count, kGrain,
-                   density::InitChild{plan.count, plan.source.data(), plan.fate.data(), seed_, iteration, x});
+                   density::InitChild{plan.count, plan.source.data(), plan.action.data(), seed_, iteration, x});
   }
   // Limits the opacities of `count` Gaussians to at most 0.01.
   static void LowerOpacities(float* x, Index count) {
@@ -73,11 +73,11 @@ class DensityControl {
   }
 
   // Whether the state read from a checkpoint fits a model of this size.
-  bool IsOf(Index count) const { return most_ > 0 && pull_.size() == count && seen_.size() == count; }
+  bool IsOf(Index count) const { return most_ > 0 && grad2d_sum_.size() == count && seen_.size() == count; }
   // The statistics, and the limit that memory has set. The rest are options, which may change on resuming.
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(most_, pull_, seen_);
+    archive(most_, grad2d_sum_, seen_);
   }
 
  private:
@@ -87,7 +87,7 @@ class DensityControl {
   Index most_ = std::numeric_limits<Index>::max();
   double extent_;
   std::uint64_t seed_;
-  Buffer<float, Space> pull_;
+  Buffer<float, Space> grad2d_sum_;
   Buffer<int, Space> seen_;
 };
 
@@ -95,13 +95,13 @@ namespace density {
 
 // Sums of DensifyNumbers over the Gaussians.
 template <class Space>
-class FateSums {
+class ActionSums {
  public:
-  explicit FateSums(Index count) : count_(count), counts_(count + 1), begin_(count + 1) {}
+  explicit ActionSums(Index count) : count_(count), counts_(count + 1), begin_(count + 1) {}
 
   // Returns the sum over all Gaussians. begin()[i] becomes the sum over the Gaussians before i.
-  Index Sum(const Buffer<DensifyAction, Space>& fate, const DensifyNumbers& numbers) {
-    ForEach<Space>(count_ + 1, 4096, CountFate{count_, fate.data(), numbers, counts_.data()});
+  Index Sum(const Buffer<DensifyAction, Space>& action, const DensifyNumbers& numbers) {
+    ForEach<Space>(count_ + 1, 4096, CountActions{count_, action.data(), numbers, counts_.data()});
     return Sorting<Space>::RunningSum(counts_, begin_);
   }
   const Index* begin() const { return begin_.data(); }
@@ -114,39 +114,40 @@ class FateSums {
 // If candidates exceed the budget, the ones with the smallest mean gradients are kept unchanged (ties: the higher
 // index).
 template <class Space>
-void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* fate) {
+void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* action) {
   Buffer<std::uint32_t, Space> keys, indices;
   keys.ResizeForOverwrite(observed.count);
   indices.ResizeForOverwrite(observed.count);
-  ForEach<Space>(observed.count, 4096, MakeStrengthKey{observed, fate, keys.data(), indices.data()});
+  ForEach<Space>(observed.count, 4096, MakeStrengthKey{observed, action, keys.data(), indices.data()});
   Sorting<Space>::ByKey(keys, indices);
-  ForEach<Space>(candidates - room, 4096, KeepAsItIs{indices.data() + room, fate});
+  ForEach<Space>(candidates - room, 4096, KeepAsItIs{indices.data() + room, action});
 }
 
 }  // namespace density
 
 template <class Space>
 DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) const {
-  VESTA_CHECK(pull_.size() == count, "density statistics of {} Gaussians for a model of {}", pull_.size(), count);
+  VESTA_CHECK(grad2d_sum_.size() == count, "density statistics of {} Gaussians for a model of {}", grad2d_sum_.size(),
+              count);
   VESTA_CHECK(count < Index{0xffffffff} / 2, "{} Gaussians", count);
-  const density::Observed observed{count, x, pull_.data(), seen_.data()};
+  const density::Observed observed{count, x, grad2d_sum_.data(), seen_.data()};
   DensityPlan<Space> plan;
-  plan.fate.ResizeForOverwrite(count);
-  density::FateSums<Space> sums(count);
-  FateRule rule(options_, extent_);
-  ForEach<Space>(count, kGrain, density::DecideFate{rule, observed, plan.fate.data()});
-  Index kept = sums.Sum(plan.fate, kSurvivors);
+  plan.action.ResizeForOverwrite(count);
+  density::ActionSums<Space> sums(count);
+  ActionRule rule(options_, extent_);
+  ForEach<Space>(count, kGrain, density::DecideAction{rule, observed, plan.action.data()});
+  Index kept = sums.Sum(plan.action, kSurvivors);
   if (kept == 0) {
     // An empty model cannot be trained, so pruning is skipped.
     rule.prunes = false;
-    ForEach<Space>(count, kGrain, density::DecideFate{rule, observed, plan.fate.data()});
+    ForEach<Space>(count, kGrain, density::DecideAction{rule, observed, plan.action.data()});
     kept = count;
   }
   // Each candidate, cloned or split, adds one Gaussian.
-  Index candidates = sums.Sum(plan.fate, kGrowing);
+  Index candidates = sums.Sum(plan.action, kGrowing);
   const Index room = std::max<Index>(std::min(options_.max_gaussians, most_) - kept, 0);
   if (candidates > room) {
-    density::LimitToBudget<Space>(observed, candidates, room, plan.fate.data());
+    density::LimitToBudget<Space>(observed, candidates, room, plan.action.data());
     candidates = room;
   }
   plan.count = kept + candidates;
@@ -154,10 +155,10 @@ DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) co
   if (!plan.changes) return plan;
   plan.source.ResizeForOverwrite(plan.count);
   plan.kept.ResizeForOverwrite(plan.count);
-  sums.Sum(plan.fate, kChildren);
+  sums.Sum(plan.action, kChildren);
   ForEach<Space>(
       count, kGrain,
-      density::PlaceChildren{kKeepingMoments, plan.fate.data(), sums.begin(), plan.source.data(), plan.kept.data()});
+      density::PlaceChildren{kKeepingMoments, plan.action.data(), sums.begin(), plan.source.data(), plan.kept.data()});
   return plan;
 }
 

@@ -42,10 +42,10 @@ inline namespace VESTA_ISA {
 // host's.
 struct DensifyNumbers {
   int keep, prune, clone, split;
-  VESTA_HD constexpr int operator()(DensifyAction fate) const {
-    if (fate == DensifyAction::kKeep) return keep;
-    if (fate == DensifyAction::kPrune) return prune;
-    return fate == DensifyAction::kClone ? clone : split;
+  VESTA_HD constexpr int operator()(DensifyAction action) const {
+    if (action == DensifyAction::kKeep) return keep;
+    if (action == DensifyAction::kPrune) return prune;
+    return action == DensifyAction::kClone ? clone : split;
   }
 };
 // kSurvivors: actions that do not prune. kGrowing: actions that make two Gaussians of one.
@@ -73,18 +73,18 @@ VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
 }
 
 // The action for each Gaussian before the number of Gaussians is limited.
-struct FateRule {
+struct ActionRule {
   double prune_opa, grow_grad2d;
   float prune_scale3d, grow_scale3d;  // world units; prune_scale3d 0: no limit
   bool prunes = true;
 
-  FateRule(const DensityOptions& options, double extent)
+  ActionRule(const DensityOptions& options, double extent)
       : prune_opa(options.prune_opa),
         grow_grad2d(options.grow_grad2d),
         prune_scale3d(static_cast<float>(options.prune_scale3d * extent)),
         grow_scale3d(static_cast<float>(options.grow_scale3d * extent)) {}
 
-  // strength: from Strength().
+  // strength: from MeanGrad2d().
   VESTA_HD DensifyAction operator()(const float* x, Index count, Index i, float strength) const {
     if (prunes) {
       const bool huge = prune_scale3d > 0 && LargestScale(x, count, i) > prune_scale3d;
@@ -96,13 +96,13 @@ struct FateRule {
 };
 
 // The mean gradient over the views of a Gaussian. -infinity, below every threshold, for a Gaussian never seen.
-VESTA_HD inline float Strength(float pull, int seen) {
-  return seen == 0 ? -std::numeric_limits<float>::infinity() : pull / static_cast<float>(seen);
+VESTA_HD inline float MeanGrad2d(float grad2d, int seen) {
+  return seen == 0 ? -std::numeric_limits<float>::infinity() : grad2d / static_cast<float>(seen);
 }
 
 // Sorts by decreasing strength; Gaussians that do not grow come last.
-VESTA_HD inline std::uint32_t StrengthKey(DensifyAction fate, float strength) {
-  if (fate != DensifyAction::kClone && fate != DensifyAction::kSplit) return ~std::uint32_t{0};
+VESTA_HD inline std::uint32_t StrengthKey(DensifyAction action, float strength) {
+  if (action != DensifyAction::kClone && action != DensifyAction::kSplit) return ~std::uint32_t{0};
   // The bits of non-negative floats sort as the floats do.
   return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
 }
@@ -134,11 +134,11 @@ VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom 
 }
 
 // Applies an action to Gaussian i of the new model, which is still a copy of its source.
-VESTA_HD inline void Renew(float* x, Index count, Index i, DensifyAction fate, std::uint64_t seed, int iteration) {
-  if (fate == DensifyAction::kClone) {
+VESTA_HD inline void Renew(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed, int iteration) {
+  if (action == DensifyAction::kClone) {
     float& logit = x[splat::kOpacity * count + i];
     logit = LogitOfEachOfTwo(logit);
-  } else if (fate == DensifyAction::kSplit) {
+  } else if (action == DensifyAction::kSplit) {
     BecomeSample(x, count, i,
                  CounterRandom(seed, static_cast<std::uint64_t>(iteration), static_cast<std::uint64_t>(i)));
   }
@@ -155,10 +155,10 @@ namespace vesta::gs::density {
 struct Observed {
   Index count;
   const float* x;
-  const float* pull;
+  const float* grad2d;
   const int* seen;
 
-  VESTA_HD float StrengthOf(Index i) const { return Strength(pull[i], seen[i]); }
+  VESTA_HD float StrengthOf(Index i) const { return MeanGrad2d(grad2d[i], seen[i]); }
 };
 
 // The image-space gradients of the Gaussians in one view.
@@ -185,77 +185,77 @@ Grad2dView Grad2dOf(const View& view, const splat::SplatTangent<float>* splat_co
           .half_height = static_cast<float>(0.5 * view.camera().height / loss_scale)};
 }
 
-// If Gaussian i is visible: pull += Grad2d, seen += 1.
+// If Gaussian i is visible: grad2d += Grad2d, seen += 1.
 struct Observe {
-  Grad2dView pulls;
-  float* pull;
+  Grad2dView grad2d_view;
+  float* grad2d;
   int* seen;
 
   VESTA_HD void operator()(Index i) const {
-    if (pulls.rank_of[i] < 0) return;
-    pull[i] += pulls.Of(i);
+    if (grad2d_view.rank_of[i] < 0) return;
+    grad2d[i] += grad2d_view.Of(i);
     ++seen[i];
   }
 };
 
-struct DecideFate {
-  FateRule rule;
+struct DecideAction {
+  ActionRule rule;
   Observed observed;
-  DensifyAction* fate;
-  VESTA_HD void operator()(Index i) const { fate[i] = rule(observed.x, observed.count, i, observed.StrengthOf(i)); }
+  DensifyAction* action;
+  VESTA_HD void operator()(Index i) const { action[i] = rule(observed.x, observed.count, i, observed.StrengthOf(i)); }
 };
 
-// counts[i] = numbers(fate[i]); 0 for i = count.
-struct CountFate {
+// counts[i] = numbers(action[i]); 0 for i = count.
+struct CountActions {
   Index count;
-  const DensifyAction* fate;
+  const DensifyAction* action;
   DensifyNumbers numbers;
   Index* counts;
-  VESTA_HD void operator()(Index i) const { counts[i] = i < count ? numbers(fate[i]) : 0; }
+  VESTA_HD void operator()(Index i) const { counts[i] = i < count ? numbers(action[i]) : 0; }
 };
 
 // keys[i] = StrengthKey, indices[i] = i.
 struct MakeStrengthKey {
   Observed observed;
-  const DensifyAction* fate;
+  const DensifyAction* action;
   std::uint32_t *keys, *indices;
   VESTA_HD void operator()(Index i) const {
-    keys[i] = StrengthKey(fate[i], observed.StrengthOf(i));
+    keys[i] = StrengthKey(action[i], observed.StrengthOf(i));
     indices[i] = static_cast<std::uint32_t>(i);
   }
 };
 
-// fate[indices[rank]] = kKeep.
+// action[indices[rank]] = kKeep.
 struct KeepAsItIs {
   const std::uint32_t* indices;
-  DensifyAction* fate;
-  VESTA_HD void operator()(Index rank) const { fate[indices[rank]] = DensifyAction::kKeep; }
+  DensifyAction* action;
+  VESTA_HD void operator()(Index rank) const { action[indices[rank]] = DensifyAction::kKeep; }
 };
 
 // For the children k in [begin[i], begin[i + 1]) of Gaussian i: sets source[k] = i and kept[k].
 struct PlaceChildren {
   DensifyNumbers keeping;
-  const DensifyAction* fate;
+  const DensifyAction* action;
   const Index* begin;
   std::uint32_t* source;
   std::uint8_t* kept;
   VESTA_HD void operator()(Index i) const {
     for (Index k = begin[i]; k < begin[i + 1]; ++k) {
       source[k] = static_cast<std::uint32_t>(i);
-      kept[k] = k - begin[i] < keeping(fate[i]) ? 1 : 0;
+      kept[k] = k - begin[i] < keeping(action[i]) ? 1 : 0;
     }
   }
 };
 
-// Renew for Gaussian i of the `count` of the new model; fate: by Gaussian of the old model.
+// Renew for Gaussian i of the `count` of the new model; action: by Gaussian of the old model.
 struct InitChild {
   Index count;
   const std::uint32_t* source;
-  const DensifyAction* fate;
+  const DensifyAction* action;
   std::uint64_t seed;
   int iteration;
   float* x;
-  VESTA_HD void operator()(Index i) const { Renew(x, count, i, fate[source[i]], seed, iteration); }
+  VESTA_HD void operator()(Index i) const { Renew(x, count, i, action[source[i]], seed, iteration); }
 };
 
 struct LowerLogit {

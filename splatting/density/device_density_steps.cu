@@ -6,8 +6,8 @@
 namespace vesta {
 
 VESTA_DEVICE_FOR_EACH(gs::density::Observe, "density statistics")
-VESTA_DEVICE_FOR_EACH(gs::density::DecideFate, "densify actions")
-VESTA_DEVICE_FOR_EACH(gs::density::CountFate, "counts of densify actions")
+VESTA_DEVICE_FOR_EACH(gs::density::DecideAction, "densify actions")
+VESTA_DEVICE_FOR_EACH(gs::density::CountActions, "counts of densify actions")
 VESTA_DEVICE_FOR_EACH(gs::density::MakeStrengthKey, "keys of mean gradients")
 VESTA_DEVICE_FOR_EACH(gs::density::KeepAsItIs, "candidates beyond the budget")
 VESTA_DEVICE_FOR_EACH(gs::density::PlaceChildren, "sources of Gaussians")

@@ -5,7 +5,7 @@
 
 namespace vesta {
 
-VESTA_DEVICE_FOR_EACH(gs::term::CountSeen, "visible blocks")
+VESTA_DEVICE_FOR_EACH(gs::term::CountVisible, "visible blocks")
 VESTA_DEVICE_FOR_EACH(gs::term::PlaceBlocks, "places of blocks")
 VESTA_DEVICE_FOR_EACH(gs::term::CountEither, "blocks of either term")
 VESTA_DEVICE_FOR_EACH(gs::term::ListBlocks, "list of blocks")

@@ -78,16 +78,16 @@ class ViewGradientPool {
   using Term = ViewGradient<Space>;
 
   // Moves the gradient of one view out of `gradient`, which has the layout of the model and is zero afterwards. Before
-  // the call it must be zero for Gaussians outside the view. pulls: image-space gradients of the view, copied to the
-  // term if needs_grad2d.
-  Term Take(const term::Layout& layout, const density::Grad2dView& pulls, bool needs_grad2d, float* gradient) {
+  // the call it must be zero for Gaussians outside the view. grad2d_view: image-space gradients of the view, copied to
+  // the term if needs_grad2d.
+  Term Take(const term::Layout& layout, const density::Grad2dView& grad2d_view, bool needs_grad2d, float* gradient) {
     counts_.ResizeForOverwrite(layout.Blocks() + 1);
-    ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountSeen{layout, pulls.rank_of, counts_.data()});
+    ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountVisible{layout, grad2d_view.rank_of, counts_.data()});
     Term term = TermOfCounted(layout);
     ForEachRow(layout, term, term::TakeRow{{layout, term.block()}, term.begin(), gradient, term.numbers()});
     ForEach<Space>(
         term.blocks(), kGrain,
-        term::ObserveBlock{pulls, needs_grad2d, layout.model.count, term.block(), term.begin(), term.numbers()});
+        term::ObserveBlock{grad2d_view, needs_grad2d, layout.model.count, term.block(), term.begin(), term.numbers()});
     return term;
   }
 
@@ -124,8 +124,8 @@ class ViewGradientPool {
     ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), to});
   }
   // Adds the density statistics of the term: the sum of image-space gradients and the number of views per Gaussian.
-  void GiveGrad2d(const term::Layout& layout, Term& term, float* pull, int* seen) const {
-    ForEach<Space>(term.blocks(), kGrain, term::GiveGrad2d{term.arrays(), layout.model.count, pull, seen});
+  void GiveGrad2d(const term::Layout& layout, Term& term, float* grad2d, int* seen) const {
+    ForEach<Space>(term.blocks(), kGrain, term::GiveGrad2d{term.arrays(), layout.model.count, grad2d, seen});
   }
   void Recycle(Term term) {
     if (term.has_memory()) spare_.push_back(std::move(term));
@@ -180,13 +180,13 @@ class SumOfViews {
   // the view. If the iteration has several views, the gradient is moved out (ViewGradientPool::Take). cost() is called
   // last.
   template <class Cost>
-  void Add(Index k, const density::Grad2dView& pulls, float* gradient, const Cost& cost) {
+  void Add(Index k, const density::Grad2dView& grad2d_view, float* gradient, const Cost& cost) {
     if (views_ == 1) {
-      if (density_) density_->Observe(pulls);
+      if (density_) density_->Observe(grad2d_view);
       cost_ = cost();
       return;
     }
-    Term term = terms_.Take(layout_, pulls, density_ != nullptr, gradient);
+    Term term = terms_.Take(layout_, grad2d_view, density_ != nullptr, gradient);
     term.SetCost(cost());
     AddPart({TreeNode{k, k + 1}, std::move(term)});
   }
@@ -210,7 +210,7 @@ class SumOfViews {
     if (views_ == 1) return cost_;
     Term whole = tree_.TakeWhole();
     terms_.Give(layout_, whole, gradient);
-    if (density_) terms_.GiveGrad2d(layout_, whole, density_->pull().data(), density_->seen().data());
+    if (density_) terms_.GiveGrad2d(layout_, whole, density_->grad2d().data(), density_->seen().data());
     const ViewCost cost = whole.cost();
     terms_.Recycle(std::move(whole));
     return cost;

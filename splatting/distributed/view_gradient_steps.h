@@ -46,7 +46,7 @@ VESTA_HD constexpr Index BlocksOf(Index sum) { return sum >> kRowBits; }
 VESTA_HD constexpr Index RowsOf(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
 
 // counts[b] = Counted if a Gaussian of block b is visible, else 0; also for the block after the last.
-struct CountSeen {
+struct CountVisible {
   Layout layout;
   const std::int32_t* rank_of;
   Index* counts;
@@ -136,18 +136,18 @@ struct TakeRow {
 
 // Fills the rows kGrad2d and kViews of block k for one view. The image-space gradients are 0 if not needed.
 struct ObserveBlock {
-  density::Grad2dView pulls;
+  density::Grad2dView grad2d_view;
   bool is_asked_for;
   Index count;  // number of Gaussians
   const std::uint32_t *block, *begin;
   float* rows;
 
   VESTA_HD void operator()(Index k) const {
-    float *pull = rows + (begin[k] + kGrad2d) * kLanes, *views = rows + (begin[k] + kViews) * kLanes;
+    float *grad2d = rows + (begin[k] + kGrad2d) * kLanes, *views = rows + (begin[k] + kViews) * kLanes;
     for (Index lane = 0; lane < kLanes; ++lane) {
       const Index i = block[k] * kLanes + lane;
-      const bool is_seen = i < count && pulls.rank_of[i] >= 0;
-      pull[lane] = is_seen && is_asked_for ? pulls.Of(i) : 0.0f;
+      const bool is_seen = i < count && grad2d_view.rank_of[i] >= 0;
+      grad2d[lane] = is_seen && is_asked_for ? grad2d_view.Of(i) : 0.0f;
       views[lane] = is_seen ? 1.0f : 0.0f;
     }
   }
@@ -191,14 +191,14 @@ struct GiveRow {
 struct GiveGrad2d {
   Arrays term;
   Index count;  // number of Gaussians
-  float* pull;
+  float* grad2d;
   int* seen;
 
   VESTA_HD void operator()(Index k) const {
-    const float *pulls = term.rows + (term.begin[k] + kGrad2d) * kLanes,
+    const float *grad2d_view = term.rows + (term.begin[k] + kGrad2d) * kLanes,
                 *views = term.rows + (term.begin[k] + kViews) * kLanes;
     for (Index lane = 0, i = term.block[k] * kLanes; lane < kLanes && i < count; ++lane, ++i) {
-      pull[i] += pulls[lane];
+      grad2d[i] += grad2d_view[lane];
       seen[i] += static_cast<int>(views[lane]);
     }
   }

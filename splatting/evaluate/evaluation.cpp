@@ -10,7 +10,7 @@ namespace vesta::gs {
 
 Image ToCompare(Image rendered, const Image& photograph) {
   const HostSpan<float> values(rendered.rgb.data(), static_cast<Index>(rendered.rgb.size()));
-  ShowLeftOut<CpuBackend<float>>(MaskOf(photograph), ValuesOf(photograph), values);
+  FillMasked<CpuBackend<float>>(MaskOf(photograph), ValuesOf(photograph), values);
   return rendered;
 }
 
@@ -30,8 +30,8 @@ Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& sce
 }
 
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective) {
-  const double part = CountedPart(photograph);
-  return {view, photograph.mask.empty() ? whole : OfPart(whole, part), part, objective};
+  const double part = UnmaskedFraction(photograph);
+  return {view, photograph.mask.empty() ? whole : QualityOfMaskedImage(whole, part), part, objective};
 }
 
 Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured) {

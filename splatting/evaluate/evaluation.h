@@ -99,7 +99,7 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
       VESTA_CHECK(place < held.size(), "the {} targets are fewer than the training views", held.size());
       Splats::CopyTruth(typename B::ConstVectorView(held[place].truth), truth);
     }
-    ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstVectorView(truth), rendered.view());
+    FillMasked<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstVectorView(truth), rendered.view());
     // Before the meter, which may modify both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));

@@ -67,7 +67,7 @@ class Parts {
   }
   // On the host, wherever the stages run: scoring by the training views. pruning/harmonics.h takes the most memory.
   double Judging(const PruningOptions& pruning) const {
-    if (!pruning.judges()) return 0;
+    if (!pruning.needs_scoring()) return 0;
     return RenderedViewsBytes(most_, gaussians_) +
            (pruning.sh_aic_weight > 0 ? ShRemovalCost::kBytes : kRemovalCostBytes) * gaussians_;
   }

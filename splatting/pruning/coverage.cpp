@@ -59,10 +59,10 @@ double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat
   return std::min(1.0, 2 * std::numbers::pi * deviation[1] * deviation[2] * largest);
 }
 
-std::vector<splat::PosedCamera> CamerasOf(const ScoringViews& judges) {
+std::vector<splat::PosedCamera> CamerasOf(const ScoringViews& scoring_views) {
   std::vector<splat::PosedCamera> cameras;
-  cameras.reserve(judges.views.size());
-  for (const View* view : judges.views) cameras.push_back(ToPosedCamera(*view, judges.near));
+  cameras.reserve(scoring_views.views.size());
+  for (const View* view : scoring_views.views) cameras.push_back(ToPosedCamera(*view, scoring_views.near));
   return cameras;
 }
 
@@ -91,10 +91,10 @@ class ShownByView {
 
 // Coverage of each Gaussian with `body` computed and `shown` still 0.
 std::vector<Coverage> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
-  std::vector<Coverage> support(static_cast<std::size_t>(model.count));
+  std::vector<Coverage> coverage(static_cast<std::size_t>(model.count));
   ParallelFor(model.count, 1024,
-              [&](Index i) { support[static_cast<std::size_t>(i)].body = BodyOf(model, i, cameras); });
-  return support;
+              [&](Index i) { coverage[static_cast<std::size_t>(i)].body = BodyOf(model, i, cameras); });
+  return coverage;
 }
 
 // The degree-0 attributes of some Gaussians, which are enough to project them.
@@ -176,32 +176,32 @@ Index TakeIsolated(const SplatModel& model, std::vector<Index>& gaussians) {
   });
 }
 
-Index RemoveUnderObserved(const SplatModel& model, const ScoringViews& judges, std::vector<Index>& gaussians) {
-  const std::vector<bool> under_observed = WhichAreUnderObserved(ToKernelModel(model), judges);
+Index RemoveUnderObserved(const SplatModel& model, const ScoringViews& scoring_views, std::vector<Index>& gaussians) {
+  const std::vector<bool> under_observed = WhichAreUnderObserved(ToKernelModel(model), scoring_views);
   return TakeOut(gaussians, [&](std::size_t, Index i) { return under_observed[static_cast<std::size_t>(i)]; });
 }
 
 }  // namespace
 
-std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& judges) {
-  const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
-  std::vector<Coverage> support = BodiesOf(model, cameras);
-  ShownByView views(judges.background.data());
+std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+  const std::vector<splat::PosedCamera> cameras = CamerasOf(scoring_views);
+  std::vector<Coverage> coverage = BodiesOf(model, cameras);
+  ShownByView views(scoring_views.background.data());
   for (const splat::PosedCamera& camera : cameras) {
-    views.ForEach(model, camera, [&](std::size_t i, double shown) { support[i].shown += shown; });
+    views.ForEach(model, camera, [&](std::size_t i, double shown) { coverage[i].shown += shown; });
   }
-  return support;
+  return coverage;
 }
 
-std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& judges) {
-  const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
-  std::vector<Coverage> support = BodiesOf(model, cameras);
+std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+  const std::vector<splat::PosedCamera> cameras = CamerasOf(scoring_views);
+  std::vector<Coverage> coverage = BodiesOf(model, cameras);
   std::vector<Index> wanting;  // by the views so far; further views only make it shorter
-  const auto IsUnderObserved = [&](Index i) { return support[static_cast<std::size_t>(i)].IsUnderObserved(); };
+  const auto IsUnderObserved = [&](Index i) { return coverage[static_cast<std::size_t>(i)].IsUnderObserved(); };
   for (Index i = 0; i < model.count; ++i) {
     if (IsUnderObserved(i)) wanting.push_back(i);
   }
-  ShownByView views(judges.background.data());
+  ShownByView views(scoring_views.background.data());
   std::vector<float> values;
   splat::Model<float> left;
   for (const splat::PosedCamera& camera : cameras) {
@@ -212,16 +212,16 @@ std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const 
       left = {values.data(), count, 0, 0};
     }
     views.ForEach(left, camera,
-                  [&](std::size_t k, double shown) { support[static_cast<std::size_t>(wanting[k])].shown += shown; });
+                  [&](std::size_t k, double shown) { coverage[static_cast<std::size_t>(wanting[k])].shown += shown; });
     std::erase_if(wanting, [&](Index i) { return !IsUnderObserved(i); });
   }
-  std::vector<bool> under_observed(support.size());
+  std::vector<bool> under_observed(coverage.size());
   for (const Index i : wanting) under_observed[static_cast<std::size_t>(i)] = true;
   return under_observed;
 }
 
-std::vector<Index> Supported(const splat::Model<float>& model, const ScoringViews& judges) {
-  const std::vector<bool> under_observed = WhichAreUnderObserved(model, judges);
+std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+  const std::vector<bool> under_observed = WhichAreUnderObserved(model, scoring_views);
   std::vector<Index> kept;
   kept.reserve(under_observed.size());
   for (std::size_t i = 0; i < under_observed.size(); ++i) {
@@ -233,14 +233,14 @@ std::vector<Index> Supported(const splat::Model<float>& model, const ScoringView
   return kept;
 }
 
-FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* judges) {
+FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* scoring_views) {
   FloaterCount count;
   count.kept.resize(static_cast<std::size_t>(model.count));
   std::iota(count.kept.begin(), count.kept.end(), Index{0});
   count.faint = TakeFaint(model, count.kept);
   count.huge = TakeHuge(model, count.kept);
   count.isolated = TakeIsolated(model, count.kept);
-  if (judges) count.unsupported = RemoveUnderObserved(model, *judges, count.kept);
+  if (scoring_views) count.unsupported = RemoveUnderObserved(model, *scoring_views, count.kept);
   return count;
 }
 

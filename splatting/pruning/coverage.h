@@ -29,15 +29,15 @@ struct Coverage {
 };
 
 // The coverage of each Gaussian. Uses the cameras only, not the images. Faster than rendering all views.
-std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& judges);
+std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 // For each Gaussian, MeasureCoverage's IsUnderObserved in a small part of the time: few Gaussians are large, and the
 // first views already show most of these. Colours must be finite; MeasureCoverage counts Gaussians with other colours
 // as unseen.
-std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& judges);
+std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 // The Gaussians that are not under-observed, in ascending order; all Gaussians if there would be none.
-std::vector<Index> Supported(const splat::Model<float>& model, const ScoringViews& judges);
+std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 // Floaters hide or surround the scene. Each criterion is only an indication, but Gaussians of a surface are far from
 // all of them. `kept` has the other Gaussians in ascending order. The counts use the first criterion that a floater
@@ -56,7 +56,7 @@ struct FloaterCount {
   Index unsupported = 0;
 };
 
-// judges: may be null; then `unsupported` is 0.
-FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* judges);
+// scoring_views: may be null; then `unsupported` is 0.
+FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* scoring_views);
 
 }  // namespace vesta::gs

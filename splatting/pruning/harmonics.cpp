@@ -37,11 +37,11 @@ std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, c
 using Curvature = std::array<float, kBlock>;
 
 // The sum over the views.
-std::vector<Curvature> Curvatures(const splat::Model<float>& model, const ScoringViews& judges) {
+std::vector<Curvature> Curvatures(const splat::Model<float>& model, const ScoringViews& scoring_views) {
   std::vector<Curvature> sums(static_cast<std::size_t>(model.count), Curvature{});
-  RenderedViews rendered(model, judges);
-  JudgedLoss judged;
-  rendered.ForEachAnswer<float>(
+  RenderedViews rendered(model, scoring_views);
+  ScoringLoss judged;
+  rendered.ForEachGathered<float>(
       [&](const View& view, float* bends) {
         const splat::ColorCurvature<float>* colors =
             rendered.view().ColorCurvatures(judged.Linearize(rendered.image(), view), rendered.workspace());
@@ -53,7 +53,7 @@ std::vector<Curvature> Curvatures(const splat::Model<float>& model, const Scorin
         });
       },
       [&](const View& view) {
-        return [&, centre = CentreOf(ToPosedCamera(view, judges.near))](Index i, float bend) {
+        return [&, centre = CentreOf(ToPosedCamera(view, scoring_views.near))](Index i, float bend) {
           const std::array<float, kBases> basis = BasisSeen(model, i, centre);
           Curvature& sum = sums[static_cast<std::size_t>(i)];
           const int bases = ShCoefficients(DegreeOf(model, i));
@@ -92,13 +92,13 @@ void StandIn(const Curvature& curvature, const float* coefficients, int bases, i
 
 }  // namespace
 
-ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringViews& judges)
+ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringViews& scoring_views)
     : count_(model.count),
       lower_(static_cast<std::size_t>(kLowerCoefficients * model.count)),
       rises_(static_cast<std::size_t>(model.count)) {
-  ChooseCoefficients(model, judges);
-  RenderedViews rendered(model, judges);
-  JudgedLoss judged;
+  ChooseCoefficients(model, scoring_views);
+  RenderedViews rendered(model, scoring_views);
+  ScoringLoss judged;
   using Rises = splat::RecolorRises<double>;
   const auto ask = [&](const View& view, Rises* rows) {
     const std::array<float, 3> centre = CentreOf(rendered.view().camera());
@@ -116,16 +116,16 @@ ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringView
     };
     rendered.view().AddRecolors(judged.Linearize(rendered.image(), view), recolor, rows, rendered.workspace());
   };
-  rendered.ForEachAnswer<Rises>(ask, [&](const View&) {
+  rendered.ForEachGathered<Rises>(ask, [&](const View&) {
     return [&](Index i, const Rises& row) {
       for (int d = 0; d < splat::kRecolors; ++d) rises_[static_cast<std::size_t>(i)].rise[d] += row.rise[d];
     };
   });
-  cost_ = judged.Cost(judges), values_ = judged.Values(judges);
+  cost_ = judged.Cost(scoring_views), values_ = judged.Values(scoring_views);
 }
 
-void ShRemovalCost::ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& judges) {
-  const std::vector<Curvature> curvatures = Curvatures(model, judges);
+void ShRemovalCost::ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+  const std::vector<Curvature> curvatures = Curvatures(model, scoring_views);
   ParallelFor(model.count, kGrain, [&](Index i) {
     const int own_degree = DegreeOf(model, i), bases = ShCoefficients(own_degree);
     std::array<float, 3 * kBases> own{}, lower{};
@@ -141,15 +141,15 @@ void ShRemovalCost::ChooseCoefficients(const splat::Model<float>& model, const S
   });
 }
 
-std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& worth,
+std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& removal,
                                        double aic_weight) {
-  const double unit = aic_weight * worth.cost() / worth.values();
+  const double unit = aic_weight * removal.cost() / removal.values();
   std::vector<std::uint8_t> degrees(static_cast<std::size_t>(model.count));
   for (std::size_t i = 0; i < degrees.size(); ++i) {
     int best = model.DegreeOf(static_cast<Index>(i));
     double least = unit * splat::NumAttributes(best);
     for (int d = best - 1; d >= 0; --d) {
-      const double total = worth.Rise(static_cast<Index>(i), d) + unit * splat::NumAttributes(d);
+      const double total = removal.Rise(static_cast<Index>(i), d) + unit * splat::NumAttributes(d);
       if (total < least) best = d, least = total;
     }
     degrees[i] = static_cast<std::uint8_t>(best);

@@ -32,7 +32,7 @@ class ShRemovalCost {
   static constexpr double kBytes =
       sizeof(float) * (kCurvatures + 1 + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
   // Takes the time of about five renderings of all views.
-  ShRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
+  ShRemovalCost(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
   double cost() const { return cost_; }      // loss of the views, as in RemovalCost
   double values() const { return values_; }  // pixels of the views times channels
@@ -47,7 +47,7 @@ class ShRemovalCost {
  private:
   static constexpr int FirstOf(int degree) { return degree == 0 ? 0 : degree == 1 ? 3 : 15; }
 
-  void ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& judges);
+  void ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
   Index count_;
   double cost_ = 0, values_ = 0;
@@ -57,6 +57,7 @@ class ShRemovalCost {
 
 // The best degree of each Gaussian by Akaike's criterion (KeepByAic, prune.h): the degree, up to its own, that
 // minimises the rise of the loss plus aic_weight times the number of parameters.
-std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& worth, double aic_weight);
+std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& removal,
+                                       double aic_weight);
 
 }  // namespace vesta::gs

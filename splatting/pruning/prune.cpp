@@ -42,20 +42,21 @@ std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
 
 // If prune_unseen, gives under-observed Gaussians a score below all others.
 std::vector<double> WithCoverage(std::vector<double> scores, const splat::Model<float>& model,
-                                 const ScoringViews& judges, bool prune_unseen) {
+                                 const ScoringViews& scoring_views, bool prune_unseen) {
   if (!prune_unseen) return scores;
-  const std::vector<bool> under_observed = WhichAreUnderObserved(model, judges);
+  const std::vector<bool> under_observed = WhichAreUnderObserved(model, scoring_views);
   for (std::size_t i = 0; i < scores.size(); ++i) {
     if (under_observed[i]) scores[i] = -std::numeric_limits<double>::infinity();
   }
   return scores;
 }
 
-void PruneToCount(const ScoringViews& judges, const PruneOptions& options, PruneResult& result) {
+void PruneToCount(const ScoringViews& scoring_views, const PruneOptions& options, PruneResult& result) {
   const Index count = std::max<Index>(*options.goal.count, 1);
   for (; result.model.count > count; ++result.rounds) {
     const Index left = std::max(count, result.model.count - PartOf(result.model.count, kPartOfRound));
-    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.prune_unseen, left);
+    const std::vector<Index> kept =
+        SelectToKeep(ToKernelModel(result.model), scoring_views, options.prune_unseen, left);
     result.model = InOrder(std::move(result.model), kept);
   }
 }
@@ -74,27 +75,28 @@ Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& r
 // Each round spends a fraction of the remaining rise, as predicted. Removing Gaussians together costs more than
 // predicted. If a round costs too much, it is undone, and rounds become smaller. worth: removal costs of the whole
 // model.
-void PruneToRise(const ScoringViews& judges, const PruneOptions& options, RemovalCost worth, PruneResult& result) {
+void PruneToRise(const ScoringViews& scoring_views, const PruneOptions& options, RemovalCost removal,
+                 PruneResult& result) {
   constexpr double kLeastRound = 0.002;
   const double most = result.cost_before * (1 + *options.goal.max_rise);
   SplatModel last = result.model;
   double part_of_rest = 0.5, part_of_round = kPartOfRound;
   while (part_of_round > kLeastRound) {
     const splat::Model<float> model = ToKernelModel(last);
-    std::vector<Index> order = LeastFirst(WithCoverage(worth.rise, model, judges, options.prune_unseen));
+    std::vector<Index> order = LeastFirst(WithCoverage(removal.rise, model, scoring_views, options.prune_unseen));
     const auto limit = std::min(PartOf(last.count, part_of_round), last.count - 1);
-    const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
+    const Index gone = WithinBudget(order, removal.rise, limit, part_of_rest * (most - removal.cost));
     if (gone < PartOf(last.count, kLeastRound)) break;
     order.erase(order.begin(), order.begin() + gone);
     std::ranges::sort(order);
     result.model = InOrder(last, order);
     ++result.rounds;
-    RemovalCost after = MeasureRemovalCost(ToKernelModel(result.model), judges);
+    RemovalCost after = MeasureRemovalCost(ToKernelModel(result.model), scoring_views);
     if (after.cost > most) {
       part_of_rest *= 0.5, part_of_round *= 0.5;
       continue;
     }
-    worth = std::move(after);
+    removal = std::move(after);
     last = result.model;
   }
   result.model = std::move(last);
@@ -102,17 +104,18 @@ void PruneToRise(const ScoringViews& judges, const PruneOptions& options, Remova
 
 }  // namespace
 
-std::vector<Index> Keepers(const splat::Model<float>& model, const ScoringViews& judges, bool prune_unseen,
-                           Index count) {
-  return Highest(WithCoverage(MeasureRemovalCost(model, judges).rise, model, judges, prune_unseen), count);
+std::vector<Index> SelectToKeep(const splat::Model<float>& model, const ScoringViews& scoring_views, bool prune_unseen,
+                                Index count) {
+  return Highest(WithCoverage(MeasureRemovalCost(model, scoring_views).rise, model, scoring_views, prune_unseen),
+                 count);
 }
 
-std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& judges, double aic_weight,
+std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& scoring_views, double aic_weight,
                              std::uint64_t seed, std::uint64_t round) {
   constexpr double kPartOfPoor = 0.4;
-  const RemovalCost worth = MeasureRemovalCost(model, judges);
-  const double unit = aic_weight * worth.cost / worth.values;
-  std::vector<double> gain = worth.rise;
+  const RemovalCost removal = MeasureRemovalCost(model, scoring_views);
+  const double unit = aic_weight * removal.cost / removal.values;
+  std::vector<double> gain = removal.rise;
   Index going = 0;
   for (std::size_t i = 0; i < gain.size(); ++i) {
     gain[i] -= unit * splat::NumAttributes(model.DegreeOf(static_cast<Index>(i)));
@@ -123,19 +126,19 @@ std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringView
   return Highest(gain, model.count - std::min(going, PartOf(model.count, kPartOfRound)));
 }
 
-PruneResult Prune(SplatModel model, const ScoringViews& judges, const PruneOptions& options) {
-  if (judges.views.empty()) Fail(kBadArgument, "the scene has no training view to score Gaussians with");
+PruneResult Prune(SplatModel model, const ScoringViews& scoring_views, const PruneOptions& options) {
+  if (scoring_views.views.empty()) Fail(kBadArgument, "the scene has no training view to score Gaussians with");
   VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "set exactly one goal");
   PruneResult result;
   result.model = std::move(model);
-  RemovalCost worth = MeasureRemovalCost(ToKernelModel(result.model), judges);
-  result.cost_before = worth.cost;
+  RemovalCost removal = MeasureRemovalCost(ToKernelModel(result.model), scoring_views);
+  result.cost_before = removal.cost;
   if (options.goal.count) {
-    PruneToCount(judges, options, result);
+    PruneToCount(scoring_views, options, result);
   } else {
-    PruneToRise(judges, options, std::move(worth), result);
+    PruneToRise(scoring_views, options, std::move(removal), result);
   }
-  result.cost_after = MeasureRemovalCost(ToKernelModel(result.model), judges).cost;
+  result.cost_after = MeasureRemovalCost(ToKernelModel(result.model), scoring_views).cost;
   return result;
 }
 

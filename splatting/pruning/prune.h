@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selects Gaussians to prune, by ranking (Keepers) or by Akaike's criterion (KeepByAic); training uses both. Prune
+// Selects Gaussians to prune, by ranking (SelectToKeep) or by Akaike's criterion (KeepByAic); training uses both. Prune
 // removes Gaussians from a finished model in rounds. Removing a Gaussian can raise the removal cost of its neighbours,
 // so each round measures all costs again.
 #pragma once
@@ -16,8 +16,8 @@ namespace vesta::gs {
 
 // The `count` Gaussians with the highest removal cost (scoring_views.h), ascending; at least one. prune_unseen:
 // under-observed Gaussians (Coverage::IsUnderObserved) are removed before all others.
-std::vector<Index> Keepers(const splat::Model<float>& model, const ScoringViews& judges, bool prune_unseen,
-                           Index count);
+std::vector<Index> SelectToKeep(const splat::Model<float>& model, const ScoringViews& scoring_views, bool prune_unseen,
+                                Index count);
 
 // The Gaussians that pay for their parameters, in ascending order. A Gaussian pays if its removal raises the loss of
 // the views by at least `aic_weight` times loss / n per parameter; n is the number of pixel values. A weight of 1 is
@@ -27,7 +27,7 @@ std::vector<Index> Keepers(const splat::Model<float>& model, const ScoringViews&
 //
 // Two Gaussians that can replace each other both have a low removal cost. One round therefore removes only a random two
 // fifths of the Gaussians that do not pay, and at most a quarter of all. The random choice depends on seed and round.
-std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& judges, double aic_weight,
+std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& scoring_views, double aic_weight,
                              std::uint64_t seed, std::uint64_t round);
 
 // Exactly one of the two must be set.
@@ -48,6 +48,6 @@ struct PruneResult {
 };
 
 // Prunes with the given scoring views. Throws Error without any.
-PruneResult Prune(SplatModel model, const ScoringViews& judges, const PruneOptions& options);
+PruneResult Prune(SplatModel model, const ScoringViews& scoring_views, const PruneOptions& options);
 
 }  // namespace vesta::gs

@@ -14,7 +14,7 @@ const schema::Table<PruningOptions>& PruningFields() {
       {"aic_weight",
        &O::aic_weight,
        {0, 1e9},
-       "what each parameter of a Gaussian must be worth, in parts of the cost by the pixels' values (1: Akaike)"},
+       "what each parameter of a Gaussian must be removal, in parts of the cost by the pixels' values (1: Akaike)"},
       {"sh_aic_weight", &O::sh_aic_weight, {0, 1e9}, "the same for those of the higher degrees of its harmonics"},
       {"keep_fraction",
        &O::keep_fraction,
@@ -29,7 +29,7 @@ const schema::Table<PruningOptions>& PruningFields() {
   return fields;
 }
 
-void CheckTogether(const PruningOptions& pruning) {
+void ValidateCombination(const PruningOptions& pruning) {
   if (!pruning.prunes()) return;
   if (pruning.begin > pruning.end) {
     Fail(kBadArgument, "pruning.begin={} is after pruning.end={}: nothing would be pruned", pruning.begin, pruning.end);

@@ -27,7 +27,7 @@ struct PruningOptions {
   bool prunes_to_count() const { return keep_fraction < 1; }
   bool prunes() const { return prunes_to_count() || aic_weight > 0; }
   // Whether Gaussians are scored while Adam holds its working memory.
-  bool judges() const { return prunes() || sh_aic_weight > 0; }
+  bool needs_scoring() const { return prunes() || sh_aic_weight > 0; }
   // Options that leave the model unchanged.
   static PruningOptions None() {
     PruningOptions none;
@@ -39,35 +39,35 @@ struct PruningOptions {
 const schema::Table<PruningOptions>& PruningFields();
 
 // Throws Error, in one line, if the options contradict each other.
-void CheckTogether(const PruningOptions& pruning);
+void ValidateCombination(const PruningOptions& pruning);
 
 // Whether the stage reaches this fraction in the iteration.
-inline bool ComesTo(double part, const StageSpan& span) {
+inline bool CrossesFraction(double part, const StageSpan& span) {
   return !StageSpan{0, span.before}.HasReached(part) && span.HasReached(part);
 }
 
 // Whether under-observed Gaussians are removed after this iteration. Not after the last one, because further training
 // must fill the gaps.
 inline bool ChecksCoverage(const PruningOptions& pruning, const StageSpan& span) {
-  const bool is_time = ComesTo(pruning.begin, span) || ComesTo(pruning.end, span);
+  const bool is_time = CrossesFraction(pruning.begin, span) || CrossesFraction(pruning.end, span);
   return pruning.prune_unseen && !span.is_last() && is_time;
 }
 
 // Whether SH degrees are lowered after this iteration, which happens once. Not before `every`, because the first
 // iterations change the model too much.
 inline bool LowersDegrees(const PruningOptions& pruning, const StageSpan& span) {
-  return pruning.sh_aic_weight > 0 && !span.is_last() && ComesTo(std::max(pruning.begin, pruning.every), span);
+  return pruning.sh_aic_weight > 0 && !span.is_last() && CrossesFraction(std::max(pruning.begin, pruning.every), span);
 }
 
 // Whether Gaussians are pruned after this iteration. Not after the last one, because training must continue afterwards.
 inline bool Prunes(const PruningOptions& pruning, const StageSpan& span) {
   const bool is_within = span.HasReached(pruning.begin) && span.IsWithin(pruning.end);
-  const bool is_time = (is_within && span.CrossesMultipleOf(pruning.every)) || ComesTo(pruning.end, span);
+  const bool is_time = (is_within && span.CrossesMultipleOf(pruning.every)) || CrossesFraction(pruning.end, span);
   return pruning.prunes() && is_time && !span.is_last();
 }
 
 // The fraction of the time from begin to end that has passed after the iteration.
-inline double PartDone(const PruningOptions& pruning, const StageSpan& span) {
+inline double FractionDone(const PruningOptions& pruning, const StageSpan& span) {
   const double whole = pruning.end - pruning.begin;
   return whole > 0 ? std::clamp((span.after - pruning.begin) / whole, 0.0, 1.0) : 1;
 }
@@ -78,14 +78,14 @@ inline constexpr double kScoringFraction = 0.2;
 
 // The AIC weight after the iteration; it grows linearly to its full value.
 inline double AicWeightAt(const PruningOptions& pruning, const StageSpan& span) {
-  return pruning.aic_weight * PartDone(pruning, span);
+  return pruning.aic_weight * FractionDone(pruning, span);
 }
 
 // Number of Gaussians to keep after the iteration, given their number at the beginning. Each pruning removes the same
 // fraction, so that the model has equally much to recover each time. Rounded down, because a larger number may exceed a
 // size limit.
 inline Index CountAfter(const PruningOptions& pruning, const StageSpan& span, Index at_begin) {
-  const double left = std::pow(pruning.keep_fraction, PartDone(pruning, span)) * static_cast<double>(at_begin);
+  const double left = std::pow(pruning.keep_fraction, FractionDone(pruning, span)) * static_cast<double>(at_begin);
   return std::max<Index>(1, static_cast<Index>(std::floor(left)));
 }
 

@@ -7,25 +7,25 @@ namespace vesta::gs {
 
 ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes) {
-  ScoringViews judges{.views = {}, .background = background, .near = NearPlane(scene), .processes = processes};
+  ScoringViews scoring_views{.views = {}, .background = background, .near = NearPlane(scene), .processes = processes};
   for (const View& view : scene.views) {
-    if (view.is_trained()) judges.views.push_back(&view);
+    if (view.is_trained()) scoring_views.views.push_back(&view);
   }
-  return judges;
+  return scoring_views;
 }
 
-RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& judges) {
-  RemovalCost worth;
-  worth.rise.resize(static_cast<std::size_t>(model.count));
-  RenderedViews rendered(model, judges);
-  JudgedLoss judged;
-  rendered.ForEachAnswer<double>(
+RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+  RemovalCost removal;
+  removal.rise.resize(static_cast<std::size_t>(model.count));
+  RenderedViews rendered(model, scoring_views);
+  ScoringLoss judged;
+  rendered.ForEachGathered<double>(
       [&](const View& view, double* rises) {
         rendered.view().AddRemovals(judged.Linearize(rendered.image(), view), rises, rendered.workspace());
       },
-      [&](const View&) { return [&](Index i, double rise) { worth.rise[static_cast<std::size_t>(i)] += rise; }; });
-  worth.cost = judged.Cost(judges), worth.values = judged.Values(judges);
-  return worth;
+      [&](const View&) { return [&](Index i, double rise) { removal.rise[static_cast<std::size_t>(i)] += rise; }; });
+  removal.cost = judged.Cost(scoring_views), removal.values = judged.Values(scoring_views);
+  return removal;
 }
 
 }  // namespace vesta::gs

@@ -33,7 +33,7 @@ struct ScoringViews {
 ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes = {});
 
-// Bytes of a RenderedViews and a JudgedLoss for a model with this many Gaussians and its largest view, including the
+// Bytes of a RenderedViews and a ScoringLoss for a model with this many Gaussians and its largest view, including the
 // sums per pair and splat. Memory of passes over single Gaussians is extra.
 inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians) {
   using Workspace = splat::ViewWorkspace<float>;
@@ -49,14 +49,15 @@ inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians
 class RenderedViews {
  public:
   // Both must outlive this object.
-  RenderedViews(const splat::Model<float>& model, const ScoringViews& judges) : model_(model), judges_(judges) {}
+  RenderedViews(const splat::Model<float>& model, const ScoringViews& scoring_views)
+      : model_(model), scoring_views_(scoring_views) {}
 
   // Collects a value of type Row per Gaussian from each view that sees it. ask(view, rows) adds to rows, which has one
   // zero-initialised row per Gaussian; view() and image() describe the present view. take(view) returns a function that
   // is called with (i, row) for each visible Gaussian: views in their order, Gaussians in parallel. Each process asks
   // its own views, and every process takes the rows of all.
   template <class Row, class Ask, class Take>
-  void ForEachAnswer(const Ask& ask, const Take& take);
+  void ForEachGathered(const Ask& ask, const Take& take);
   const splat::SplatView<float>& view() const { return view_; }
   const HostBuffer<float>& image() const { return image_; }
   splat::ViewWorkspace<float>& workspace() { return workspace_; }
@@ -65,31 +66,31 @@ class RenderedViews {
   static constexpr Index kGrain = 1024;
   void Render(const View& view) {
     image_.ResizeForOverwrite(ImageShape{view.camera.width, view.camera.height}.NumValues());
-    view_.Build(model_, ToPosedCamera(view, judges_.near), judges_.background.data(), workspace_);
+    view_.Build(model_, ToPosedCamera(view, scoring_views_.near), scoring_views_.background.data(), workspace_);
     view_.Render(image_.data());
   }
 
   const splat::Model<float>& model_;
-  const ScoringViews& judges_;
+  const ScoringViews& scoring_views_;
   splat::SplatView<float> view_;
   splat::ViewWorkspace<float> workspace_;
   HostBuffer<float> image_;
 };
 
 template <class Row, class Ask, class Take>
-void RenderedViews::ForEachAnswer(const Ask& ask, const Take& take) {
+void RenderedViews::ForEachGathered(const Ask& ask, const Take& take) {
   struct Answer {
     std::int32_t gaussian;
     Row row;
   };
   static_assert(std::is_trivially_copyable_v<Row>);
-  const auto views = static_cast<Index>(judges_.views.size());
-  const Share own = judges_.processes.OwnShare(views);
-  const bool is_alone = judges_.processes.is_alone();
+  const auto views = static_cast<Index>(scoring_views_.views.size());
+  const Share own = scoring_views_.processes.OwnShare(views);
+  const bool is_alone = scoring_views_.processes.is_alone();
   std::vector<Row> rows;
   std::vector<std::vector<Answer>> told(static_cast<std::size_t>(is_alone ? 0 : own.size()));
   for (Index v = own.begin; v < own.end; ++v) {
-    const View& view = *judges_.views[static_cast<std::size_t>(v)];
+    const View& view = *scoring_views_.views[static_cast<std::size_t>(v)];
     Render(view);
     rows.assign(static_cast<std::size_t>(model_.count), Row());
     ask(view, rows.data());
@@ -109,9 +110,9 @@ void RenderedViews::ForEachAnswer(const Ask& ask, const Take& take) {
   if (is_alone) return;
   for (Index v = 0; v < views; ++v) {
     const bool is_own = v >= own.begin && v < own.end;
-    const std::vector<Answer> answers = judges_.processes.Gather(
+    const std::vector<Answer> answers = scoring_views_.processes.Gather(
         is_own ? std::exchange(told[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<Answer>());
-    const auto take_row = take(*judges_.views[static_cast<std::size_t>(v)]);
+    const auto take_row = take(*scoring_views_.views[static_cast<std::size_t>(v)]);
     ParallelFor(static_cast<Index>(answers.size()), kGrain, [&](Index k) {
       const Answer& answer = answers[static_cast<std::size_t>(k)];
       take_row(Index{answer.gaussian}, answer.row);
@@ -121,7 +122,7 @@ void RenderedViews::ForEachAnswer(const Ask& ask, const Take& take) {
 
 // The training loss, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, linearised for passes that predict its
 // change.
-class JudgedLoss {
+class ScoringLoss {
  public:
   // Linearises the loss of this view. The result is valid until the next call. The view counts in Cost and Values.
   splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
@@ -134,7 +135,7 @@ class JudgedLoss {
     const bool is_masked = !photograph_->mask.empty();
     if (is_masked) rendered = WithPhotograph(rendered, *photograph_);
     costs_.push_back(loss_.Linearize(rendered, truth, shape, gradient_, linearization_).objective);
-    values_.push_back(ImageShape::kChannels * static_cast<double>(CountedPixels(*photograph_)));
+    values_.push_back(ImageShape::kChannels * static_cast<double>(UnmaskedPixels(*photograph_)));
     return {.rendered = rendered.data(),
             .truth = truth.data(),
             .gradient = gradient_.data(),
@@ -147,8 +148,8 @@ class JudgedLoss {
             .counts = is_masked ? counts_.data() : nullptr};
   }
   // Loss of all views of all processes, and the number of their unmasked pixels times channels. Collective.
-  double Cost(const ScoringViews& judges) const { return SumInOrder(judges.processes.Gather(costs_)); }
-  double Values(const ScoringViews& judges) const { return SumInOrder(judges.processes.Gather(values_)); }
+  double Cost(const ScoringViews& scoring_views) const { return SumInOrder(scoring_views.processes.Gather(costs_)); }
+  double Values(const ScoringViews& scoring_views) const { return SumInOrder(scoring_views.processes.Gather(values_)); }
 
  private:
   static double SumInOrder(const std::vector<double>& of_views) {
@@ -158,7 +159,7 @@ class JudgedLoss {
   HostSpan<const float> WithPhotograph(HostSpan<const float> rendered, const Image& photograph) {
     using Backend = CpuBackend<float>;
     shown_.CopyFrom(rendered);
-    ShowLeftOut<Backend>(MaskOf(photograph), ValuesOf(photograph), shown_.view());
+    FillMasked<Backend>(MaskOf(photograph), ValuesOf(photograph), shown_.view());
     counts_.assign(photograph.mask.begin(), photograph.mask.end());
     for (float& count : counts_) count = count != 0 ? 1.0f : 0.0f;
     return shown_.view();
@@ -182,6 +183,6 @@ struct RemovalCost {
 };
 
 // Takes the time of about three renderings of all views.
-RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
+RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 }  // namespace vesta::gs

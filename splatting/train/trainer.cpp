@@ -55,7 +55,7 @@ struct TrainingStart {
 };
 
 // Loads the model of a saved LM stage, if the training resumes in LM.
-void GoOnFromLm(TrainingSession& session, SplatModel* model) {
+void ResumeFromLm(TrainingSession& session, SplatModel* model) {
   if (session.saved().first_stage() != Stage::kLm || !session.saved().state()) return;
   *model = session.saved().Validate([&] { return ModelOfLmStage(*session.saved().state()); });
 }
@@ -133,10 +133,10 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
   if (!stages.note.empty()) session.Note("{}", stages.note);
   const double begin = session.Seconds();
   SplatModel model = std::move(start.model);
-  GoOnFromLm(session, &model);
+  ResumeFromLm(session, &model);
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   LimitGaussians(session, stages, model);
-  TellRenderSettings(session.options(), &model), model.origin = scene.origin;
+  SetRenderSettings(session.options(), &model), model.origin = scene.origin;
   NoteSampledEvaluations(session);
   // The first row describes the given model, to show the gain. Without Adam, LM records that row.
   const bool tells_gain = start.is_given && session.options().adam.runs() && !callbacks.resume;
@@ -209,7 +209,7 @@ SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& o
   } catch (const Error&) {
     Fail(kBadFile, "{}: contains no training state with a splat to show", checkpoint.path);
   }
-  TellRenderSettings(options, &model);
+  SetRenderSettings(options, &model);
   return model;
 }
 

@@ -84,8 +84,8 @@ struct GradientAndCurvature {
     passes.AddGradient(model, there, scene.background, g.data());
     std::int64_t& waits = device::CountedHostWork().waits;
     waits = 0;
-    gradient = GradientOf(gs::SeenView<B>{0, model, there, passes.view, passes.workspace.splat_sums.data(),
-                                          passes.image, passes.image_gradient},
+    gradient = GradientOf(gs::ProcessedView<B>{0, model, there, passes.view, passes.workspace.splat_sums.data(),
+                                               passes.image, passes.image_gradient},
                           free);
     gradient_waits = std::exchange(waits, 0);
     curvature = ViewCurvature(free, {scene.background[0], scene.background[1], scene.background[2]}, model, there);

@@ -161,7 +161,7 @@ class Both {
     options.grow_grad2d = 1.65e-3;
     c.apply(options);
     return {model, Adam<B>({}, metric), DensityControl<typename B::Space>(options, kExtent, kSeed),
-            UnitViews(views_, kNear), kExtent};
+            LengthUnitViews(views_, kNear), kExtent};
   }
   // Makes a step on the host and returns its gradient.
   std::vector<float> StepHost() {

@@ -6,7 +6,7 @@
 #include "kernels/core/device_sort.h"
 #include "splatting/distributed/sum_of_views.h"
 #include "tests/cuda/on_device.h"
-#include "tests/splatting/train/terms_of_views.h"
+#include "tests/splatting/train/synthetic_views.h"
 
 namespace vesta::gs {
 namespace {
@@ -33,14 +33,14 @@ struct Learned {
 };
 
 template <class Space>
-Learned Learn(const test::MadeUpViews& all) {
+Learned Learn(const test::SyntheticViews& all) {
   SumOfViews<Space> sum;
   DensityControl<Space> density({}, 1, 0);
   density.Forget(all.gaussians());
   sum.Begin(all.layout, static_cast<Index>(all.views.size()), &density);
   Buffer<float, Space> gradient;
   for (std::size_t k = 0; k < all.views.size(); ++k) {
-    const test::MadeUpViews::View& view = all.views[k];
+    const test::SyntheticViews::View& view = all.views[k];
     gradient = CopyOf<float, Space>(view.gradient);
     const auto rank_of = CopyOf<std::int32_t, Space>(view.rank_of);
     const auto splats = CopyOf<splat::Splat<float>, Space>(view.splats);
@@ -59,7 +59,7 @@ class CudaViewGradients : public vesta::test::OnDevice {};
 
 TEST_F(CudaViewGradients, AddUpAsOnTheHost) {
   for (const int views : {2, 5, 8}) {
-    const test::MadeUpViews all(views);
+    const test::SyntheticViews all(views);
     const Learned host = Learn<Host>(all), device = Learn<Device>(all);
     EXPECT_EQ(device.gradient, host.gradient) << views;
     EXPECT_EQ(device.seen, host.seen) << views;

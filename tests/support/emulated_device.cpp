@@ -69,7 +69,7 @@ int test::NumTrims() { return launches.trims; }
 
 test::WithoutDeviceCode::WithoutDeviceCode() {
   Emulated().usable = false;
-  Emulated().name = device::NoCodeWords("an emulated GPU", kCapability, "no kernel image is available");
+  Emulated().name = device::NoCodeMessage("an emulated GPU", kCapability, "no kernel image is available");
 }
 test::WithoutDeviceCode::~WithoutDeviceCode() { Emulated().usable = true, Emulated().name = "emulated"; }
 

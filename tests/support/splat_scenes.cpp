@@ -73,7 +73,7 @@ Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, R
 Scene WithBands(const Scene& scene, const std::int64_t (&with_band)[splat::kMaxShDegree + 1]) {
   const splat::ModelLayout layout = splat::LayoutOfBands(with_band);
   Scene result = scene;
-  result.x = WithoutLacking(scene.x, layout);
+  result.x = RemoveMissingBands(scene.x, layout);
   result.sh_degree = layout.sh_degree;
   result.active_sh_degree = std::min(scene.active_sh_degree, layout.sh_degree);
   std::copy_n(layout.lacking, splat::kMaxShDegree, result.lacking);

@@ -54,7 +54,7 @@ Scene RandomScene(const SceneOptions& options, std::uint64_t seed);
 
 // Removes the values of SH bands that the layout lacks. `values` has the layout of a model with one degree.
 template <class S>
-std::vector<S> WithoutLacking(const std::vector<S>& values, const splat::ModelLayout& layout) {
+std::vector<S> RemoveMissingBands(const std::vector<S>& values, const splat::ModelLayout& layout) {
   std::vector<S> rest;
   for (int a = 0; a < splat::NumAttributes(layout.sh_degree); ++a) {
     const auto begin = values.begin() + a * layout.count;

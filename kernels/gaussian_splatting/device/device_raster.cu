@@ -9,7 +9,7 @@
 namespace vesta::splat::device_passes {
 
 void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen) {
-  device::ForEach(count, CountSeen{keys, count, seen}, "counting splats");
+  device::ForEach(count, CountVisible{keys, count, seen}, "counting splats");
 }
 
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
@@ -24,8 +24,8 @@ void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index cou
 void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
                     const PairArrays& pairs, DeviceBuffer<std::uint32_t>& wide) {
   device::ForEach(count, EmitPairs<float>{grid, splats, splat_begin, pairs}, "listing tiles");
-  device::ForEach(count, NoteWide{splat_begin, wide.data()}, "finding wide splats");
-  device::Launch(EmitWideBlock<float>{{wide.data(), wide.size()}, grid, splats, splat_begin, pairs},
+  device::ForEach(count, MarkWideSplats{splat_begin, wide.data()}, "finding wide splats");
+  device::Launch(EmitWidePairs<float>{{wide.data(), wide.size()}, grid, splats, splat_begin, pairs},
                  WideSlots::NumBlocks(wide.size()), "listing tiles of wide splats");
 }
 

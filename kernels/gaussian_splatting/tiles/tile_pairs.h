@@ -30,7 +30,7 @@ struct GatherSorted {
 };
 
 // For rank r < count: *seen = number of visible Gaussians. *seen must be 0 before.
-struct CountSeen {
+struct CountVisible {
   const std::uint32_t* keys;
   Index count;
   Index* seen;

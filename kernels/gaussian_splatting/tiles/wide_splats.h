@@ -14,7 +14,7 @@ inline namespace VESTA_ISA {
 constexpr Index NumWideSlots(Index pairs) { return pairs / kFewTiles + 1; }
 
 // For rank r: stores a wide splat in its slot. slots must be 0 before.
-struct NoteWide {
+struct MarkWideSplats {
   const Index* splat_begin;
   std::uint32_t* slots;
 
@@ -48,7 +48,7 @@ struct WideSlots {
 
 // EmitPairs for wide splats; each thread handles a row of tiles.
 template <class S>
-struct EmitWideBlock {
+struct EmitWidePairs {
   static constexpr int kThreads = kWideThreads;
   struct Shared {
     std::uint32_t slots[kThreads];

@@ -15,7 +15,7 @@ VESTA_DEVICE_FOR_EACH(gs::ShrunkGradient<float>, "gradient shrinkage")
 VESTA_DEVICE_FOR_EACH(gs::RowGathering<std::uint32_t>, "gather rows")
 VESTA_DEVICE_FOR_EACH(gs::CountGathering, "gather counts")
 VESTA_DEVICE_FOR_EACH(gs::MeasureUnit, "units of length")
-VESTA_DEVICE_FOR_EACH(gs::ShowWhereLeftOut<float>, "fill masked pixels")
-VESTA_DEVICE_FOR_EACH(gs::ClearWhereLeftOut<float>, "clear masked pixels")
+VESTA_DEVICE_FOR_EACH(gs::FillMaskedPixels<float>, "fill masked pixels")
+VESTA_DEVICE_FOR_EACH(gs::ClearMaskedPixels<float>, "clear masked pixels")
 
 }  // namespace vesta

@@ -133,7 +133,7 @@ const schema::Table<LmStageOptions>& LmStageFields() {
   return fields;
 }
 
-void CheckTogether(const LmStageOptions& lm) {
+void ValidateCombination(const LmStageOptions& lm) {
   if (lm.min_lambda > lm.initial_lambda || lm.initial_lambda > lm.max_lambda) {
     Fail(kBadArgument, "lm.initial_lambda={}: it must be between lm.min_lambda={} and lm.max_lambda={}",
          lm.initial_lambda, lm.min_lambda, lm.max_lambda);

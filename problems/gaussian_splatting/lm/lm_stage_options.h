@@ -94,7 +94,7 @@ struct LmStageOptions : SplatMetricOptions {
 
 const schema::Table<LmStageOptions>& LmStageFields();
 // Throws Error with a one-line message if options contradict each other although each is in its range.
-void CheckTogether(const LmStageOptions& lm);
+void ValidateCombination(const LmStageOptions& lm);
 
 // Conversions of the options for the loss, the problem (splat_problem.h) and the solver.
 PhotometricWeights LossOf(const LmStageOptions& lm);

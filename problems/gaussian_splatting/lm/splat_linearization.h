@@ -58,7 +58,7 @@ class SplatLinearization final : public Linearization<B>,
   using Unit = typename SplatScratch<B>::Unit;
   // Builds all views and sums their gradients. Also computes the right-hand side (for a part: only the squared
   // gradients) and caches the Jacobian, depending on the options.
-  void MakeUnits();
+  void BuildViews();
   // Projects, renders and linearises one view of the batch. image_gradient: gradient of the loss.
   void Build(const TargetView<B>& target, Unit& unit, VectorView image_gradient) const;
   // The first and the last step of Build.
@@ -66,7 +66,7 @@ class SplatLinearization final : public Linearization<B>,
   void LinearizeLoss(Unit& unit, VectorView image_gradient) const;
   // Calls body(unit) for each view of the batch in turn. The views are cached, or each is built again for the call.
   template <class Body>
-  void ForEachUnit(const Body& body) const;
+  void ForEachView(const Body& body) const;
   // Hv += J^T W d_image for one view. weighted: work space.
   void AddJTW(const Unit& unit, VectorView d_image, VectorView weighted, VectorView Hv);
   // Adds the Gram matrices of all views to blocks and sh_diagonal.

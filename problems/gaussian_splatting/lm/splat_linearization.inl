@@ -35,11 +35,11 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
   const bool rebuilds = options.jacobian == JacobianKind::kOnTheFly;
   scratch_->Fit(rebuilds ? std::min<std::size_t>(views_.size(), 1) : views_.size(), largest);
   // A part without cached views is one of many, so it computes its gradient only on request.
-  if (!options.is_part || !rebuilds) MakeUnits();
+  if (!options.is_part || !rebuilds) BuildViews();
 }
 
 template <Backend B>
-void SplatLinearization<B>::MakeUnits() {
+void SplatLinearization<B>::BuildViews() {
   using Space = typename B::Space;
   gradient_.Resize(num_parameters());
   const bool steers = has_own_right_hand_side();
@@ -85,7 +85,7 @@ void SplatLinearization<B>::LinearizeLoss(Unit& unit, VectorView image_gradient)
 
 template <Backend B>
 template <class Body>
-void SplatLinearization<B>::ForEachUnit(const Body& body) const {
+void SplatLinearization<B>::ForEachView(const Body& body) const {
   if (options_.jacobian != JacobianKind::kOnTheFly) {
     for (Unit& unit : scratch_->units) body(unit);
     return;
@@ -107,7 +107,7 @@ auto SplatLinearization<B>::residuals() const -> ConstVectorView {
   if (residuals_.empty()) {
     residuals_.ResizeForOverwrite(num_residuals_);
     Index at = 0;
-    ForEachUnit([&](const Unit& unit) {
+    ForEachView([&](const Unit& unit) {
       const VectorView part = residuals_.view().subspan(at, unit.image.size());
       B().Copy(unit.image, part);
       B().Axpby(-1.0, unit.target->truth, 1.0, part);
@@ -120,10 +120,10 @@ auto SplatLinearization<B>::residuals() const -> ConstVectorView {
 template <Backend B>
 void SplatLinearization<B>::ApplyJ(ConstVectorView v, VectorView u) {
   S* out = u.data();
-  ForEachUnit([&](Unit& unit) {
+  ForEachView([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
     unit.view.ApplyJ(model_, v.data(), out, *workspace_);
-    ClearLeftOut<B>(unit.target->mask, VectorView{out, values});
+    ClearMasked<B>(unit.target->mask, VectorView{out, values});
     out += values;
   });
 }
@@ -132,13 +132,13 @@ template <Backend B>
 void SplatLinearization<B>::ApplyJT(ConstVectorView u, VectorView g) {
   B().Fill(0, g);
   const S* in = u.data();
-  ForEachUnit([&](Unit& unit) {
+  ForEachView([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
     const S* counted = in;
     if (unit.target->mask.size() > 0) {
       const VectorView copy = scratch_->weighted_work.view().subspan(0, values);
       B().Copy(ConstVectorView{in, values}, copy);
-      ClearLeftOut<B>(unit.target->mask, copy);
+      ClearMasked<B>(unit.target->mask, copy);
       counted = copy.data();
     }
     unit.view.AddJT(model_, unit.image.data(), counted, g.data(), *workspace_);
@@ -149,7 +149,7 @@ void SplatLinearization<B>::ApplyJT(ConstVectorView u, VectorView g) {
 template <Backend B>
 void SplatLinearization<B>::ApplyW(ConstVectorView u, VectorView Wu) {
   Index at = 0;
-  ForEachUnit([&](Unit& unit) {
+  ForEachView([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
     loss_->ApplyW(unit.loss, u.subspan(at, values), Wu.subspan(at, values));
     Scale(Wu.subspan(at, values));
@@ -182,23 +182,23 @@ void SplatLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
 
 template <Backend B>
 void SplatLinearization<B>::AddJTW(const Unit& unit, VectorView d_image, VectorView weighted, VectorView Hv) {
-  ClearLeftOut<B>(unit.target->mask, d_image);
+  ClearMasked<B>(unit.target->mask, d_image);
   loss_->ApplyW(unit.loss, d_image, weighted);
-  ClearLeftOut<B>(unit.target->mask, weighted);
+  ClearMasked<B>(unit.target->mask, weighted);
   Scale(weighted);
   unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
 }
 
 template <Backend B>
 void SplatLinearization<B>::Gradient(VectorView g) {
-  if (gradient_.empty()) MakeUnits();
+  if (gradient_.empty()) BuildViews();
   B().Copy(gradient_, g);
   gradient_ = {};  // usually requested only once
 }
 
 template <Backend B>
 void SplatLinearization<B>::RightHandSide(VectorView d) {
-  if (rhs_.empty()) MakeUnits();
+  if (rhs_.empty()) BuildViews();
   B().Copy(rhs_, d);
   rhs_ = {};
 }
@@ -206,7 +206,7 @@ void SplatLinearization<B>::RightHandSide(VectorView d) {
 template <Backend B>
 void SplatLinearization<B>::SquaredGradients(VectorView squares) {
   VESTA_CHECK(options_.is_part, "SquaredGradients is only for a problem with options.is_part");
-  if (rhs_.empty()) MakeUnits();
+  if (rhs_.empty()) BuildViews();
   B().Copy(rhs_, squares);
   rhs_ = {};
 }
@@ -220,7 +220,7 @@ void SplatLinearization<B>::RightHandSideOf(Index units, ConstVectorView gradien
 
 template <Backend B>
 void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal) {
-  ForEachUnit([&](Unit& unit) {
+  ForEachView([&](Unit& unit) {
     const VectorView omega = scratch_->weighted_work.view().subspan(0, unit.shape.NumValues());
     B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
     unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_);

@@ -7,7 +7,7 @@
 
 namespace vesta::gs {
 
-std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views, double near) {
+std::vector<splat::PosedCamera> LengthUnitViews(const std::vector<const View*>& views, double near) {
   constexpr std::size_t kMostViews = 64;
   const std::size_t most = std::min(kMostViews, views.size());
   std::vector<splat::PosedCamera> chosen;
@@ -17,7 +17,7 @@ std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views,
 
 std::vector<float> LengthUnits(const SplatModel& model, const std::vector<const View*>& views, double near,
                                double otherwise) {
-  const std::vector<splat::PosedCamera> chosen = UnitViews(views, near);
+  const std::vector<splat::PosedCamera> chosen = LengthUnitViews(views, near);
   std::vector<float> units(static_cast<std::size_t>(model.count));
   ForEach<Host>(model.count, 256,
                 MeasureUnit{model.count, model.data.data(), chosen.data(), static_cast<Index>(chosen.size()), otherwise,

@@ -31,7 +31,7 @@ VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, d
 }  // namespace VESTA_ISA
 
 // The views used for the units: at most 64, evenly spread. near: distance of the near plane.
-std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views, double near);
+std::vector<splat::PosedCamera> LengthUnitViews(const std::vector<const View*>& views, double near);
 
 // Computes LengthUnit of Gaussian i from its mean. All pointers are in one memory space.
 struct MeasureUnit {
@@ -50,7 +50,7 @@ struct MeasureUnit {
 };
 
 // LengthUnit of each Gaussian at x. With these units a position's learning rate is a rate in pixels: it limits the
-// motion in any view, near or far. (Kerbl et al. 2023 use one unit for the whole scene.) views: from UnitViews.
+// motion in any view, near or far. (Kerbl et al. 2023 use one unit for the whole scene.) views: from LengthUnitViews.
 template <class Space>
 Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<splat::PosedCamera, Space>& views,
                                   double otherwise) {

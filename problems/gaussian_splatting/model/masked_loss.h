@@ -30,42 +30,42 @@ void CheckTruth(const TargetView<B>& view) {
 // Copies the excluded pixels from the truth. mask: one byte per pixel, in the memory of B, or empty. image: three
 // planes.
 template <class B, class Mask>
-void ShowLeftOut(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
+void FillMasked(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
   if (mask.size() == 0) return;
   ForEach<typename B::Space>(
       mask.size(), kMaskGrain,
-      ShowWhereLeftOut<typename B::Scalar>{mask.data(), truth.data(), image.data(), mask.size()});
+      FillMaskedPixels<typename B::Scalar>{mask.data(), truth.data(), image.data(), mask.size()});
 }
 template <class B, class Mask>
-void ClearLeftOut(const Mask& mask, typename B::VectorView image) {
+void ClearMasked(const Mask& mask, typename B::VectorView image) {
   if (mask.size() == 0) return;
   ForEach<typename B::Space>(mask.size(), kMaskGrain,
-                             ClearWhereLeftOut<typename B::Scalar>{mask.data(), image.data(), mask.size()});
+                             ClearMaskedPixels<typename B::Scalar>{mask.data(), image.data(), mask.size()});
 }
 
 // The functions of the loss for one view. They overwrite the excluded pixels of `rendered` with the photograph.
 template <class B>
 PhotometricValue EvaluateLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target,
                               typename B::VectorView rendered) {
-  ShowLeftOut<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
+  FillMasked<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
   return loss.Evaluate(rendered, target.truth, target.shape());
 }
 template <class B>
 void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
                   typename B::VectorView gradient) {
-  ShowLeftOut<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
+  FillMasked<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
   loss.Gradient(rendered, target.truth, target.shape(), gradient);
-  ClearLeftOut<B>(target.mask, gradient);
+  ClearMasked<B>(target.mask, gradient);
 }
-// linearization holds W without the mask: callers apply ClearLeftOut before and after each product with it. Its
+// linearization holds W without the mask: callers apply ClearMasked before and after each product with it. Its
 // diagonal belongs to M W M.
 template <class B>
 void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
                    typename B::VectorView gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {
-  ShowLeftOut<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
+  FillMasked<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
   loss.Linearize(rendered, target.truth, target.shape(), gradient, linearization);
-  ClearLeftOut<B>(target.mask, gradient);
-  ClearLeftOut<B>(target.mask, typename B::VectorView(linearization.diagonal));
+  ClearMasked<B>(target.mask, gradient);
+  ClearMasked<B>(target.mask, typename B::VectorView(linearization.diagonal));
 }
 
 }  // namespace vesta::gs

@@ -57,16 +57,16 @@ std::uint8_t QuantizeColor(float value) {
   return value > 0 ? static_cast<std::uint8_t>(std::lround(255.0f * std::min(value, 1.0f))) : std::uint8_t{0};
 }
 
-std::size_t CountedPixels(const Image& image) {
+std::size_t UnmaskedPixels(const Image& image) {
   const auto left_out = std::ranges::count(image.mask, std::uint8_t{0});
   return image.num_pixels() - static_cast<std::size_t>(left_out);
 }
 
 double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
 
-double CountedPart(const Image& image) {
+double UnmaskedFraction(const Image& image) {
   if (image.mask.empty()) return 1;
-  return static_cast<double>(CountedPixels(image)) / static_cast<double>(image.num_pixels());
+  return static_cast<double>(UnmaskedPixels(image)) / static_cast<double>(image.num_pixels());
 }
 
 Image ResizeArea(const Image& image, int width, int height) {

@@ -30,8 +30,8 @@ struct Image {
 };
 
 // Number of pixels that the mask includes, and their fraction of all pixels.
-std::size_t CountedPixels(const Image& image);
-double CountedPart(const Image& image);
+std::size_t UnmaskedPixels(const Image& image);
+double UnmaskedFraction(const Image& image);
 
 // Memory of the pixel values and the mask.
 double BytesOf(const Image& image);

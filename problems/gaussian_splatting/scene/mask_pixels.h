@@ -11,7 +11,7 @@ namespace vesta::gs {
 
 // For pixel i of an image with three planes: if the mask excludes it, copies it from the other image.
 template <class S>
-struct ShowWhereLeftOut {
+struct FillMaskedPixels {
   const std::uint8_t* mask;
   const S* from;
   S* image;
@@ -24,7 +24,7 @@ struct ShowWhereLeftOut {
 };
 // The same, but sets the pixel to zero.
 template <class S>
-struct ClearWhereLeftOut {
+struct ClearMaskedPixels {
   const std::uint8_t* mask;
   S* image;
   Index plane;

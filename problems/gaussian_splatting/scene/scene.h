@@ -35,11 +35,11 @@ struct Camera {
 Camera ResizeCamera(const Camera& camera, int width, int height);
 
 // A camera with lens distortion.
-struct BentCamera {
+struct LensCamera {
   Camera camera;  // without the distortion
   Distortion distortion;
 
-  bool operator==(const BentCamera&) const = default;
+  bool operator==(const LensCamera&) const = default;
 };
 
 // Purpose of a view.
@@ -63,7 +63,7 @@ struct View {
   std::shared_ptr<const StoredPhotograph> stored;
   Distortion distortion;  // of the photograph in its file; none after LoadScene has undistorted it
   // The camera of the photograph in the model's file, if LoadScene has undistorted the photograph.
-  std::optional<BentCamera> bent;
+  std::optional<LensCamera> bent;
 
   bool is_trained() const { return role == ViewRole::kTraining; }
   bool is_test() const { return role == ViewRole::kTest; }

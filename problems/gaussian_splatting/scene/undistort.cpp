@@ -61,7 +61,7 @@ std::array<float, 3> SampleCubic(const Image& image, double u, double v) {
   return result;
 }
 
-bool CountsAbout(const Image& image, double u, double v) {
+bool IsUnmaskedAround(const Image& image, double u, double v) {
   if (!(u >= 0 && u <= image.width && v >= 0 && v <= image.height)) return false;
   if (image.mask.empty()) return true;
   const Neighbors columns(u, image.width), rows(v, image.height);
@@ -81,7 +81,7 @@ double Determinant(const std::array<double, 4>& j) { return j[0] * j[3] - j[1] *
 
 // The largest distance from the axis, on a pinhole of focal length 1, up to which the lens is one-to-one in all
 // directions; at most tan(kWidest).
-double OneToOneRadius(const Distortion& lens) {
+double InjectiveRadius(const Distortion& lens) {
   constexpr int kSteps = 512, kDirections = 32;
   constexpr double kWidest = 1.5;  // radians from the axis; a pinhole image cannot reach 90 degrees
   double radius = 0;
@@ -105,7 +105,7 @@ using Sides = std::array<double, 4>;
 class SeenPlane {
  public:
   SeenPlane(const Camera& camera, const Distortion& lens)
-      : camera_(camera), lens_(lens), radius_(OneToOneRadius(lens)) {}
+      : camera_(camera), lens_(lens), radius_(InjectiveRadius(lens)) {}
 
   // slack: how far beyond the centres of the outermost pixels still counts as covered, in pixels.
   bool Sees(double x, double y, double slack) const {
@@ -221,7 +221,7 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
           const Point at = Distort(lens, x + across / to.fx, y + down / to.fy);
           const double u = from.fx * at[0] + from.cx, v = from.fy * at[1] + from.cy;
           const std::array<float, 3> color = SampleCubic(image, u, v);
-          counts = counts && CountsAbout(image, u, v);
+          counts = counts && IsUnmaskedAround(image, u, v);
           for (std::size_t c = 0; c < 3; ++c) sum[c] += color[c];
         }
       }

@@ -18,7 +18,7 @@ std::array<float, 3> SampleCubic(const Image& image, double u, double v);
 
 // True if (u, v) is in the image and the mask includes the four pixels around it, which have nearly all the weight
 // (Image::mask).
-bool CountsAbout(const Image& image, double u, double v);
+bool IsUnmaskedAround(const Image& image, double u, double v);
 
 // The pinhole camera that replaces this one. It keeps the focal lengths, so the centre keeps its resolution. Its image
 // is the largest with all pixels inside the distorted one (like `colmap image_undistorter` with blank_pixels = 0), up

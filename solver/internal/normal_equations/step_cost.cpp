@@ -70,12 +70,12 @@ bool FactorBeatsDenseQr(const StepCounts& counts) {
          kMargin * FactorCost(*counts.factor, counts) <= DenseQrCost(counts);
 }
 
-std::string FactorBeside(const StepCounts& counts, const std::string& other, double cost) {
+std::string CompareFactorCost(const StepCounts& counts, const std::string& other, double cost) {
   return fmt::format("estimated {} per step, {} {}", Duration(FactorCost(*counts.factor, counts)), other,
                      Duration(cost));
 }
 
-std::string IterationsInWords(const StepCounts& counts) {
+std::string DescribeIterations(const StepCounts& counts) {
   return fmt::format("{:.0f} iterations {}", NumIterations(counts),
                      counts.reduced ? "on the Schur complement" : "with block Jacobi");
 }

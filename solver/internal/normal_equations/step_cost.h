@@ -59,8 +59,8 @@ bool FactorBeatsIterations(const StepCounts& counts);
 bool FactorBeatsDenseQr(const StepCounts& counts);
 
 // For reports: "estimated 0.19 ms per step, dense QR 13 ms".
-std::string FactorBeside(const StepCounts& counts, const std::string& other, double cost);
+std::string CompareFactorCost(const StepCounts& counts, const std::string& other, double cost);
 // "112 iterations on the Schur complement".
-std::string IterationsInWords(const StepCounts& counts);
+std::string DescribeIterations(const StepCounts& counts);
 
 }  // namespace vesta

@@ -156,7 +156,7 @@ class DenseQrStep final : public StepSolver<B> {
 // Returns the reason why J and the residuals do not define the step and the normal equations are needed; null if they
 // do.
 template <Backend B>
-const char* WhyNormal(const StepSystem<B>& system) {
+const char* ReasonForNormalEquations(const StepSystem<B>& system) {
   const auto any = [&](auto&& has) { return std::any_of(system.batches.begin(), system.batches.end(), has); };
   if (any([](auto* batch) { return batch->weighted(); })) return "the problem has weights W";
   if (any([](auto* batch) { return batch->has_own_right_hand_side(); }))
@@ -186,7 +186,8 @@ Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCou
   if (CanReduce(system)) {
     // The counts decide without creating the reduced system.
     if (counts && counts->reduced && FactorBeatsIterations(*counts)) {
-      return {LinearSolverKind::kPcg, true, FactorBeside(*counts, IterationsInWords(*counts), IterationsCost(*counts))};
+      return {LinearSolverKind::kPcg, true,
+              CompareFactorCost(*counts, DescribeIterations(*counts), IterationsCost(*counts))};
     }
     reduced = system.batches.front()->MakeReducedSystem();
     if (reduced) return {LinearSolverKind::kReducedPcg, false, "the problem has a block-diagonal group to eliminate"};
@@ -194,7 +195,7 @@ Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCou
   std::string shape = fmt::format("a Jacobian of {} x {}", rows, n);
   if (why_normal == nullptr && DenseQrFits(static_cast<double>(rows), static_cast<double>(n))) {
     if (counts && FactorBeatsDenseQr(*counts)) {
-      return {LinearSolverKind::kPcg, true, FactorBeside(*counts, "dense QR", DenseQrCost(*counts))};
+      return {LinearSolverKind::kPcg, true, CompareFactorCost(*counts, "dense QR", DenseQrCost(*counts))};
     }
     return {LinearSolverKind::kDenseQr, false, shape};
   }
@@ -205,7 +206,7 @@ Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCou
 
 template <Backend B>
 std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system) {
-  const char* const why_normal = step_internal::WhyNormal(system);
+  const char* const why_normal = step_internal::ReasonForNormalEquations(system);
   std::unique_ptr<ReducedSystem<B>> reduced;
   const bool asked_reduced = options.linear_solver == LinearSolverKind::kReducedPcg;
   if (asked_reduced && step_internal::CanReduce(system)) reduced = system.batches.front()->MakeReducedSystem();

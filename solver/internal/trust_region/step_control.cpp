@@ -76,19 +76,19 @@ void StepControl::OnReject() {
 
 void StepControl::Set(double lambda) { lambda_ = std::clamp(lambda, options_.min_lambda, options_.max_lambda); }
 
-void StepDoubt::OnReject(double predicted, bool finite) {
+void ConvergenceDoubt::OnReject(double predicted, bool finite) {
   promised_ = std::max(promised_, predicted);
   increase_ = std::max(increase_, -predicted);
   if (!finite) blocked_ = std::max(blocked_, predicted);
 }
 
-std::string StepDoubt::Words(bool accepted, double least) const {
+std::string ConvergenceDoubt::Words(bool accepted, double least) const {
   if (blocked_ > least) {
     return fmt::format("; a step with predicted decrease {:.3e} leads to a point where the cost is not finite",
                        blocked_);
   }
   if (accepted) return "";
-  if (std::string increase = IncreaseWords(least); !increase.empty()) return increase;
+  if (std::string increase = DescribeIncrease(least); !increase.empty()) return increase;
   if (promised_ > least) {
     return fmt::format(
         "; a step with predicted decrease {:.3e} was rejected: are the derivatives right? Call CheckProblem",
@@ -97,7 +97,7 @@ std::string StepDoubt::Words(bool accepted, double least) const {
   return "";
 }
 
-std::string StepDoubt::IncreaseWords(double least) const {
+std::string ConvergenceDoubt::DescribeIncrease(double least) const {
   if (increase_ <= least) return "";
   return "; the model predicts an increase: are J and J^T adjoint? Call CheckProblem";
 }

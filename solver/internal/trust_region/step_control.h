@@ -73,7 +73,7 @@ class StepControl {
 
 // Collects evidence against convergence from rejected steps. A short step with little change does not show convergence
 // if a longer one was rejected despite a large predicted decrease.
-class StepDoubt {
+class ConvergenceDoubt {
  public:
   // predicted: decrease of the cost by the model. finite: true if the cost of the trial is finite.
   void OnReject(double predicted, bool finite);
@@ -84,7 +84,7 @@ class StepDoubt {
   // accepted: true if a step was accepted now; then only steps to points where the cost is not finite count.
   std::string Words(bool accepted, double least) const;
   // The part of Words about predicted increases, which are always a mistake.
-  std::string IncreaseWords(double least) const;
+  std::string DescribeIncrease(double least) const;
 
   template <class Archive>
   void Visit(Archive& archive) {

@@ -116,17 +116,17 @@ Image Columns(const Image& image, int begin, int end) {
 
 // Quality over the pixels that the mask keeps.
 ImageQuality Measure(ImageQualityMeter& meter, Image rendered, const Image& truth) {
-  ShowLeftOut<CpuBackend<float>>(MaskOf(truth), ValuesOf(truth),
-                                 {rendered.rgb.data(), static_cast<Index>(rendered.rgb.size())});
+  FillMasked<CpuBackend<float>>(MaskOf(truth), ValuesOf(truth),
+                                {rendered.rgb.data(), static_cast<Index>(rendered.rgb.size())});
   const ImageQuality whole = meter.Measure(ValuesOf(rendered), ValuesOf(truth), {truth.width, truth.height});
-  return truth.mask.empty() ? whole : OfPart(whole, CountedPart(truth));
+  return truth.mask.empty() ? whole : QualityOfMaskedImage(whole, UnmaskedFraction(truth));
 }
 
 // True when both halves have pixels that the mask keeps.
 bool HasCountedHalves(const Image& image) {
   const int middle = image.width / 2;
-  return middle > 0 && CountedPixels(Columns(image, 0, middle)) > 0 &&
-         CountedPixels(Columns(image, middle, image.width)) > 0;
+  return middle > 0 && UnmaskedPixels(Columns(image, 0, middle)) > 0 &&
+         UnmaskedPixels(Columns(image, middle, image.width)) > 0;
 }
 
 void MeasureHalves(ImageQualityMeter& meter, const PhotometricWeights& weights, const Image& rendered,
@@ -211,7 +211,7 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
     ViewProblem<float> problem(problem_options, kernel_model, TargetAt(view, level, options.near, shrunk));
     const double values = static_cast<double>(view.image.rgb.size());
     if (level == 0) {
-      if (problem.CountSeen(start) == 0) return end_with(AlignStatus::kSeesNothing);
+      if (problem.CountVisible(start) == 0) return end_with(AlignStatus::kSeesNothing);
       const double before = problem.Cost(start);
       alignment.cost_before = before / values;
       // The result of the smaller images may be a wrong local minimum.

@@ -16,7 +16,7 @@ namespace vesta::gs {
 
 // A view whose splat gradient was just computed, with the intermediate results in the memory of B.
 template <class B>
-struct SeenView {
+struct ProcessedView {
   std::size_t view = 0;  // index among the training views
   const splat::Model<float>& model;
   const TargetView<B>& target;
@@ -28,7 +28,7 @@ struct SeenView {
 // Gradient with respect to the view's free unknowns, in the order of a step. Users must include camera_jacobian.h or
 // device_camera.h, which define the camera derivatives for B.
 template <class B>
-std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free) {
+std::vector<double> GradientOf(const ProcessedView<B>& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));
   if (free.pose) {
     const splat::PoseTangent pose = PoseCotangent(seen.splats, seen.model, seen.cotangents);

@@ -20,10 +20,10 @@ template ViewColumns<Float> ColumnsOf(const FreeUnknowns&, const AffineColor&, c
                                       HostSpan<const float>, HostSpan<const float>);
 template ViewColumns<Double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<Double>&,
                                        HostSpan<const double>, HostSpan<const double>);
-template HostBuffer<float> MovesOf<Float>(const FreeUnknowns&, const splat::SplatView<float>&,
-                                          const splat::Model<float>&, splat::ViewWorkspace<float>&);
-template HostBuffer<double> MovesOf<Double>(const FreeUnknowns&, const splat::SplatView<double>&,
-                                            const splat::Model<double>&, splat::ViewWorkspace<double>&);
+template HostBuffer<float> CameraDerivativeImages<Float>(const FreeUnknowns&, const splat::SplatView<float>&,
+                                                         const splat::Model<float>&, splat::ViewWorkspace<float>&);
+template HostBuffer<double> CameraDerivativeImages<Double>(const FreeUnknowns&, const splat::SplatView<double>&,
+                                                           const splat::Model<double>&, splat::ViewWorkspace<double>&);
 template std::vector<double> WeightedGram(const ViewColumns<Float>&, PhotometricLoss<float>&,
                                           const PhotometricLoss<float>::Linearization&, ViewColumns<Float>*);
 template std::vector<double> WeightedGram(const ViewColumns<Double>&, PhotometricLoss<double>&,

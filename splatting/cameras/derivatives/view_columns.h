@@ -60,15 +60,15 @@ class ViewColumns {
 };
 
 // Derivatives of the exposed image `color(rendered)` with respect to the view's unknowns; zero at masked pixels. moves:
-// the result of MovesOf. This and the functions below are defined in view_columns.inl.
+// the result of CameraDerivativeImages. This and the functions below are defined in view_columns.inl.
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
                          typename B::ConstVectorView rendered, typename B::ConstVectorView moves);
 // Derivatives of the view's image with respect to its free pose numbers, then its free lens numbers; one image each.
 template <class B>
-typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
-                           const splat::Model<typename B::Scalar>& model,
-                           typename SplatBackend<B>::Workspace& workspace);
+typename B::Vector CameraDerivativeImages(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+                                          const splat::Model<typename B::Scalar>& model,
+                                          typename SplatBackend<B>::Workspace& workspace);
 
 // Computes J^T W J, a square matrix of free.num_tangent() rows. Stores W J in `weighted` unless that is null.
 template <class B>

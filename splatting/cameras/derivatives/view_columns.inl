@@ -72,14 +72,14 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
     backend.Copy(rendered, columns.image(pose));
     backend.Fill(1, columns.image(pose + 1));
   }
-  for (int k = 0; k < columns.num_images(); ++k) ClearLeftOut<B>(target.mask, columns.image(k));
+  for (int k = 0; k < columns.num_images(); ++k) ClearMasked<B>(target.mask, columns.image(k));
   return columns;
 }
 
 template <class B>
-typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
-                           const splat::Model<typename B::Scalar>& model,
-                           typename SplatBackend<B>::Workspace& workspace) {
+typename B::Vector CameraDerivativeImages(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+                                          const splat::Model<typename B::Scalar>& model,
+                                          typename SplatBackend<B>::Workspace& workspace) {
   const Index values = ImageShape::kChannels * view.num_pixels();
   const int pose = free.pose_tangent();
   typename B::Vector moves;
@@ -145,7 +145,7 @@ std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<dou
   image.ResizeForOverwrite(target.shape().NumValues());
   view.Render(image.data());
   const ViewColumns<B> columns =
-      ColumnsOf<B>(free, {}, target, image.view(), MovesOf<B>(free, view, model, workspace).view());
+      ColumnsOf<B>(free, {}, target, image.view(), CameraDerivativeImages<B>(free, view, model, workspace).view());
   // J is zero at masked pixels, so W needs no mask: J^T W J is the same.
   typename SplatBackend<B>::Loss loss;
   typename SplatBackend<B>::Loss::Linearization W;

@@ -99,7 +99,7 @@ void ViewProblem<S>::Build(const ViewUnknowns& unknowns) {
 }
 
 template <class S>
-Index ViewProblem<S>::CountSeen(ConstVectorView x) {
+Index ViewProblem<S>::CountVisible(ConstVectorView x) {
   Build(Unpack(x));
   return view_.num_splats();
 }
@@ -120,7 +120,7 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
   HostBuffer<S> rendered;
   rendered.ResizeForOverwrite(target_.shape().NumValues());
   view_.Render(rendered.data());
-  HostBuffer<S> moves = MovesOf<CpuBackend<S>>(options_.free, view_, model_, workspace_);
+  HostBuffer<S> moves = CameraDerivativeImages<CpuBackend<S>>(options_.free, view_, model_, workspace_);
   return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
                                                 std::move(moves), loss_);
 }

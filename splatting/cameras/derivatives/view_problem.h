@@ -39,7 +39,7 @@ class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<
   void Plus(CpuBackend<double>& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
   // Number of Gaussians visible at x.
-  Index CountSeen(ConstVectorView x);
+  Index CountVisible(ConstVectorView x);
 
  private:
   void Build(const ViewUnknowns& unknowns);
@@ -60,8 +60,8 @@ class ViewLinearization final : public Linearization<CpuBackend<double>>,
                                 public WithProductH<CpuBackend<double>>,
                                 public WithBlocks<CpuBackend<double>> {
  public:
-  // rendered: the image before the exposure `color`. moves: its derivatives (MovesOf). The truth in target must outlive
-  // this object.
+  // rendered: the image before the exposure `color`. moves: its derivatives (CameraDerivativeImages). The truth in
+  // target must outlive this object.
   ViewLinearization(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                     HostBuffer<S>&& rendered, HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss);
 

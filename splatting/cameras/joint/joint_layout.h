@@ -13,7 +13,7 @@ namespace vesta::gs {
 
 // x holds the parameters of all splats, then kViewParameters numbers per view. A step holds the splats' step, then the
 // free numbers of each view. The view part, called the rest, is small; the host computes it even when the splats are on
-// a device (ConstRest).
+// a device (ConstHostTail).
 struct JointLayout {
   Index splats = 0;  // parameters of all Gaussians
   Index views = 0;
@@ -53,9 +53,9 @@ struct JointLayout {
 // Read access on the host to the end of an engine vector, from `begin` on. It refers to a host vector directly; it
 // copies a device vector once, at construction, and waits for it.
 template <class B>
-class ConstRest {
+class ConstHostTail {
  public:
-  ConstRest(typename B::ConstVectorView vector, Index begin) {
+  ConstHostTail(typename B::ConstVectorView vector, Index begin) {
     const typename B::ConstVectorView there = vector.subspan(begin, vector.size() - begin);
     if constexpr (std::is_same_v<typename B::Space, Host>) {
       here_ = there;

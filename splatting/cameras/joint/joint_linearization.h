@@ -72,7 +72,7 @@ class JointLinearization final : public Linearization<B>,
   // Building blocks of the reduced system.
   const JointLayout& layout() const { return layout_; }
   const std::vector<JointUnit<B>>& units() const { return units_; }
-  // Steps and gradients are passed as the splat part, in the memory of B, and the rest on the host (ConstRest).
+  // Steps and gradients are passed as the splat part, in the memory of B, and the rest on the host (ConstHostTail).
   using ConstHere = HostSpan<const S>;
   using Here = HostSpan<S>;
   // d_image = J_s splats for view v. The adjoint adds J_s^T u to g and overwrites the image u.
@@ -89,7 +89,7 @@ class JointLinearization final : public Linearization<B>,
 
   Index num_priors() const { return layout_.views * layout_.free.num_tangent(); }
   // Builds all views, sums their gradients and computes the right-hand side.
-  void MakeUnits();
+  void BuildViews();
   // x: the rest of the parameter vector.
   void Build(Index v, ConstHere x, JointUnit<B>& unit, VectorView image_gradient);
   // d_image = J v for view v, without the prior. The adjoint adds J^T u to g and overwrites u.

@@ -29,18 +29,18 @@ JointLinearization<B>::JointLinearization(const JointProblemOptions& options, co
       views_(views),
       scratch_(std::move(scratch)) {
   for (const TargetView<B>& view : views_) num_values_ += view.shape().NumValues();
-  MakeUnits();
+  BuildViews();
 }
 
 template <Backend B>
-void JointLinearization<B>::MakeUnits() {
+void JointLinearization<B>::BuildViews() {
   const Index n = layout_.splats;
   units_.resize(views_.size());
   gradient_.Resize(num_parameters());
   const bool steers = has_own_right_hand_side();
   typename B::Vector of_view;
   if (steers) of_view.Resize(n), rhs_.Resize(n);
-  const ConstRest<B> x(x_, n);
+  const ConstHostTail<B> x(x_, n);
   Rest<B> g_rest(FromZero(), gradient_.view(), n);
   std::vector<S> prior;
   for (Index v = 0; v < layout_.views; ++v) {
@@ -103,13 +103,13 @@ void JointLinearization<B>::ApplySplatsJ(Index v, ConstVectorView splats, Vector
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
   ApplyModelAndPoseJ(unit.view, model_, splats.data(), nullptr, d_image.data(), scratch_->workspace);
   ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), d_image);
-  ClearLeftOut<B>(unit.target->mask, d_image);
+  ClearMasked<B>(unit.target->mask, d_image);
 }
 
 template <Backend B>
 void JointLinearization<B>::AddSplatsJT(Index v, VectorView u, VectorView g) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
-  ClearLeftOut<B>(unit.target->mask, u);
+  ClearMasked<B>(unit.target->mask, u);
   ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), u);
   unit.view.AddJT(model_, unit.rendered.data(), u.data(), g.data(), scratch_->workspace);
 }
@@ -134,13 +134,13 @@ void JointLinearization<B>::ApplyViewJ(Index v, ConstVectorView splats, ConstHer
     change.d_offset.of[c] = own[layout_.free.Offset(c)];
   }
   ForEach<typename B::Space>(plane, kExposureGrain, change);
-  ClearLeftOut<B>(unit.target->mask, d_image);
+  ClearMasked<B>(unit.target->mask, d_image);
 }
 
 template <Backend B>
 void JointLinearization<B>::AddViewJT(Index v, VectorView u, VectorView g, Here g_rest) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
-  ClearLeftOut<B>(unit.target->mask, u);
+  ClearMasked<B>(unit.target->mask, u);
   const Here own = layout_.StepOf(g_rest, v);
   if (layout_.free.color) {
     ImageProducts<B> products(layout_.free.color_tangent());
@@ -182,7 +182,7 @@ void JointLinearization<B>::AddPriorJT(Index v, const S* u, Here g) const {
 template <Backend B>
 void JointLinearization<B>::ApplyJ(ConstVectorView v, VectorView u) {
   const Index n = layout_.free.num_tangent();
-  const ConstRest<B> rest(v, layout_.splats);
+  const ConstHostTail<B> rest(v, layout_.splats);
   Rest<B> priors(FromZero(), u, num_values_);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
@@ -198,7 +198,7 @@ template <Backend B>
 void JointLinearization<B>::ApplyJT(ConstVectorView u, VectorView g) {
   const Index n = layout_.free.num_tangent();
   B().Fill(0, g);
-  const ConstRest<B> priors(u, num_values_);
+  const ConstHostTail<B> priors(u, num_values_);
   Rest<B> rest(FromZero(), g, layout_.splats);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
@@ -224,7 +224,7 @@ void JointLinearization<B>::ApplyW(ConstVectorView u, VectorView Wu) {
 template <Backend B>
 void JointLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
   B().Fill(0, Hv);
-  const ConstRest<B> rest(v, layout_.splats);
+  const ConstHostTail<B> rest(v, layout_.splats);
   Rest<B> to(FromZero(), Hv, layout_.splats);
   HostBuffer<S> prior(layout_.free.num_tangent());
   for (Index i = 0; i < layout_.views; ++i) {
@@ -271,8 +271,9 @@ const SplatGrams<B>& JointLinearization<B>::Grams() {
 template <Backend B>
 const std::vector<double>& JointLinearization<B>::MakeCurvature(JointUnit<B>& unit) {
   if (!unit.curvature.empty()) return unit.curvature;
-  const ViewColumns<B> columns = ColumnsOf<B>(layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
-                                              MovesOf<B>(layout_.free, unit.view, model_, scratch_->workspace).view());
+  const ViewColumns<B> columns =
+      ColumnsOf<B>(layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
+                   CameraDerivativeImages<B>(layout_.free, unit.view, model_, scratch_->workspace).view());
   unit.curvature =
       WeightedGram<B>(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());

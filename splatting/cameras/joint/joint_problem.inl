@@ -48,7 +48,7 @@ double JointProblem<B>::Cost(ConstVectorView x, std::span<const Index> units) {
   const splat::Model<S> model{x.data(), options_.splats, options_.splats.sh_degree};
   typename SplatBackend<B>::SplatView view;
   typename B::Vector image;
-  const ConstRest<B> rest(x, layout_.splats);
+  const ConstHostTail<B> rest(x, layout_.splats);
   double cost = 0;
   for (const Index v : units) {
     const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
@@ -85,7 +85,7 @@ void JointProblem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta,
   const Index n = layout_.splats;
   backend.Copy(x, out);
   backend.Axpby(1.0, delta.subspan(0, n), 1.0, out.subspan(0, n));
-  const ConstRest<B> from(x, n), by(delta, n);
+  const ConstHostTail<B> from(x, n), by(delta, n);
   Rest<B> to(out, n);
   for (Index v = 0; v < layout_.views; ++v) {
     const HostSpan<const S> own = layout_.StepOf(by.view(), v);

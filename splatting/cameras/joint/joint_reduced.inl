@@ -19,7 +19,7 @@ void JointReducedSystem<B>::SetDamping(double lambda, ConstVectorView metric) {
   metric_ = metric.subspan(0, layout_.splats);
   blocks_.clear();
   const int n = layout_.free.num_tangent();
-  const ConstRest<B> of_views(metric, layout_.splats);
+  const ConstHostTail<B> of_views(metric, layout_.splats);
   std::ranges::copy(of_views.view(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     BlockDiagonal<CpuBackend<double>>& C = blocks_.emplace_back(n, std::vector<BlockGroup>{{.size = n, .count = 1}});
@@ -32,7 +32,7 @@ void JointReducedSystem<B>::SetDamping(double lambda, ConstVectorView metric) {
 template <Backend B>
 void JointReducedSystem<B>::ReduceRhs(ConstVectorView rhs, VectorView reduced) {
   B().Copy(rhs.subspan(0, layout_.splats), reduced);
-  const ConstRest<B> of_views(rhs, layout_.splats);
+  const ConstHostTail<B> of_views(rhs, layout_.splats);
   std::ranges::copy(of_views.view(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<B>& unit = linearization_.units()[v];
@@ -63,7 +63,7 @@ void JointReducedSystem<B>::Apply(ConstVectorView x, VectorView y) {
 
 template <Backend B>
 void JointReducedSystem<B>::BackSubstitute(ConstVectorView rhs, VectorView step) {
-  const ConstRest<B> rhs_rest(rhs, layout_.splats);
+  const ConstHostTail<B> rhs_rest(rhs, layout_.splats);
   Rest<B> step_rest(FromZero(), step, layout_.splats);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<B>& unit = linearization_.units()[v];

@@ -74,7 +74,7 @@ AlignedEvaluation Fit(const SplatModel& model, const Scene& scene, AlignOptions 
 
 }  // namespace
 
-void BringToSize(double pixels, CameraStepState* state) {
+void RescaleCurvature(double pixels, CameraStepState* state) {
   if (state->curvature.empty() || state->pixels == pixels) return;
   for (double& value : state->curvature) value *= pixels / state->pixels;
   state->pixels = pixels;

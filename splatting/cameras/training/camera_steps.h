@@ -59,7 +59,7 @@ struct CameraStepState {
 };
 
 // Rescales a curvature measured at another image size to `pixels` pixels.
-void BringToSize(double pixels, CameraStepState* state);
+void RescaleCurvature(double pixels, CameraStepState* state);
 
 // The scale of a camera's scene, its step limit, and the progress of the training.
 struct CameraSurroundings {

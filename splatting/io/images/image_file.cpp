@@ -200,7 +200,7 @@ int ExifOrientation(std::string_view jpeg) {
   return 1;
 }
 
-Image TurnedUpright(const Image& image, int orientation) {
+Image RotatedUpright(const Image& image, int orientation) {
   constexpr int kFirstSwapped = 5;
   if (orientation < kFirstSwapped) return image;
   // Pixel (x, y) of the result is in row x or its opposite, and in column y or its opposite.

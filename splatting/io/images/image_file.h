@@ -42,6 +42,6 @@ int ExifOrientation(std::string_view jpeg);
 
 // Rotates or mirrors an image whose orientation swaps its sides (5 to 8) to upright. Other images are returned
 // unchanged.
-Image TurnedUpright(const Image& image, int orientation);
+Image RotatedUpright(const Image& image, int orientation);
 
 }  // namespace vesta::gs

@@ -94,16 +94,16 @@ void NoteOtherModels(const std::string& folder, Scene* scene) {
 }
 
 // A COLMAP camera model with all parameters of the lens.
-ColmapCameraModel ModelOf(const BentCamera& bent) {
+ColmapCameraModel ModelOf(const LensCamera& bent) {
   if (bent.distortion.is_fisheye) return ColmapCameraModel::kOpenCvFisheye;
   if (!bent.distortion.is_none()) return ColmapCameraModel::kFullOpenCv;
   return bent.camera.lens.fx == bent.camera.lens.fy ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole;
 }
 
 // The id of this camera; adds the camera if it is new.
-std::uint32_t IdOf(const BentCamera& bent, std::vector<ColmapCamera>* cameras) {
+std::uint32_t IdOf(const LensCamera& bent, std::vector<ColmapCamera>* cameras) {
   const auto same = std::ranges::find_if(*cameras, [&](const ColmapCamera& other) {
-    return BentCamera{other.camera, other.distortion} == bent;
+    return LensCamera{other.camera, other.distortion} == bent;
   });
   if (same != cameras->end()) return same->id;
   const auto id = static_cast<std::uint32_t>(cameras->size() + 1);
@@ -237,7 +237,7 @@ ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views) {
   for (const View& view : views) {
     ColmapImage image{.id = static_cast<std::uint32_t>(model.images.size() + 1),
                       .translation = view.translation,
-                      .camera_id = IdOf(view.bent.value_or(BentCamera{view.camera, {}}), &model.cameras),
+                      .camera_id = IdOf(view.bent.value_or(LensCamera{view.camera, {}}), &model.cameras),
                       .name = view.name};
     QuaternionFromRotation(view.rotation.data(), image.rotation.data());
     // From R x + T in the scene's frame to R (x_world - origin) + T.

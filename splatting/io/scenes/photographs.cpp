@@ -62,7 +62,7 @@ Image LoadTurned(const View& view, const std::array<float, 3>& background, doubl
   const int orientation = OrientationFor(view, {image.width, image.height});
   if (orientation == 1) return image;
   *most_bytes = std::max(*most_bytes, 2 * BytesOf(image));
-  return TurnedUpright(image, orientation);
+  return RotatedUpright(image, orientation);
 }
 
 // The cameras of the rotated photograph in its file, after undistortion, and after downscaling.
@@ -94,7 +94,7 @@ double MostWorkBytes(const View& view, const CameraSteps& steps, const Photograp
 }
 
 void CheckSomethingCounts(const View& view, const Image& image) {
-  if (CountedPixels(image) > 0) return;
+  if (UnmaskedPixels(image) > 0) return;
   Fail(kBadFile, "{}: its mask or alpha channel excludes all pixels; remove the image from the model", view.image_path);
 }
 
@@ -149,7 +149,7 @@ ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule) {
   return result;
 }
 
-ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rule) {
+PredictedPhotograph PredictPhotograph(const View& view, const PhotographRule& rule) {
   ImageSize size = ReadImageSize(view.image_path);
   if (OrientationFor(view, size) != 1) std::swap(size.width, size.height);
   const CameraSteps steps = StepsFrom(view, size, rule);
@@ -178,12 +178,12 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* sce
     View& view = scene->views[v];
     const bool is_read = all_bytes <= budget_bytes;
     ViewPhotograph photograph;
-    ForeseenPhotograph foreseen;
+    PredictedPhotograph foreseen;
     if (is_read) {
       photograph = ReadPhotograph(in_files[v], rule);
       foreseen = {photograph.camera, BytesOf(photograph.image), photograph.work_bytes};
     } else {
-      foreseen = ForeseePhotograph(in_files[v], rule);
+      foreseen = PredictPhotograph(in_files[v], rule);
     }
     view.camera = foreseen.camera;
     if (!view.distortion.is_none()) view.bent = {in_files[v].camera, std::exchange(view.distortion, {})};
@@ -266,7 +266,7 @@ double ApplyMask(const std::string& mask_path, Image* photograph) {
       if (is_black) photograph->mask[pixel] = 0;
     }
   }
-  if (CountedPixels(*photograph) == 0) {
+  if (UnmaskedPixels(*photograph) == 0) {
     Fail(kBadFile,
          "{}: excludes all pixels of its image; the pixels to train on must "
          "be "

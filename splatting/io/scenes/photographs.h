@@ -27,14 +27,14 @@ struct ViewPhotograph {
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule);
 
 // Prediction of ReadPhotograph's result from the header of the image file.
-struct ForeseenPhotograph {
+struct PredictedPhotograph {
   Camera camera;                     // as in ViewPhotograph
   double bytes = 0, work_bytes = 0;  // upper bounds: the image including a possible mask, and the temporary memory
 };
 
 // Takes equally long for images of any size. Throws Error for problems visible in the header: not an image, or another
 // aspect ratio than the camera's. Does not detect damaged pixels or bad masks.
-ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rule);
+PredictedPhotograph PredictPhotograph(const View& view, const PhotographRule& rule);
 
 // Bytes of the image from the size of its camera, without opening the file. Throws Error if the distortion is too
 // strong for a pinhole image.
@@ -44,7 +44,7 @@ double ExpectedBytes(const View& view, const PhotographRule& rule);
 // budget_bytes, they stay in their views. Otherwise Scene::photographs decodes them from their files on demand, and
 // keeps the ones that fit; the files must not be removed. Once the budget is full, only headers are read, because
 // decoding thousands of images takes many minutes. Damaged images are then detected when they are used. Throws Error if
-// two photographs do not fit, and the errors of ReadPhotograph and ForeseePhotograph.
+// two photographs do not fit, and the errors of ReadPhotograph and PredictPhotograph.
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
 
 // Finds the masks of the views in the folder masks/ (or mask/) of the scene. The mask of a/b.jpg is a/b.jpg.png, as in

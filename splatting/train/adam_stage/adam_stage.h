@@ -61,7 +61,7 @@ class AdamStage {
   void Finish() {
     views_.UpdateMovedCameras();
     if (recorded_ != state_->iteration) Record();
-    pruning_.NoteWhoStayed(*state_, state_->model.count());
+    pruning_.AddPruningNotes(*state_, state_->model.count());
     views_.FreePasses();
     state_->model.Finish(result_);
     finished_ = true;
@@ -79,7 +79,7 @@ class AdamStage {
     density.max_gaussians = session.plan().max_gaussians;
     return {TrainedModel<B>(model, Adam<B>(options.lr, options.adam.second_moment, options.adam.batch_size),
                             DensityControl<typename B::Space>(density, scene.extent, options.seed),
-                            UnitViews(views, NearPlane(scene)), scene.extent),
+                            LengthUnitViews(views, NearPlane(scene)), scene.extent),
             ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.batch_size))};
   }
   void Begin() {
@@ -115,7 +115,7 @@ class AdamStage {
   }
 
   void Iterate() {
-    const IterationPlan plan = session_.schedule().At(outlook_.NextSpan(Progress()));
+    const IterationPlan plan = session_.schedule().At(planner_.NextSpan(Progress()));
     const int degree = DegreeOf(plan);
     Step(plan, degree);
     // Evaluate before densification: cloning and splitting make the splat worse for a while.
@@ -142,10 +142,10 @@ class AdamStage {
     if (session_.processes().OnAny(session_.interim().Saves())) ChangeGaussians(plan, degree);
     Report();
     Save();
-    pruning_.NoteWhoStayed(*state_, gaussians);
+    pruning_.AddPruningNotes(*state_, gaussians);
   }
   void Report() {
-    session_.Report({Stage::kAdam, state_->iteration, outlook_.ExpectedIterations(Progress()), session_.Seconds(),
+    session_.Report({Stage::kAdam, state_->iteration, planner_.ExpectedIterations(Progress()), session_.Seconds(),
                      state_->mean_cost, session_.history().training_psnr(), state_->model.count(), ""});
   }
   void Save() { session_.interim().SaveWhereDue(Stage::kAdam, state_->iteration, Writer()); }
@@ -167,7 +167,7 @@ class AdamStage {
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     rollback_point_.ForgetWhatHolds(it);
     if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
-    outlook_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
+    planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
   // Averaging is optional: without memory for it, training continues.
   void Average() {
@@ -181,7 +181,7 @@ class AdamStage {
 
   // Records a history row if one is due. Returns true if the stage must stop; the last row then describes its result.
   bool RecordWhereDue(const IterationPlan& plan) {
-    const double ahead = outlook_.EvaluationSeconds();
+    const double ahead = planner_.EvaluationSeconds();
     const bool is_stopped = session_.early_end().ShouldStop(ahead);
     const bool is_end = plan.span.is_last() || is_stopped;
     if (is_end || (plan.is_recorded && session_.time().HasTimeToRecord(ahead))) Record();
@@ -191,7 +191,7 @@ class AdamStage {
     const int degree = DegreeOf(session_.schedule().At(state_->span));
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
-    views_.LendPhotographs();
+    views_.ReleasePhotographs();
     const auto evaluate = [&] {
       return EvaluateOrDownload(
           session_, views_.copies(), [&] { return result; }, views_.workspace(), on_host);
@@ -213,7 +213,7 @@ class AdamStage {
     if (plan.densifies) Densify();
     if (plan.resets_opacity) state_->model.ResetOpacity();
     pruning_.Thin(*state_, plan, degree, [&] {
-      views_.LendPhotographs();
+      views_.ReleasePhotographs();
       views_.FreePasses();
       rollback_point_.Forget();  // saved with more Gaussians
     });
@@ -226,19 +226,20 @@ class AdamStage {
     state_->model.Densify(state_->iteration, [&] {
       if constexpr (!kOnHost) rollback_point_.Keep(*state_);
     });
-    outlook_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
+    planner_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
   }
 
   // Reports the predicted time and memory of the whole stage.
   void PredictWhereDue(const IterationPlan& plan, int degree) {
-    const auto telling = outlook_.WhatToTell(plan.observes);
-    if (telling == StagePlanner::Telling::kNothing) return;
-    const bool is_first_guess = telling == StagePlanner::Telling::kFirstGuess;
+    const auto telling = planner_.NextForecast(plan.observes);
+    if (telling == StagePlanner::ForecastKind::kNothing) return;
+    const bool is_first_guess = telling == StagePlanner::ForecastKind::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {
-      outlook_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
+      planner_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
     }
-    const RemainingWork ahead = outlook_.Ahead(Progress());
-    session_.Predict(outlook_.Foretell(Progress(), ahead, is_first_guess, PredictMib(degree, ahead.most_gaussians)));
+    const RemainingWork ahead = planner_.Ahead(Progress());
+    session_.Predict(
+        planner_.MakeForecast(Progress(), ahead, is_first_guess, PredictMib(degree, ahead.most_gaussians)));
   }
   double PredictMib(int degree, double gaussians) {
     const MemoryScene now = session_.memory().Count(OnHost(state_->model.kernel_model(degree)), 8, false);
@@ -257,8 +258,8 @@ class AdamStage {
   std::optional<AdamStageState<B>> state_;
   StageViews<B> views_{session_};
   RollbackPoint<B> rollback_point_{session_};
-  StagePlanner outlook_{session_};
-  StagePruning<B> pruning_{session_, outlook_.pace()};
+  StagePlanner planner_{session_};
+  StagePruning<B> pruning_{session_, planner_.pace()};
   int recorded_ = 0;
   bool finished_ = false;
 };

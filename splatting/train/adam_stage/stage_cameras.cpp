@@ -73,13 +73,13 @@ bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state
 }
 
 void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) const {
-  std::vector<const View*> judges;
+  std::vector<const View*> scoring_views;
   for (std::size_t i = 0; i < session_.training_views().size(); ++i) {
-    if (HoldsBack(i, *state)) judges.push_back(session_.training_views()[i]);
+    if (HoldsBack(i, *state)) scoring_views.push_back(session_.training_views()[i]);
   }
-  std::vector<View> views = CoarseViews(judges);
+  std::vector<View> views = CoarseViews(scoring_views);
   if (views.empty()) {
-    for (const View* view : judges) views.push_back(*view);
+    for (const View* view : scoring_views) views.push_back(*view);
   }
   const CameraEvidence evidence = EvidenceOf(model, views, session_.options().background, NearPlane(session_.scene()));
   state->chosen = evidence.Choice();

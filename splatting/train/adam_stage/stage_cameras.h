@@ -57,7 +57,7 @@ class StageCameras {
   // Moves the camera of the view. If a device has no memory to measure the curvature, the last one is used; without any
   // curvature the camera does not move.
   template <class B>
-  void Step(const StageSpan& span, const SeenView<B>& seen, StageCamerasState* state) {
+  void Step(const StageSpan& span, const ProcessedView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
     state->views.resize(session_.cameras().found().size());
     CameraStepState& own = state->views[seen.view];
@@ -71,7 +71,7 @@ class StageCameras {
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
-    BringToSize(pixels, &own);  // for an old curvature, or after a rollback
+    RescaleCurvature(pixels, &own);  // for an old curvature, or after a rollback
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Call after the views of an iteration. Steps the lenses that are due, and fixes the gauge after each pass over all

@@ -23,7 +23,7 @@ class StagePruning {
  public:
   // pace: receives the time that scoring takes.
   StagePruning(TrainingSession& session, IterationTimer& pace)
-      : session_(session), options_(session.options().pruning), pace_(pace) {}
+      : session_(session), options_(session.options().pruning), timer_(pace) {}
 
   // Prunes after the iteration of `plan`, when densification is done. degree: the SH degree in use. before() is called
   // before scoring and may free the workspace of the iterations.
@@ -37,7 +37,7 @@ class StagePruning {
     const ScopedPhase phase("pruning");
     before();
     session_.memory().NoteModel(state.model.layout());
-    if (plan.prunes_unseen) KeepOnly(Supported(OnHost(state, degree), Judges()), state);
+    if (plan.prunes_unseen) KeepOnly(WellObserved(OnHost(state, degree), MakeScoringViews()), state);
     // First, because scoring is cheaper with lower SH degrees.
     if (lowers) LowerDegrees(state, degree);
     if (prunes) Prune(state, degree);
@@ -45,7 +45,7 @@ class StagePruning {
   }
 
   // At the end of the stage: adds notes if more Gaussians remain than requested, or if scoring rounds were skipped.
-  void NoteWhoStayed(const AdamStageState<B>& state, Index gaussians) const {
+  void AddPruningNotes(const AdamStageState<B>& state, Index gaussians) const {
     if (state.scoring_skipped > 0) {
       session_.Note(notes::kScoringSkipped, state.scoring_skipped, session_.options().time_limit);
     }
@@ -64,7 +64,8 @@ class StagePruning {
     if (limit <= 0 || options_.prunes_to_count()) return true;
     const double free = part * kScoringFraction * limit - state.judged_seconds;
     const auto judged = static_cast<double>(state.model.count());
-    const bool fits = pace_.is_known() && passes * pace_.ScoringSeconds(judged, session_.IterationsPerEpoch()) <= free;
+    const bool fits =
+        timer_.is_known() && passes * timer_.ScoringSeconds(judged, session_.IterationsPerEpoch()) <= free;
     const bool has_time = session_.processes().OfFirst(fits ? 1 : 0) > 0;
     if (!has_time) ++state.scoring_skipped;
     return has_time;
@@ -81,26 +82,26 @@ class StagePruning {
     const splat::Model<float> model = OnHost(state, degree);
     const std::vector<Index> kept =
         options_.prunes_to_count()
-            ? Keepers(model, Judges(), options_.prune_unseen, left)
-            : KeepByAic(model, Judges(), AicWeightAt(options_, state.span), session_.options().seed, round);
+            ? SelectToKeep(model, MakeScoringViews(), options_.prune_unseen, left)
+            : KeepByAic(model, MakeScoringViews(), AicWeightAt(options_, state.span), session_.options().seed, round);
     KeepOnly(kept, state);
-    pace_.ObserveScoring(judged, session_.Seconds() - begin);
+    timer_.ObserveScoring(judged, session_.Seconds() - begin);
     state.judged_seconds += session_.Seconds() - begin;
   }
   void LowerDegrees(AdamStageState<B>& state, int degree) {
     const double begin = session_.Seconds();
     const splat::Model<float> model = OnHost(state, degree);
-    const ShRemovalCost worth(model, Judges());
-    const std::vector<std::uint8_t> degrees = DegreesByAic(model, worth, options_.sh_aic_weight);
+    const ShRemovalCost removal(model, MakeScoringViews());
+    const std::vector<std::uint8_t> degrees = DegreesByAic(model, removal, options_.sh_aic_weight);
     for (int a = splat::kSh; a < splat::NumAttributes(model.sh_degree - 1); ++a) {
-      state.model.SetAttribute(a, StandIns(model, worth, degrees, a));
+      state.model.SetAttribute(a, SubstituteCoefficients(model, removal, degrees, a));
     }
     state.model.SetDegrees(degrees);
     state.judged_seconds += session_.Seconds() - begin;
   }
   // One SH attribute for all Gaussians that have it. Gaussians whose degree is lowered get a substitute coefficient.
-  static std::vector<float> StandIns(const splat::Model<float>& model, const ShRemovalCost& worth,
-                                     const std::vector<std::uint8_t>& degrees, int attribute) {
+  static std::vector<float> SubstituteCoefficients(const splat::Model<float>& model, const ShRemovalCost& removal,
+                                                   const std::vector<std::uint8_t>& degrees, int attribute) {
     const float* own = model.x + model.Offset(attribute);
     std::vector<float> values(own, own + model.Rows(attribute));
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -108,7 +109,7 @@ class StagePruning {
       const bool is_kept = attribute < splat::NumAttributes(degree);
       const auto gaussian = static_cast<Index>(i);
       if (is_kept && degree < model.DegreeOf(gaussian)) {
-        values[i] = worth.Coefficient(gaussian, degree, attribute - splat::kSh);
+        values[i] = removal.Coefficient(gaussian, degree, attribute - splat::kSh);
       }
     }
     return values;
@@ -122,13 +123,13 @@ class StagePruning {
     }
     return model;
   }
-  ScoringViews Judges() const {
+  ScoringViews MakeScoringViews() const {
     return TrainingViewsOf(session_.scene(), session_.options().background, session_.processes());
   }
 
   TrainingSession& session_;
   const PruningOptions& options_;
-  IterationTimer& pace_;
+  IterationTimer& timer_;
   SplatModel copy_;  // host copy of a device model
 };
 

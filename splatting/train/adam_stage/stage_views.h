@@ -99,7 +99,7 @@ class StageViews {
   }
 
   // Call before other code reads the scene's photographs: applies the found exposures and frees the current photograph.
-  void LendPhotographs() {
+  void ReleasePhotographs() {
     cameras_.DevelopAll(&full_, &coarse_);
     full_.Release(), coarse_.Release();
   }
@@ -195,23 +195,23 @@ class StageViews {
     const auto values = static_cast<double>(shape.NumValues());
     AddGradient(x, target, gradient);
     if (cameras_.moves(span, state->cameras)) MoveCamera(span, view, x, state);
-    const double share = PullShare(shape.width, full_.camera(view).width);
-    const density::Grad2dView pulls =
+    const double share = HalfSizeGradScale(shape.width, full_.camera(view).width);
+    const density::Grad2dView grad2d_view =
         density::Grad2dOf(passes().view, passes().workspace.splat_sums.data(), share * values);
     // Read the loss last, so that a device already runs all work of the view.
-    passes().views.Add(k, pulls, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
+    passes().views.Add(k, grad2d_view, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
   }
 
   // Moves the camera of the view that was just processed.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, AdamStageState<B>* state) {
     const ScopedPhase phase("cameras");
-    const SeenView<B> seen{view,
-                           x,
-                           targets()[view],
-                           passes().view,
-                           passes().workspace.splat_sums.data(),
-                           passes().image,
-                           passes().image_gradient};
+    const ProcessedView<B> seen{view,
+                                x,
+                                targets()[view],
+                                passes().view,
+                                passes().workspace.splat_sums.data(),
+                                passes().image,
+                                passes().image_gradient};
     cameras_.Step(span, seen, &state->cameras);
     moved_.push_back(view);
   }

@@ -27,7 +27,7 @@ class TrainedModel {
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  // unit_views: see UnitViews. unit: the length unit of Gaussians outside all unit views.
+  // unit_views: see LengthUnitViews. unit: the length unit of Gaussians outside all unit views.
   TrainedModel(const SplatModel& model, Adam<B> adam, DensityControl<Space> density,
                const std::vector<splat::PosedCamera>& unit_views, double unit)
       : layout_(model), adam_(std::move(adam)), density_(std::move(density)), unit_(unit) {

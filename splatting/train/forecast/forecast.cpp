@@ -48,7 +48,7 @@ RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& gr
 }
 
 void StagePlanner::ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds) {
-  pace_.Observe(is_coarse, gaussians, seconds);
+  timer_.Observe(is_coarse, gaussians, seconds);
   // Skip the first iteration: it takes longer than all others.
   if (!std::exchange(is_warm_, true)) return;
   worked_seconds_ += seconds, worked_pixels_ += pixels;
@@ -56,7 +56,7 @@ void StagePlanner::ObserveIteration(bool is_coarse, Index gaussians, double pixe
 
 void StagePlanner::ObserveGrowth(Index before, Index after, double seconds) {
   growth_.Observe(before, after);
-  pace_.ObserveChange(after, seconds);
+  timer_.ObserveChange(after, seconds);
 }
 
 StageSpan StagePlanner::NextSpan(const StageProgress& now) const {
@@ -81,29 +81,30 @@ int StagePlanner::ExpectedIterations(const StageProgress& now) const {
 
 double StagePlanner::IterationsInTime(const StageProgress& now) const {
   constexpr double kAny = 1e300;
-  if (!session_.time().is_limited() || !pace_.is_known()) return kAny;
+  if (!session_.time().is_limited() || !timer_.is_known()) return kAny;
   const double seconds = session_.time().SecondsForAdam() - EvaluationSeconds();
   return Ahead(now).IterationsIn(seconds);
 }
 
-StagePlanner::Telling StagePlanner::WhatToTell(bool grows) {
+StagePlanner::ForecastKind StagePlanner::NextForecast(bool grows) {
   const bool is_first_guess = grows && !growth_.is_known();
   const bool is_late = session_.Seconds() - begin_seconds_ >= 1;
-  if (!pace_.is_known() || has_foretold_ || (is_first_guess && (!is_late || has_guessed_))) return Telling::kNothing;
+  if (!timer_.is_known() || has_foretold_ || (is_first_guess && (!is_late || has_guessed_)))
+    return ForecastKind::kNothing;
   (is_first_guess ? has_guessed_ : has_foretold_) = true;
-  return is_first_guess ? Telling::kFirstGuess : Telling::kForecast;
+  return is_first_guess ? ForecastKind::kFirstGuess : ForecastKind::kForecast;
 }
 
 RemainingWork StagePlanner::Ahead(const StageProgress& now) const {
-  return ForecastStage(pace_, growth_, session_.schedule(), now, session_.IterationsPerEpoch());
+  return ForecastStage(timer_, growth_, session_.schedule(), now, session_.IterationsPerEpoch());
 }
 
-Prediction StagePlanner::Foretell(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess,
-                                  double mib) const {
+Prediction StagePlanner::MakeForecast(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess,
+                                      double mib) const {
   const TrainOptions& options = session_.options();
   const double rows = std::ceil((1 - now.span.after) * options.adam.evaluations);
   const double row =
-      EvaluationSeconds() * ahead.full_seconds / pace_.Seconds(false, static_cast<double>(now.gaussians));
+      EvaluationSeconds() * ahead.full_seconds / timer_.Seconds(false, static_cast<double>(now.gaussians));
   const double left =
       (session_.schedule().iterations() - now.iteration) * ahead.seconds + ahead.change_seconds + rows * row;
   const double total = session_.clock().Total();

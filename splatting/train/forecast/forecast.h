@@ -156,7 +156,7 @@ class StagePlanner {
   explicit StagePlanner(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}
 
   // The iteration timer; other code that changes the model adds its times here.
-  IterationTimer& pace() { return pace_; }
+  IterationTimer& pace() { return timer_; }
   // Records one iteration on `pixels` pixels.
   void ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds);
   // Records one densification.
@@ -171,12 +171,12 @@ class StagePlanner {
 
   // The forecast to report now. A first guess is reported about a second after the start, the forecast once the growth
   // of the Gaussians is known; each only once. grows: true if density control collects statistics in this iteration.
-  enum class Telling { kNothing, kFirstGuess, kForecast };
-  Telling WhatToTell(bool grows);
+  enum class ForecastKind { kNothing, kFirstGuess, kForecast };
+  ForecastKind NextForecast(bool grows);
   // Requires a forecast other than kNothing.
   RemainingWork Ahead(const StageProgress& now) const;
   // mib: maximal memory in MiB.
-  Prediction Foretell(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess, double mib) const;
+  Prediction MakeForecast(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess, double mib) const;
 
  private:
   // The remaining iterations that fit into the time limit.
@@ -186,7 +186,7 @@ class StagePlanner {
 
   TrainingSession& session_;
   double begin_seconds_;
-  IterationTimer pace_;
+  IterationTimer timer_;
   GrowthForecast growth_;
   bool has_guessed_ = false, has_foretold_ = false;
   bool is_warm_ = false;

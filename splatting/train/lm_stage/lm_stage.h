@@ -113,7 +113,7 @@ class JointLm {
   TrainingCameras& cameras() { return session_.cameras(); }
   const JointLayout& layout() const { return problem_->layout(); }
   std::vector<ViewUnknowns> FoundBy(const LmStepper<B>& stepper) const {
-    const ConstRest<B> rest(stepper.x(), layout().splats);
+    const ConstHostTail<B> rest(stepper.x(), layout().splats);
     std::vector<ViewUnknowns> views;
     for (Index v = 0; v < layout().views; ++v) views.push_back(layout().UnknownsOf(rest.view(), v));
     return views;

@@ -56,7 +56,7 @@ std::uint64_t FingerprintOf(const Scene& scene) {
     auto translation = view.translation;
     writer(name, camera.width, camera.height, camera.lens, camera.eps2d, role, rotation, translation);
     if (!view.bent) continue;
-    BentCamera bent = *view.bent;
+    LensCamera bent = *view.bent;
     Distortion& of_lens = bent.distortion;
     writer(bent.camera.width, bent.camera.height, bent.camera.lens, of_lens.is_fisheye, of_lens.radial,
            of_lens.tangential);

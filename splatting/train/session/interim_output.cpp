@@ -70,7 +70,7 @@ void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost&
   if (!watch.waits) return;
   // Work during a pause does not count as training time.
   const double seconds = clock_.Seconds();
-  const TrainingClock::Absence absence(clock_);
+  const TrainingClock::ExcludedTime absence(clock_);
   while (watch.waits()) {
     if (Saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
     show_where_wanted();

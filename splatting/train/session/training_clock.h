@@ -56,12 +56,12 @@ class TrainingClock {
     double begin_;
   };
   // Time that counts neither as training nor as a pause.
-  class Absence {
+  class ExcludedTime {
    public:
-    explicit Absence(TrainingClock& clock) : clock_(clock), begin_(Now()) {}
-    ~Absence() { clock_.start_ += Now() - begin_; }
-    Absence(const Absence&) = delete;
-    Absence& operator=(const Absence&) = delete;
+    explicit ExcludedTime(TrainingClock& clock) : clock_(clock), begin_(Now()) {}
+    ~ExcludedTime() { clock_.start_ += Now() - begin_; }
+    ExcludedTime(const ExcludedTime&) = delete;
+    ExcludedTime& operator=(const ExcludedTime&) = delete;
 
    private:
     TrainingClock& clock_;

@@ -19,6 +19,6 @@ std::vector<View> CoarseViews(const std::vector<const View*>& views);
 // Divisor of a view's screen-space gradients (density_steps.h) for an image `width` pixels wide instead of
 // `full_width`. Half-size images lack fine detail, so their gradients are smaller. With this factor half-size views
 // create as many Gaussians as full-size views, or up to a third more (docs/decisions/half-resolution-start.md).
-inline double PullShare(int width, int full_width) { return width < full_width ? 0.6 : 1.0; }
+inline double HalfSizeGradScale(int width, int full_width) { return width < full_width ? 0.6 : 1.0; }
 
 }  // namespace vesta::gs

@@ -41,8 +41,8 @@ schema::Table<TrainOptions> OwnFields() {
 }
 
 template <class Room, class Holder>
-void AddRoom(const char* name, Room Holder::*room, const schema::Table<Room>& fields,
-             schema::Table<TrainOptions>* all) {
+void AddGroup(const char* name, Room Holder::*room, const schema::Table<Room>& fields,
+              schema::Table<TrainOptions>* all) {
   for (const schema::Field<Room>& field : fields) all->emplace_back(name, room, field);
 }
 
@@ -51,14 +51,14 @@ void AddRoom(const char* name, Room Holder::*room, const schema::Table<Room>& fi
 const schema::Table<TrainOptions>& TrainFields() {
   static const schema::Table<TrainOptions> fields = [] {
     schema::Table<TrainOptions> all;
-    AddRoom("adam", &TrainOptions::adam, AdamFields(), &all);
-    AddRoom("cameras", &TrainOptions::cameras, CameraFields(), &all);
-    AddRoom("density", &TrainOptions::density, DensityFields(), &all);
-    AddRoom("lm", &TrainOptions::lm, LmStageFields(), &all);
-    AddRoom("pruning", &TrainOptions::pruning, PruningFields(), &all);
+    AddGroup("adam", &TrainOptions::adam, AdamFields(), &all);
+    AddGroup("cameras", &TrainOptions::cameras, CameraFields(), &all);
+    AddGroup("density", &TrainOptions::density, DensityFields(), &all);
+    AddGroup("lm", &TrainOptions::lm, LmStageFields(), &all);
+    AddGroup("pruning", &TrainOptions::pruning, PruningFields(), &all);
     for (const schema::Field<TrainOptions>& field : OwnFields()) all.push_back(field);
-    AddRoom("memory", &TrainOptions::memory, MemoryFields(), &all);
-    AddRoom("lr", &TrainOptions::lr, LearningRateFields(), &all);
+    AddGroup("memory", &TrainOptions::memory, MemoryFields(), &all);
+    AddGroup("lr", &TrainOptions::lr, LearningRateFields(), &all);
     return all;
   }();
   return fields;
@@ -101,11 +101,11 @@ void ValidateOptions(const TrainOptions& options) {
   for (const schema::Field<TrainOptions>& field : TrainFields()) {
     if (!field.IsValid(options)) Fail(kBadArgument, "{}={}: {}", field.name, field.Text(options), field.Requirement());
   }
-  CheckTogether(options.lm);
-  CheckTogether(options.pruning);
+  ValidateCombination(options.lm);
+  ValidateCombination(options.pruning);
   const DensityOptions& density = options.density;
   const PruningOptions& pruning = options.pruning;
-  if (density.enabled && (pruning.prune_unseen || pruning.judges()) && density.end > pruning.begin) {
+  if (density.enabled && (pruning.prune_unseen || pruning.needs_scoring()) && density.end > pruning.begin) {
     Fail(
         kBadArgument,
         "density.end={} is after pruning.begin={}: Gaussians would be removed while others are still added; change one "

@@ -56,7 +56,7 @@ TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMe
 TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
 
 // Stores the background and eps2d in the model.
-inline void TellRenderSettings(const TrainOptions& options, SplatModel* model) {
+inline void SetRenderSettings(const TrainOptions& options, SplatModel* model) {
   for (std::size_t c = 0; c < 3; ++c) model->background[c] = static_cast<float>(options.background[c]);
   model->has_background = true;
   model->eps2d = options.eps2d;

@@ -63,7 +63,7 @@ IterationPlan TrainingSchedule::At(const StageSpan& span) const {
           .prunes_unseen = ChecksCoverage(options_.pruning, span),
           .lowers_sh_degrees = LowersDegrees(options_.pruning, span),
           .prunes = Prunes(options_.pruning, span),
-          .pruning_done = PartDone(options_.pruning, span)};
+          .pruning_done = FractionDone(options_.pruning, span)};
 }
 
 bool TrainingSchedule::Averages(const StageSpan& span, int iteration) const {

@@ -44,7 +44,7 @@ class GaussianValuesTest : public testing::Test {
       std::this_thread::yield();
     }
   }
-  gs::ScoringViews Judges() const { return gs::TrainingViewsOf(scene_, {0, 0, 0}); }
+  gs::ScoringViews MakeScoringViews() const { return gs::TrainingViewsOf(scene_, {0, 0, 0}); }
   // Replaces the photographs by stored ones that `decode` reads.
   void Store(const std::function<gs::Image(const gs::Image&)>& decode) {
     for (gs::View& view : scene_.views) {
@@ -66,8 +66,8 @@ TEST_F(GaussianValuesTest, AreThoseOfTheTrainingViews) {
   EXPECT_EQ(values_->Ask(GaussianValue::kRemovalCost, shown_.Look()), nullptr);
   const std::vector<float> worth = Wait(GaussianValue::kRemovalCost), support = Wait(GaussianValue::kCoverage);
   const splat::Model<float> model = gs::ToKernelModel(model_);
-  EXPECT_EQ(worth, RemovalCostColors(gs::MeasureRemovalCost(model, Judges()).rise));
-  EXPECT_EQ(support, CoverageColors(gs::MeasureCoverage(model, Judges())));
+  EXPECT_EQ(worth, RemovalCostColors(gs::MeasureRemovalCost(model, MakeScoringViews()).rise));
+  EXPECT_EQ(support, CoverageColors(gs::MeasureCoverage(model, MakeScoringViews())));
   EXPECT_EQ(worth.back(), 0);
   EXPECT_EQ(support.back(), 0);
   EXPECT_GT(worth[0], 0);

@@ -129,10 +129,10 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
 // Values are drawn as colours of the Gaussians. While they are measured, the page gets status 202.
 TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
   const splat::Model<float> kernel_model = gs::ToKernelModel(model_);
-  const gs::ScoringViews judges = gs::TrainingViewsOf(scene_, {0, 0, 0});
+  const gs::ScoringViews scoring_views = gs::TrainingViewsOf(scene_, {0, 0, 0});
   const std::pair<const char*, std::vector<float>> kinds[] = {
-      {"removal_cost", RemovalCostColors(gs::MeasureRemovalCost(kernel_model, judges).rise)},
-      {"coverage", CoverageColors(gs::MeasureCoverage(kernel_model, judges))}};
+      {"removal_cost", RemovalCostColors(gs::MeasureRemovalCost(kernel_model, scoring_views).rise)},
+      {"coverage", CoverageColors(gs::MeasureCoverage(kernel_model, scoring_views))}};
   for (const auto& [kind, places] : kinds) {
     const std::string query = fmt::format("/frame?width=40&height=30&photo=1&kind={}", kind);
     test::Reply reply = Get(query);

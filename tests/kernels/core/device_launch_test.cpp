@@ -52,7 +52,7 @@ TEST(DeviceLaunch, WithoutMemoryIsOutOfMemory) {
 }
 
 TEST(DeviceCode, SaysForWhatToBuild) {
-  EXPECT_EQ(device::NoCodeWords("NVIDIA A", 120, "no kernel image"),
+  EXPECT_EQ(device::NoCodeMessage("NVIDIA A", 120, "no kernel image"),
             "NVIDIA A has compute capability 12.0, for which this program has no code; build it with "
             "CMAKE_CUDA_ARCHITECTURES=120 (CUDA: no kernel image)");
 }

@@ -49,7 +49,7 @@ struct DeviceLists {
     std::iota(indices.begin(), indices.end(), 0U);
     SortPairs(keys, indices);
     Index seen = 0;
-    ForEachBackwards(count, splat::CountSeen{keys.data(), count, &seen});
+    ForEachBackwards(count, splat::CountVisible{keys.data(), count, &seen});
     splats.resize(static_cast<std::size_t>(seen));
     rank_of.resize(keys.size());
     ForEachBackwards(count, splat::GatherSorted<S>{keys.data(), indices.data(), count, unsorted.data(), splats.data(),
@@ -64,8 +64,8 @@ struct DeviceLists {
     const splat::PairArrays arrays{tiles.data(), rank_of_entry.data(), entries.data()};
     ForEachBackwards(seen, splat::EmitPairs<S>{grid, splats.data(), splat_begin.data(), arrays});
     wide.resize(static_cast<std::size_t>(splat::NumWideSlots(static_cast<Index>(pairs))), 0);
-    ForEachBackwards(seen, splat::NoteWide{splat_begin.data(), wide.data()});
-    Emulate(splat::EmitWideBlock<S>{Wide(), grid, splats.data(), splat_begin.data(), arrays}, NumWideBlocks(),
+    ForEachBackwards(seen, splat::MarkWideSplats{splat_begin.data(), wide.data()});
+    Emulate(splat::EmitWidePairs<S>{Wide(), grid, splats.data(), splat_begin.data(), arrays}, NumWideBlocks(),
             ThreadOrder::kShuffled);
     SortPairs(tiles, entries);
     ranks.resize(pairs);

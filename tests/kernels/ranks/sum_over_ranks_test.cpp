@@ -131,7 +131,7 @@ TEST(SumOverRanks, RefusesMoreRanksThanTerms) {
   EXPECT_THAT(sum, ThrowsError(kBadArgument, "3", "2"));
 }
 
-TEST(Communicator, AreToldWhyOneGaveUp) {
+TEST(Communicator, ReportsTheFailureOfAnotherRank) {
   std::mutex mutex;
   std::vector<std::string> words;
   const auto run = [&] {
@@ -150,7 +150,7 @@ TEST(Communicator, AreToldWhyOneGaveUp) {
   EXPECT_THAT(words, testing::UnorderedElementsAre("no room", "process 1 of 3: no room", "process 1 of 3: no room"));
 }
 
-TEST(Communicator, GatherValuesOfAnyNumber) {
+TEST(Communicator, GathersAnyNumberOfValues) {
   test::OnThreadRanks(4, [](Communicator& ranks) {
     const std::vector<int> mine(static_cast<std::size_t>(ranks.rank()), ranks.rank());
     EXPECT_THAT(GatherValues(ranks, mine), testing::ElementsAre(1, 2, 2, 3, 3, 3));

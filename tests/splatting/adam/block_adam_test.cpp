@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Isas, BlockAdam, testing::ValuesIn(vesta::test::CpuIsas
 
 // Adam on one Gaussian with all geometric learning rates 1. Gradients are R A z for random z, and their covariance is
 // far from diagonal. Returns the total of the last steps, rotated back by R.
-Vector WayUnder(SecondMoment metric, const Matrix& r) {
+Vector TotalStep(SecondMoment metric, const Matrix& r) {
   LearningRates rates;
   rates.position = rates.log_scale = rates.quaternion = rates.opacity = 1;
   SplatModel model;
@@ -230,10 +230,10 @@ Vector WayUnder(SecondMoment metric, const Matrix& r) {
 TEST(BlockAdamSteps, TurnWithTheGradients) {
   vesta::test::Random random(6);
   const Matrix turn = RandomRotation(random);
-  const Vector way = WayUnder(SecondMoment::kBlock, Identity());
-  EXPECT_LT((WayUnder(SecondMoment::kBlock, turn) - way).norm(), 0.02 * way.norm());
-  const Vector diagonal = WayUnder(SecondMoment::kDiagonal, Identity());
-  EXPECT_GT((WayUnder(SecondMoment::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
+  const Vector way = TotalStep(SecondMoment::kBlock, Identity());
+  EXPECT_LT((TotalStep(SecondMoment::kBlock, turn) - way).norm(), 0.02 * way.norm());
+  const Vector diagonal = TotalStep(SecondMoment::kDiagonal, Identity());
+  EXPECT_GT((TotalStep(SecondMoment::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
 }
 
 // The host tests each chunk (IsTurned), a device each view (FirstTurned); both agree.

@@ -25,16 +25,16 @@ struct DensityScene {
 
   explicit DensityScene(Index count, std::uint64_t seed = 1) : model(RandomModel(count, 1, seed)) {}
 
-  // Shows `control` a view of the model. The gradient of Gaussian i is pull[i] along the image rows, in normalised
+  // Shows `control` a view of the model. The gradient of Gaussian i is grad2d[i] along the image rows, in normalised
   // device coordinates.
-  void Observe(DensityControl<Host>& control, const std::vector<float>& pull) {
+  void Observe(DensityControl<Host>& control, const std::vector<float>& grad2d) {
     view.Build(ToKernelModel(model), ToPosedCamera(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
     cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});
     for (Index i = 0; i < model.count; ++i) {
       const std::int32_t rank = view.rank_of()[i];
       ASSERT_GE(rank, 0) << "Gaussian " << i << " is not visible";
       const splat::Splat<float>& splat = view.splats()[rank];
-      const float by_u = static_cast<float>(kLossScale / 32) * pull[static_cast<std::size_t>(i)];
+      const float by_u = static_cast<float>(kLossScale / 32) * grad2d[static_cast<std::size_t>(i)];
       float* w = cotangents[static_cast<std::size_t>(rank)].w;
       w[splat::kXi] = -by_u / (static_cast<float>(splat::kTwoLn2) * splat.r);
       w[splat::kZeta] = splat.beta * by_u / (static_cast<float>(splat::kTwoLn2) * splat.s);

@@ -23,7 +23,9 @@ using test::OpacityOf;
 constexpr std::uint64_t kSeed = 5;
 constexpr float kStrong = 1e-3f, kWeak = 1e-5f;
 
-std::vector<float> Pulls(Index count, float pull) { return std::vector<float>(static_cast<std::size_t>(count), pull); }
+std::vector<float> Pulls(Index count, float grad2d) {
+  return std::vector<float>(static_cast<std::size_t>(count), grad2d);
+}
 
 // Between the weak and the strong gradient.
 constexpr double kGradientThreshold = 2e-4;
@@ -43,11 +45,11 @@ DensityOptions OptionsThatSplit() {
 }
 
 // Densifies once after a view in which the Gaussians have these gradients.
-void DensifyOnce(DensityScene& scene, const DensityOptions& options, const std::vector<float>& pull,
+void DensifyOnce(DensityScene& scene, const DensityOptions& options, const std::vector<float>& grad2d,
                  double extent = 1) {
   DensityControl<Host> control(options, extent, kSeed);
   control.Forget(scene.model.count);
-  scene.Observe(control, pull);
+  scene.Observe(control, grad2d);
   test::ModelAdam adam{LearningRates()};
   test::Densify(control, scene.model, adam, 1);
 }
@@ -103,10 +105,10 @@ TEST(Density, Grad2dIsTheGradientByTheScreenMean) {
   const std::vector<float> u = random.NormalVector<float>(image.rgb.size());
   std::vector<float> gradient(model.data.size());
   scene.view.AddJT(ToKernelModel(model), image.rgb.data(), u.data(), gradient.data(), scene.workspace);
-  const double pull = std::hypot(gradient[0] * 4 / 70 * 32, gradient[1] * 4 / 80 * 24) / 5;
+  const double grad2d = std::hypot(gradient[0] * 4 / 70 * 32, gradient[1] * 4 / 80 * 24) / 5;
   for (const double factor : {0.999, 1.001}) {
     DensityOptions options = OptionsThatClone();
-    options.grow_grad2d = factor * pull;
+    options.grow_grad2d = factor * grad2d;
     DensityControl<Host> control(options, 1, kSeed);
     control.Forget(1);
     control.Observe(density::Grad2dOf(scene.view, scene.workspace.splat_sums.data(), 5));
@@ -202,10 +204,10 @@ TEST(Density, CapIsHardAndGoesToTheStrongest) {
   options.max_gaussians = kCount + kRoom;
   DensityControl<Host> control(options, 1, kSeed);
   control.Forget(kCount);
-  std::vector<float> pull;
-  for (Index i = 0; i < kCount; ++i) pull.push_back(kStrong * static_cast<float>(1 + (7 * i) % kCount));
+  std::vector<float> grad2d;
+  for (Index i = 0; i < kCount; ++i) grad2d.push_back(kStrong * static_cast<float>(1 + (7 * i) % kCount));
   const SplatModel before = scene.model;
-  scene.Observe(control, pull);
+  scene.Observe(control, grad2d);
   test::ModelAdam adam{LearningRates()};
   test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, kCount + kRoom);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "splatting/distributed/sum_of_views.h"
-#include "tests/splatting/train/terms_of_views.h"
+#include "tests/splatting/train/synthetic_views.h"
 #include "tests/support/thread_ranks.h"
 #include "tests/support/throws_error.h"
 
@@ -16,14 +16,14 @@ namespace {
 
 // The state of a process after some iterations over all views.
 struct After {
-  std::vector<float> x, pull;
+  std::vector<float> x, grad2d;
   std::vector<int> seen;
   double objective = 0;
   friend bool operator==(const After&, const After&) = default;
 };
 
 // x is updated by the gradients themselves. ranks: null for one process that sums all views.
-After Iterate(const test::MadeUpViews& all, Communicator* ranks) {
+After Iterate(const test::SyntheticViews& all, Communicator* ranks) {
   const auto count = static_cast<Index>(all.views.size());
   const ProcessGroup processes(ranks);
   const Share own = processes.OwnShare(count);
@@ -38,22 +38,22 @@ After Iterate(const test::MadeUpViews& all, Communicator* ranks) {
     sum.Begin(all.layout, count, &density);
     std::vector<float> gradient(after.x.size());
     for (Index k = own.begin; k < own.end; ++k) {
-      const test::MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
+      const test::SyntheticViews::View& view = all.views[static_cast<std::size_t>(k)];
       gradient = view.gradient;
-      sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
+      sum.Add(k, view.grad2d_view(), gradient.data(), [&] { return view.cost; });
     }
     if (ranks) exchange.AllGather(*ranks, &sum);
     after.objective = sum.Finish(gradient.data()).objective;
     for (std::size_t i = 0; i < gradient.size(); ++i) after.x[i] -= gradient[i];
   }
-  after.pull = {density.pull().begin(), density.pull().end()};
+  after.grad2d = {density.grad2d().begin(), density.grad2d().end()};
   after.seen = {density.seen().begin(), density.seen().end()};
   return after;
 }
 
 TEST(TermExchange, LeavesAllWithTheSumOfOneProcess) {
   for (const int views : {2, 3, 5}) {
-    const test::MadeUpViews all(views, splat::NumAttributes(2), 1100);
+    const test::SyntheticViews all(views, splat::NumAttributes(2), 1100);
     const After expected = Iterate(all, nullptr);
     // Including fewer views than processes.
     for (const int count : {1, 2, 3, 6}) {
@@ -68,7 +68,7 @@ TEST(TermExchange, ProcessesThatTrainOtherModelsAreRefused) {
   EXPECT_THAT(
       [] {
         vesta::test::OnThreadRanks(2, [](Communicator& ranks) {
-          Iterate(test::MadeUpViews(2, splat::NumAttributes(1), 75 + ranks.rank()), &ranks);
+          Iterate(test::SyntheticViews(2, splat::NumAttributes(1), 75 + ranks.rank()), &ranks);
         });
       },
       ThrowsError(kBadArgument, "75", "76"));

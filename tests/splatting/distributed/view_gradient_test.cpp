@@ -9,17 +9,17 @@
 #include <vector>
 
 #include "splatting/distributed/sum_of_views.h"
-#include "tests/splatting/train/terms_of_views.h"
+#include "tests/splatting/train/synthetic_views.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::gs {
 namespace {
 
-using test::MadeUpViews;
+using test::SyntheticViews;
 
 // The sums over the views of an iteration.
 struct Learned {
-  std::vector<float> gradient, pull;
+  std::vector<float> gradient, grad2d;
   std::vector<int> seen;
   double objective = 0, values = 0;
   friend bool operator==(const Learned&, const Learned&) = default;
@@ -30,28 +30,28 @@ class ViewGradients : public testing::Test {
   using Sum = SumOfViews<Host>;
 
   // All views reuse one gradient array, which is zeroed after each.
-  static void Add(const MadeUpViews& all, int k, Sum& sum) {
-    const MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
+  static void Add(const SyntheticViews& all, int k, Sum& sum) {
+    const SyntheticViews::View& view = all.views[static_cast<std::size_t>(k)];
     std::vector<float> gradient = view.gradient;
-    sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
+    sum.Add(k, view.grad2d_view(), gradient.data(), [&] { return view.cost; });
     EXPECT_EQ(gradient, std::vector<float>(gradient.size())) << "zeroed for the next view";
   }
-  static Learned Finish(const MadeUpViews& all, Sum& sum, DensityControl<Host>& density) {
+  static Learned Finish(const SyntheticViews& all, Sum& sum, DensityControl<Host>& density) {
     Learned learned;
     learned.gradient.resize(all.views[0].gradient.size());
     const ViewCost cost = sum.Finish(learned.gradient.data());
-    learned.pull = {density.pull().begin(), density.pull().end()};
+    learned.grad2d = {density.grad2d().begin(), density.grad2d().end()};
     learned.seen = {density.seen().begin(), density.seen().end()};
     learned.objective = cost.objective, learned.values = cost.values;
     density.Forget(all.gaussians());
     return learned;
   }
-  static DensityControl<Host> ControlOf(const MadeUpViews& all) {
+  static DensityControl<Host> ControlOf(const SyntheticViews& all) {
     DensityControl<Host> density({}, 1, 0);
     density.Forget(all.gaussians());
     return density;
   }
-  static Learned InOrder(const MadeUpViews& all, const std::vector<int>& order) {
+  static Learned InOrder(const SyntheticViews& all, const std::vector<int>& order) {
     Sum sum;
     DensityControl<Host> density = ControlOf(all);
     sum.Begin(all.layout, static_cast<Index>(all.views.size()), &density);
@@ -61,14 +61,14 @@ class ViewGradients : public testing::Test {
 };
 
 // Reference: the summation tree in plain loops over dense arrays.
-Learned Plain(const MadeUpViews& all, std::size_t begin, std::size_t end) {
+Learned Plain(const SyntheticViews& all, std::size_t begin, std::size_t end) {
   if (end - begin == 1) {
-    const MadeUpViews::View& view = all.views[begin];
-    Learned one{.gradient = view.gradient, .pull = {}, .seen = {}};
+    const SyntheticViews::View& view = all.views[begin];
+    Learned one{.gradient = view.gradient, .grad2d = {}, .seen = {}};
     one.objective = view.cost.objective, one.values = view.cost.values;
     for (Index i = 0; i < all.gaussians(); ++i) {
       const bool is_seen = view.rank_of[static_cast<std::size_t>(i)] >= 0;
-      one.pull.push_back(is_seen ? view.pulls().Of(i) : 0);
+      one.grad2d.push_back(is_seen ? view.grad2d_view().Of(i) : 0);
       one.seen.push_back(is_seen ? 1 : 0);
     }
     return one;
@@ -80,14 +80,14 @@ Learned Plain(const MadeUpViews& all, std::size_t begin, std::size_t end) {
   const auto add = [](auto& to, const auto& from) {
     for (std::size_t i = 0; i < to.size(); ++i) to[i] += from[i];
   };
-  add(left.gradient, right.gradient), add(left.pull, right.pull), add(left.seen, right.seen);
+  add(left.gradient, right.gradient), add(left.grad2d, right.grad2d), add(left.seen, right.seen);
   left.objective += right.objective, left.values += right.values;
   return left;
 }
 
 TEST_F(ViewGradients, AddUpAsTheTreeDoes) {
   for (const int count : {2, 3, 4, 5, 7}) {
-    const MadeUpViews all(count);
+    const SyntheticViews all(count);
     std::vector<int> order(static_cast<std::size_t>(count));
     std::iota(order.begin(), order.end(), 0);
     EXPECT_EQ(InOrder(all, order), Plain(all, 0, static_cast<std::size_t>(count))) << count;
@@ -95,12 +95,12 @@ TEST_F(ViewGradients, AddUpAsTheTreeDoes) {
 }
 
 TEST_F(ViewGradients, TakeOnlyAttributesInUse) {
-  const MadeUpViews all(3, splat::NumAttributes(1));
+  const SyntheticViews all(3, splat::NumAttributes(1));
   EXPECT_EQ(InOrder(all, {0, 1, 2}), Plain(all, 0, 3));
 }
 
 TEST_F(ViewGradients, AreTheSameBitsInAnyOrder) {
-  const MadeUpViews all(4);
+  const SyntheticViews all(4);
   const Learned expected = InOrder(all, {0, 1, 2, 3});
   for (const std::vector<int>& order : {std::vector{3, 2, 1, 0}, {1, 2, 0, 3}, {2, 0, 3, 1}}) {
     EXPECT_EQ(InOrder(all, order), expected);
@@ -121,7 +121,7 @@ std::vector<unsigned char> BytesOf(ViewGradient<Host>& term) {
 
 // Two ranks sum two views each, and exchange their sums as bytes.
 TEST_F(ViewGradients, AreTheSameBitsInShares) {
-  const MadeUpViews all(4);
+  const SyntheticViews all(4);
   Sum whole;
   DensityControl<Host> density = ControlOf(all), elsewhere = ControlOf(all);
   whole.Begin(all.layout, 4, &density);
@@ -139,10 +139,10 @@ TEST_F(ViewGradients, AreTheSameBitsInShares) {
 
 // The sums are reused for successive iterations.
 TEST_F(ViewGradients, LeaveNothingBehind) {
-  const MadeUpViews first(5), then(3, splat::NumAttributes(2));
+  const SyntheticViews first(5), then(3, splat::NumAttributes(2));
   Sum sum;
   DensityControl<Host> density = ControlOf(first);
-  for (const MadeUpViews* all : {&first, &then}) {
+  for (const SyntheticViews* all : {&first, &then}) {
     sum.Begin(all->layout, static_cast<Index>(all->views.size()), &density);
     for (int k = 0; k < static_cast<int>(all->views.size()); ++k) Add(*all, k, sum);
     EXPECT_EQ(Finish(*all, sum, density), Plain(*all, 0, all->views.size()));
@@ -150,22 +150,22 @@ TEST_F(ViewGradients, LeaveNothingBehind) {
 }
 
 TEST_F(ViewGradients, HoldWhatIsSeen) {
-  const MadeUpViews all(1);
+  const SyntheticViews all(1);
   gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
-  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
+  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].grad2d_view(), true, gradient.data());
   EXPECT_EQ(term.blocks(), 3) << "of five blocks, two are not visible";
   EXPECT_LE(term.rows(), 3 * all.layout.MostRows());
   EXPECT_NEAR(static_cast<double>(BytesOf(term).size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
 
   std::vector<std::int32_t> nothing(static_cast<std::size_t>(all.gaussians()), -1);
-  density::Grad2dView pulls = all.views[0].pulls();
-  pulls.rank_of = nothing.data();
-  EXPECT_EQ(terms.Take(all.layout, pulls, true, gradient.data()).blocks(), 0);
+  density::Grad2dView grad2d_view = all.views[0].grad2d_view();
+  grad2d_view.rank_of = nothing.data();
+  EXPECT_EQ(terms.Take(all.layout, grad2d_view, true, gradient.data()).blocks(), 0);
 }
 
 TEST_F(ViewGradients, Grad2dIsLeftOutWhereNobodyNeedsIt) {
-  const MadeUpViews all(2);
+  const SyntheticViews all(2);
   Sum sum;
   DensityControl<Host> density = ControlOf(all);
   sum.Begin(all.layout, 2, nullptr);
@@ -177,22 +177,22 @@ TEST_F(ViewGradients, Grad2dIsLeftOutWhereNobodyNeedsIt) {
 
 // A single view is used in place, without addition.
 TEST_F(ViewGradients, OfOneViewStayWhereTheyAre) {
-  const MadeUpViews all(1);
+  const SyntheticViews all(1);
   Sum sum;
   DensityControl<Host> density = ControlOf(all);
   std::vector<float> gradient = all.views[0].gradient;
   sum.Begin(all.layout, 1, &density);
-  sum.Add(0, all.views[0].pulls(), gradient.data(), [&] { return all.views[0].cost; });
+  sum.Add(0, all.views[0].grad2d_view(), gradient.data(), [&] { return all.views[0].cost; });
   EXPECT_EQ(sum.Finish(gradient.data()).objective, all.views[0].cost.objective);
   EXPECT_EQ(gradient, all.views[0].gradient);
   EXPECT_EQ(std::vector<int>(density.seen().begin(), density.seen().end()), Plain(all, 0, 1).seen);
 }
 
 TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
-  const MadeUpViews all(1);
+  const SyntheticViews all(1);
   gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
-  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
+  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].grad2d_view(), true, gradient.data());
   const std::vector<unsigned char> bytes = BytesOf(term);
   const auto all_bytes = static_cast<Index>(bytes.size());
   ViewGradient<Host> received;

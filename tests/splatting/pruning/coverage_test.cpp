@@ -33,12 +33,13 @@ TEST(Coverage, ShownIsTheIntegralOfTheFalloff) {
   const Scene scene = test::RingOfCameras(5, 80, 60, false);
   SplatModel model = test::RandomModel(30, 0, 8);
   for (Index i = 0; i < model.count; ++i) model.attribute(splat::kMean)[i] *= 2;  // some lie outside the images
-  const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
+  const ScoringViews scoring_views = TrainingViewsOf(scene, {0, 0, 0});
   std::vector<double> sums(30);
-  for (const View* view : judges.views) {
+  for (const View* view : scoring_views.views) {
     splat::SplatView<float> splats;
     splat::ViewWorkspace<float> workspace;
-    splats.Build(ToKernelModel(model), ToPosedCamera(*view, judges.near), judges.background.data(), workspace);
+    splats.Build(ToKernelModel(model), ToPosedCamera(*view, scoring_views.near), scoring_views.background.data(),
+                 workspace);
     for (Index i = 0; i < model.count; ++i) {
       if (splats.rank_of()[i] < 0) continue;
       const splat::Splat<float>& splat = splats.splats()[splats.rank_of()[i]];
@@ -51,11 +52,11 @@ TEST(Coverage, ShownIsTheIntegralOfTheFalloff) {
       }
     }
   }
-  const std::vector<Coverage> support = Measure(model, scene);
+  const std::vector<Coverage> coverage = Measure(model, scene);
   int at_border = 0;
-  for (std::size_t i = 0; i < support.size(); ++i) {
-    EXPECT_NEAR(support[i].shown, sums[i], 0.01 * sums[i] + 1e-5) << i;
-    at_border += sums[i] > 0 && sums[i] < 3 * support[i].body ? 1 : 0;
+  for (std::size_t i = 0; i < coverage.size(); ++i) {
+    EXPECT_NEAR(coverage[i].shown, sums[i], 0.01 * sums[i] + 1e-5) << i;
+    at_border += sums[i] > 0 && sums[i] < 3 * coverage[i].body ? 1 : 0;
   }
   EXPECT_GT(at_border, 2) << "Gaussians cut by the image border";
 }
@@ -85,19 +86,19 @@ TEST(Coverage, UnderObservedIsWhatIsMeasuredOfEach) {
     // Some of them are small.
     for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[i] -= i % 3 == 0 ? 4 : 0;
   }
-  const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
-  const std::vector<Coverage> support = Measure(model, scene);
-  const std::vector<bool> under_observed = WhichAreUnderObserved(ToKernelModel(model), judges);
-  ASSERT_EQ(under_observed.size(), support.size());
-  ScoringViews first = judges;
+  const ScoringViews scoring_views = TrainingViewsOf(scene, {0, 0, 0});
+  const std::vector<Coverage> coverage = Measure(model, scene);
+  const std::vector<bool> under_observed = WhichAreUnderObserved(ToKernelModel(model), scoring_views);
+  ASSERT_EQ(under_observed.size(), coverage.size());
+  ScoringViews first = scoring_views;
   first.views.resize(1);
   const std::vector<bool> by_first = WhichAreUnderObserved(ToKernelModel(model), first);
   int wanting = 0, small = 0, shown_later = 0;
-  for (std::size_t i = 0; i < support.size(); ++i) {
-    EXPECT_EQ(under_observed[i], support[i].IsUnderObserved()) << i;
+  for (std::size_t i = 0; i < coverage.size(); ++i) {
+    EXPECT_EQ(under_observed[i], coverage[i].IsUnderObserved()) << i;
     wanting += under_observed[i] ? 1 : 0;
     shown_later += by_first[i] && !under_observed[i] ? 1 : 0;
-    small += support[i].body < 0.003 ? 1 : 0;
+    small += coverage[i].body < 0.003 ? 1 : 0;
   }
   EXPECT_GT(wanting, 5);
   EXPECT_LT(wanting, 150);
@@ -153,11 +154,11 @@ TEST(Floaters, IsolatedIsFarFromAllForItsSize) {
 
 TEST(Floaters, UnsupportedIsWhatNoViewShows) {
   const Scene scene = test::RingOfCameras(6, 60, 40, false);
-  const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
-  EXPECT_EQ(FindFloaters(test::RandomModel(kCount, 0, 4), &judges).unsupported, 0);
+  const ScoringViews scoring_views = TrainingViewsOf(scene, {0, 0, 0});
+  EXPECT_EQ(FindFloaters(test::RandomModel(kCount, 0, 4), &scoring_views).unsupported, 0);
   const SplatModel model = WithOneAt(4.5, 0.9, 0.5);  // above all images
   EXPECT_EQ(FindFloaters(model, nullptr).kept.size(), static_cast<std::size_t>(kCount));
-  const FloaterCount count = FindFloaters(model, &judges);
+  const FloaterCount count = FindFloaters(model, &scoring_views);
   EXPECT_EQ(count.unsupported, 1);
   EXPECT_FALSE(Keeps(count, 7));
 }

@@ -29,29 +29,29 @@ struct Fit {
     }
     test::RenderTruth(test::Perturbed(model, 0.03, 4), 0, &scene);
   }
-  ScoringViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
-  ShRemovalCost Measure() const { return ShRemovalCost(ToKernelModel(model), Judges()); }
-  double Cost() const { return MeasureRemovalCost(ToKernelModel(model), Judges()).cost; }
-  void Lower(const ShRemovalCost& worth, Index i, int degree) {
+  ScoringViews MakeScoringViews() const { return TrainingViewsOf(scene, {0, 0, 0}); }
+  ShRemovalCost Measure() const { return ShRemovalCost(ToKernelModel(model), MakeScoringViews()); }
+  double Cost() const { return MeasureRemovalCost(ToKernelModel(model), MakeScoringViews()).cost; }
+  void Lower(const ShRemovalCost& removal, Index i, int degree) {
     for (int a = 0; a < model.num_attributes() - splat::kSh; ++a) {
-      model.attribute(splat::kSh + a)[i] = a < 3 * ShCoefficients(degree) ? worth.Coefficient(i, degree, a) : 0;
+      model.attribute(splat::kSh + a)[i] = a < 3 * ShCoefficients(degree) ? removal.Coefficient(i, degree, a) : 0;
     }
   }
 };
 
 TEST(ShRemovalCost, IsTheRiseOfTheCostAtTheLowerDegree) {
   const Fit fit;
-  const ShRemovalCost worth = fit.Measure();
-  EXPECT_NEAR(worth.cost(), fit.Cost(), 1e-6 * fit.Cost());
+  const ShRemovalCost removal = fit.Measure();
+  EXPECT_NEAR(removal.cost(), fit.Cost(), 1e-6 * fit.Cost());
   int compared = 0;
   for (Index i = 0; i < fit.model.count; ++i) {
     for (int degree = 0; degree < kDegree; ++degree) {
       Fit lower = fit;
-      lower.Lower(worth, i, degree);
-      const double rise = lower.Cost() - worth.cost();
+      lower.Lower(removal, i, degree);
+      const double rise = lower.Cost() - removal.cost();
       // The SSIM part is only a quadratic approximation.
-      EXPECT_NEAR(worth.Rise(i, degree), rise, 0.3 * std::abs(rise) + 5e-4 * worth.cost()) << i << " " << degree;
-      compared += std::abs(rise) > 0.003 * worth.cost() ? 1 : 0;
+      EXPECT_NEAR(removal.Rise(i, degree), rise, 0.3 * std::abs(rise) + 5e-4 * removal.cost()) << i << " " << degree;
+      compared += std::abs(rise) > 0.003 * removal.cost() ? 1 : 0;
     }
   }
   EXPECT_GT(compared, 10) << "that matter";
@@ -59,24 +59,25 @@ TEST(ShRemovalCost, IsTheRiseOfTheCostAtTheLowerDegree) {
 
 TEST(ShRemovalCost, StandsInBetterThanLeavingOut) {
   const Fit fit;
-  const ShRemovalCost worth = fit.Measure();
+  const ShRemovalCost removal = fit.Measure();
   double stood_in = 0, left_out = 0;
   for (Index i = 1; i < fit.model.count; i += 3) {
     Fit lower = fit;
     for (int a = splat::kSh + 3; a < fit.model.num_attributes(); ++a) lower.model.attribute(a)[i] = 0;
-    left_out += lower.Cost() - worth.cost();
-    stood_in += worth.Rise(i, 0);
+    left_out += lower.Cost() - removal.cost();
+    stood_in += removal.Rise(i, 0);
   }
   EXPECT_LT(stood_in, 0.9 * left_out);
 }
 
 TEST(ShRemovalCost, WhatLooksAlikeFromAllSidesLosesNothing) {
   const Fit fit;
-  const ShRemovalCost worth = fit.Measure();
+  const ShRemovalCost removal = fit.Measure();
   for (Index i = 0; i < fit.model.count; i += 3) {
-    for (int degree = 0; degree < kDegree; ++degree) EXPECT_NEAR(worth.Rise(i, degree), 0, 1e-5 * worth.cost()) << i;
+    for (int degree = 0; degree < kDegree; ++degree)
+      EXPECT_NEAR(removal.Rise(i, degree), 0, 1e-5 * removal.cost()) << i;
     for (int c = 0; c < 3; ++c) {
-      EXPECT_NEAR(worth.Coefficient(i, 0, c), fit.model.attribute(splat::kSh + c)[i], 1e-5) << i;
+      EXPECT_NEAR(removal.Coefficient(i, 0, c), fit.model.attribute(splat::kSh + c)[i], 1e-5) << i;
     }
   }
 }
@@ -87,17 +88,17 @@ TEST(ShRemovalCost, SeenFromOneSideTheLowestStandsInForAll) {
   View only = fit.scene.views[1];
   ASSERT_TRUE(only.is_trained());
   fit.scene.views = {only};
-  const ShRemovalCost worth = fit.Measure();
-  const std::vector<double> alone = MeasureRemovalCost(ToKernelModel(fit.model), fit.Judges()).rise;
+  const ShRemovalCost removal = fit.Measure();
+  const std::vector<double> alone = MeasureRemovalCost(ToKernelModel(fit.model), fit.MakeScoringViews()).rise;
   double most = 0;
   for (const double rise : alone) most = std::max(most, std::abs(rise));
-  for (Index i = 0; i < fit.model.count; ++i) EXPECT_NEAR(worth.Rise(i, 0), 0, 0.01 * most) << i;
+  for (Index i = 0; i < fit.model.count; ++i) EXPECT_NEAR(removal.Rise(i, 0), 0, 0.01 * most) << i;
 }
 
 TEST(DegreesByAic, FollowTheAicWeight) {
   const Fit fit;
-  const ShRemovalCost worth = fit.Measure();
-  const auto degrees = [&](double aic_weight) { return DegreesByAic(ToKernelModel(fit.model), worth, aic_weight); };
+  const ShRemovalCost removal = fit.Measure();
+  const auto degrees = [&](double aic_weight) { return DegreesByAic(ToKernelModel(fit.model), removal, aic_weight); };
   const std::vector<std::uint8_t> cheap = degrees(1e-3), dear = degrees(1e9);
   for (Index i = 0; i < fit.model.count; i += 3) EXPECT_EQ(cheap[static_cast<std::size_t>(i)], 0) << i;
   EXPECT_GT(std::ranges::count(cheap, kDegree), 5);

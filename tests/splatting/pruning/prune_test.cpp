@@ -11,8 +11,8 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/pruning/pruning_options.h"
 #include "splatting/pruning/scoring_views.h"
+#include "tests/coverage/test_files.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
-#include "tests/support/test_files.h"
 
 namespace vesta::gs {
 namespace {
@@ -29,29 +29,32 @@ struct Padded {
     test::RenderTruth(model, 0, &scene);
     for (Index i = kNeeded; i < kAll; ++i) logit[i] = -4;
   }
-  ScoringViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
-  PruneResult PruneTo(const PruneGoal& goal) const { return Prune(model, Judges(), {.goal = goal}); }
+  ScoringViews MakeScoringViews() const { return TrainingViewsOf(scene, {0, 0, 0}); }
+  PruneResult PruneTo(const PruneGoal& goal) const { return Prune(model, MakeScoringViews(), {.goal = goal}); }
 };
 
-TEST(Keepers, AreThoseTheViewsMiss) {
+TEST(SelectToKeep, AreThoseTheViewsMiss) {
   const Padded padded;
-  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kNeeded);
+  const std::vector<Index> kept =
+      SelectToKeep(ToKernelModel(padded.model), padded.MakeScoringViews(), true, Padded::kNeeded);
   ASSERT_EQ(kept.size(), 30U);
   for (Index i = 0; i < Padded::kNeeded; ++i) EXPECT_EQ(kept[static_cast<std::size_t>(i)], i);
 }
 
-TEST(Keepers, WhatNoViewShowsGoesFirst) {
+TEST(SelectToKeep, WhatNoViewShowsGoesFirst) {
   Padded padded;
   // Large, opaque, and outside all images.
   padded.model.attribute(splat::kMean + 1)[4] = 4;
   for (int k = 0; k < 3; ++k) padded.model.attribute(splat::kLogScale + k)[4] = -1;
-  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kAll - 1);
+  const std::vector<Index> kept =
+      SelectToKeep(ToKernelModel(padded.model), padded.MakeScoringViews(), true, Padded::kAll - 1);
   EXPECT_THAT(kept, testing::Not(testing::Contains(4)));
 }
 
-TEST(Keepers, AreAsManyAsAskedForInTheirOrder) {
+TEST(SelectToKeep, AreAsManyAsAskedForInTheirOrder) {
   const Padded padded;
-  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kAll / 4);
+  const std::vector<Index> kept =
+      SelectToKeep(ToKernelModel(padded.model), padded.MakeScoringViews(), true, Padded::kAll / 4);
   EXPECT_EQ(kept.size(), 10U);
   EXPECT_TRUE(std::ranges::is_sorted(kept));
 }
@@ -63,13 +66,13 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   }
   const splat::Model<float> model = ToKernelModel(padded.model);
   const auto kept = [&](double aic_weight, std::uint64_t round) {
-    return KeepByAic(model, padded.Judges(), aic_weight, 3, round);
+    return KeepByAic(model, padded.MakeScoringViews(), aic_weight, 3, round);
   };
-  const RemovalCost worth = MeasureRemovalCost(model, padded.Judges());
-  std::vector<double> rise = worth.rise;
+  const RemovalCost removal = MeasureRemovalCost(model, padded.MakeScoringViews());
+  std::vector<double> rise = removal.rise;
   std::ranges::sort(rise);
   // A weight between the scores of the 10th and 11th Gaussian.
-  const double aic_weight = (rise[9] + rise[10]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
+  const double aic_weight = (rise[9] + rise[10]) / 2 * removal.values / (removal.cost * padded.model.num_attributes());
   ASSERT_GT(aic_weight, 0);
   std::set<Index> gone;
   constexpr int kRounds = 20;
@@ -81,7 +84,7 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
     }
   }
   EXPECT_EQ(gone.size(), 10U);
-  for (const Index i : gone) EXPECT_LE(worth.rise[static_cast<std::size_t>(i)], rise[9]);
+  for (const Index i : gone) EXPECT_LE(removal.rise[static_cast<std::size_t>(i)], rise[9]);
   EXPECT_NEAR(went, 4, 1) << "two fifths of them in each round";
   EXPECT_EQ(kept(aic_weight, 1), kept(aic_weight, 1));
   EXPECT_EQ(kept(1e12, 1).size(), 30U) << "at most a quarter per round";
@@ -152,7 +155,7 @@ TEST(PruningSchedule, TheSamePartGoesEachTime) {
   EXPECT_FALSE(LowersDegrees(PruningOptions::None(), {0.59, 0.6}));
   EXPECT_TRUE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8}))
       << "the last step crosses the end";
-  EXPECT_THAT([] { CheckTogether(PruningOptions{.keep_fraction = 0.5, .begin = 0.9}); },
+  EXPECT_THAT([] { ValidateCombination(PruningOptions{.keep_fraction = 0.5, .begin = 0.9}); },
               ThrowsError(kBadArgument, "pruning.begin=0.9", "pruning.end=0.8"));
   EXPECT_FALSE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1}))
       << "no training would follow";

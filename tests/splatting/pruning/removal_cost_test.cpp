@@ -41,17 +41,17 @@ TEST(RemovalCost, CostIsThatOfTheTrainingViews) {
 
 TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
   Fit fit;
-  const RemovalCost worth = fit.Measure();
+  const RemovalCost removal = fit.Measure();
   float* logit = fit.model.attribute(splat::kOpacity);
   int compared = 0;
   for (Index i = 0; i < fit.model.count; ++i) {
     const float before = std::exchange(logit[i], -100.0f);
-    const double rise = fit.Measure().cost - worth.cost;
+    const double rise = fit.Measure().cost - removal.cost;
     logit[i] = before;
-    const double said = worth.rise[static_cast<std::size_t>(i)];
+    const double said = removal.rise[static_cast<std::size_t>(i)];
     // The SSIM part is only a quadratic approximation, and most rises are large.
-    EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * worth.cost) << i;
-    compared += std::abs(rise) > 0.01 * worth.cost ? 1 : 0;
+    EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * removal.cost) << i;
+    compared += std::abs(rise) > 0.01 * removal.cost ? 1 : 0;
   }
   EXPECT_GT(compared, 20) << "that matter";
 }
@@ -88,9 +88,9 @@ TEST(RemovalCost, PixelsThatDoNotCountHaveNoSay) {
 TEST(RemovalCost, WhatNoViewShowsHasNone) {
   Fit fit;
   fit.model.attribute(splat::kMean + 1)[7] = 1000;
-  const RemovalCost worth = fit.Measure();
-  EXPECT_EQ(worth.rise[7], 0);
-  EXPECT_NE(worth.rise[8], 0);
+  const RemovalCost removal = fit.Measure();
+  EXPECT_EQ(removal.rise[7], 0);
+  EXPECT_NE(removal.rise[8], 0);
 }
 
 }  // namespace

@@ -128,7 +128,7 @@ TEST_F(JointLmOnDevice, SolvesForCamerasAlongWhereThereIsNoRoomToEliminateThem) 
 
 TEST_F(JointLmOnDevice, GoesOnFromACheckpoint) {
   const auto refine = [&](const TrainCallbacks& callbacks) { return Run(callbacks); };
-  const TrainResult whole = refine({}), result = test::GoneOn(test::StoppedAt(1, refine, Stage::kLm), refine);
+  const TrainResult whole = refine({}), result = test::ResumeFrom(test::StoppedAt(1, refine, Stage::kLm), refine);
   EXPECT_EQ(result.model.data, whole.model.data);
   ASSERT_EQ(result.cameras.size(), whole.cameras.size());
   for (std::size_t v = 0; v < whole.cameras.size(); ++v) {

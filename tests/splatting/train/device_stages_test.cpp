@@ -265,7 +265,7 @@ TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
     vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
     return lm(session, model);
   };
-  const TrainResult result = test::GoneOn(saved, train);
+  const TrainResult result = test::ResumeFrom(saved, train);
   EXPECT_THAT(result.notes, Contains(test::IsNote(notes::kLmEnds, "2")));
   EXPECT_EQ(result.model.data, ModelOfCheckpoint(saved, options).data);
 }

@@ -27,7 +27,7 @@ inline Checkpoint StoppedAt(int stop, const TrainBy& train, std::optional<Stage>
 }
 
 // Resumes the training and returns its result.
-inline TrainResult GoneOn(const Checkpoint& checkpoint, const TrainBy& train) {
+inline TrainResult ResumeFrom(const Checkpoint& checkpoint, const TrainBy& train) {
   TrainCallbacks callbacks;
   callbacks.resume = &checkpoint;
   return train(callbacks);

@@ -7,7 +7,7 @@
 
 #include "solver/internal/derivative_check.inl"
 #include "tests/splatting/density/density_scene.h"
-#include "tests/splatting/train/terms_of_views.h"
+#include "tests/splatting/train/synthetic_views.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/any_threads.h"
 #include "tests/support/linearize_at.h"
@@ -63,8 +63,8 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
   constexpr Index kCount = 9000;  // more than one task
   test::DensityScene scene(kCount);
   const SplatModel before = scene.model;
-  std::vector<float> pull;
-  for (Index i = 0; i < kCount; ++i) pull.push_back(1e-6f * static_cast<float>(i % 1000));
+  std::vector<float> grad2d;
+  for (Index i = 0; i < kCount; ++i) grad2d.push_back(1e-6f * static_cast<float>(i % 1000));
   ExpectSameForAnyThreads([&] {
     scene.model = before;
     DensityOptions options;
@@ -73,7 +73,7 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
     options.max_gaussians = kCount + 3000;
     DensityControl<Host> control(options, 1, 5);
     control.Forget(kCount);
-    scene.Observe(control, pull);
+    scene.Observe(control, grad2d);
     test::ModelAdam adam{LearningRates()};
     std::vector<float> gradient(scene.model.data.size(), 1.0f);
     adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
@@ -109,7 +109,7 @@ TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
 
 // Large enough for many parallel tasks.
 TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
-  const test::MadeUpViews all(3, splat::NumAttributes(3), 20000);
+  const test::SyntheticViews all(3, splat::NumAttributes(3), 20000);
   ExpectSameForAnyThreads([&] {
     SumOfViews<Host> sum;
     DensityControl<Host> density({}, 1, 0);
@@ -117,12 +117,12 @@ TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
     sum.Begin(all.layout, 3, &density);
     std::vector<float> gradient;
     for (Index k = 0; k < 3; ++k) {
-      const test::MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
+      const test::SyntheticViews::View& view = all.views[static_cast<std::size_t>(k)];
       gradient = view.gradient;
-      sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
+      sum.Add(k, view.grad2d_view(), gradient.data(), [&] { return view.cost; });
     }
     sum.Finish(gradient.data());
-    gradient.insert(gradient.end(), density.pull().begin(), density.pull().end());
+    gradient.insert(gradient.end(), density.grad2d().begin(), density.grad2d().end());
     return gradient;
   });
 }

@@ -45,8 +45,9 @@ class Watch : public testing::Test {
     return callbacks;
   }
 
-  std::vector<float> GoneOn(const Checkpoint& checkpoint, const TrainOptions& options) const {
-    return test::GoneOn(checkpoint, [&](const TrainCallbacks& c) { return Train(scene_, options, {}, c); }).model.data;
+  std::vector<float> ResumeFrom(const Checkpoint& checkpoint, const TrainOptions& options) const {
+    return test::ResumeFrom(checkpoint, [&](const TrainCallbacks& c) { return Train(scene_, options, {}, c); })
+        .model.data;
   }
 
   Scene scene_ = test::TrainingScene();
@@ -73,7 +74,7 @@ TEST_F(Watch, ChangesNoBitAndSavesWhatGoesOnToTheSameBits) {
     const Checkpoint checkpoint = ReadCheckpoint(path_);
     EXPECT_EQ(checkpoint.run.stage, stage);
     EXPECT_EQ(ModelOfCheckpoint(checkpoint, options).data, shown_[0].data);
-    EXPECT_EQ(GoneOn(checkpoint, options), alone.model.data);
+    EXPECT_EQ(ResumeFrom(checkpoint, options), alone.model.data);
   }
 }
 
@@ -89,7 +90,7 @@ TEST_F(Watch, SavesWhereTheTrainingStops) {
   EXPECT_TRUE(Train(scene_, options, {}, callbacks).stopped);
   ASSERT_EQ(saved_.size(), 1u);
   EXPECT_EQ(saved_[0].first, kStop);
-  EXPECT_EQ(GoneOn(ReadCheckpoint(path_), options), alone.model.data);
+  EXPECT_EQ(ResumeFrom(ReadCheckpoint(path_), options), alone.model.data);
 }
 
 TEST_F(Watch, SavesNothingUnasked) {

@@ -71,7 +71,7 @@ class Degrees : public testing::TestWithParam<Bands> {
         .count = with_band[0],
         .sh_degree = kMaxShDegree,
         .lacking = {with_band[0] - with_band[1], with_band[0] - with_band[2], with_band[0] - with_band[3]}};
-    zeros.x = test::WithZeros(test::WithoutLacking(zeros.x, all), all);
+    zeros.x = test::WithZeros(test::RemoveMissingBands(zeros.x, all), all);
     return {zeros, mixed};
   }
 };
@@ -96,7 +96,7 @@ void ExpectOperatorsOfZeros(const test::Scene& with_zeros, const test::Scene& mi
   EXPECT_TRUE(found.ApplyJ(v) == zeros.ApplyJ(padded(v)));
   const auto cut = [&](std::vector<S> values) {
     values.resize(static_cast<std::size_t>(NumAttributes(layout.sh_degree) * layout.count));
-    return test::WithoutLacking(values, layout);
+    return test::RemoveMissingBands(values, layout);
   };
   EXPECT_TRUE(found.ApplyJT(u) == cut(zeros.ApplyJT(u)));
   std::vector<S> omega = u;

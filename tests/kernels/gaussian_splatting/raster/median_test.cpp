@@ -27,7 +27,7 @@ std::vector<S> MedianValues(const SplatView<S>& view, MedianKernel<S> kernel,
 
 // Per splat the values 1, 2 and 3 times its rank, counted from 1.
 template <class S>
-std::vector<SplatTangent<S>> Communicator(const SplatView<S>& view) {
+std::vector<SplatTangent<S>> RankValues(const SplatView<S>& view) {
   std::vector<SplatTangent<S>> values(static_cast<std::size_t>(view.num_splats()));
   for (std::size_t rank = 0; rank < values.size(); ++rank) {
     for (int k = 0; k < 3; ++k) values[rank].w[kColor + k] = static_cast<S>(rank + 1) * static_cast<S>(k + 1);
@@ -67,7 +67,7 @@ TEST_P(Median, IsTheSplatWhereHalfIsGone) {
   const RenderedView<float> in_float(scene);
   const Expected expected = BySumsOfWeights(rendered.view);
   const std::size_t pixels = expected.rank.size();
-  const std::vector<double> found = MedianValues(rendered.view, GetMedianKernel<double>(), Communicator(rendered.view));
+  const std::vector<double> found = MedianValues(rendered.view, GetMedianKernel<double>(), RankValues(rendered.view));
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (expected.margin[i % pixels] < 1e-9) continue;
     const std::size_t plane = i / pixels;
@@ -75,7 +75,7 @@ TEST_P(Median, IsTheSplatWhereHalfIsGone) {
   }
   if (rendered.rank_of() != in_float.rank_of()) return;  // a distant splat is visible in only one of the precisions
   for (const Isa isa : test::CpuIsas()) {
-    const std::vector<float> same = MedianValues(in_float.view, FloatMedianKernelFor(isa), Communicator(in_float.view));
+    const std::vector<float> same = MedianValues(in_float.view, FloatMedianKernelFor(isa), RankValues(in_float.view));
     for (std::size_t i = 0; i < same.size(); ++i) {
       if (expected.margin[i % pixels] < 0.01) continue;
       ASSERT_EQ(static_cast<double>(same[i]), found[i]) << "entry " << i << ", set " << static_cast<int>(isa);

@@ -181,7 +181,7 @@ TEST(WideSplats, SumsOfManyTermsKeepTheirDigits) {
   const std::vector<float> records(static_cast<std::size_t>(kN * kEntries), 0.1f);
   const Index splat_begin[2] = {0, kEntries};
   std::vector<std::uint32_t> slots(static_cast<std::size_t>(NumWideSlots(kEntries)));
-  NoteWide{splat_begin, slots.data()}(0);
+  MarkWideSplats{splat_begin, slots.data()}(0);
   const WideSlots wide{slots.data(), static_cast<Index>(slots.size())};
   float sums[kN] = {};
   test::Emulate(SumWideBlock<float, kN>{wide, splat_begin, records.data(), sums}, WideSlots::NumBlocks(wide.count),

@@ -25,7 +25,7 @@ Scene Recolored(Scene scene, int gaussian, double step) {
 
 // Predicted rises per Gaussian for the colour changes kSteps, for which all colours must stay above 0.
 template <class S>
-std::vector<RecolorRises<double>> Foretell(test::LinearizedScene<S>& linearized, int count) {
+std::vector<RecolorRises<double>> MakeForecast(test::LinearizedScene<S>& linearized, int count) {
   std::vector<RecolorRises<double>> rises(static_cast<std::size_t>(count));
   const SplatView<S>& view = linearized.rendered.view;
   const auto recolor = [&](Index i) {
@@ -55,7 +55,7 @@ TEST(Recolor, IsExactForALossOfPixelsByThemselves) {
   for (const auto pixel : {PixelLinearization::kIrls, PixelLinearization::kL2}) {
     const PhotometricWeights weights{.l1 = 1, .ssim = 0, .pixel = pixel};
     test::LinearizedScene<double> linearized(scene, truth, weights);
-    const auto rises = Foretell(linearized, scene.count);
+    const auto rises = MakeForecast(linearized, scene.count);
     for (int i = 0; i < scene.count; ++i) {
       for (int d = 0; d < kRecolors; ++d) {
         const double rise = test::CostOf(Recolored(scene, i, kSteps[d]), truth, weights) - linearized.cost;
@@ -70,7 +70,7 @@ TEST(Recolor, OfTheWholeLossIsNearTheTruth) {
   const std::vector<double> truth = TruthOf(scene);
   const PhotometricWeights weights;
   test::LinearizedScene<double> linearized(scene, truth, weights);
-  const auto rises = Foretell(linearized, scene.count);
+  const auto rises = MakeForecast(linearized, scene.count);
   double off = 0, all = 0;
   for (int i = 0; i < scene.count; ++i) {
     for (int d = 0; d < kRecolors; ++d) {
@@ -107,7 +107,7 @@ TEST(Recolor, AgreesInFloat) {
   const std::vector<double> truth = TruthOf(scene);
   test::LinearizedScene<double> exact(scene, truth, {});
   test::LinearizedScene<float> single(scene, truth, {});
-  const auto rises = Foretell(exact, scene.count), in_float = Foretell(single, scene.count);
+  const auto rises = MakeForecast(exact, scene.count), in_float = MakeForecast(single, scene.count);
   double largest = 0;
   for (const auto& of : rises) largest = std::max(largest, std::abs(of.rise[2]));
   for (std::size_t i = 0; i < rises.size(); ++i) {

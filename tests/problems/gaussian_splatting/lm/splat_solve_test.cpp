@@ -42,7 +42,7 @@ vesta::LmOptions SplatLmOptions(StepRule rule) {
 
 // Accepted steps lower the cost, rejected ones leave it unchanged, and the reported final cost belongs to the returned
 // x.
-void ExpectRightHandSide(FitBack& fit, const vesta::LmOptions& options, double most_of_initial_cost) {
+void ExpectDescent(FitBack& fit, const vesta::LmOptions& options, double most_of_initial_cost) {
   SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
   CpuBackend<float> backend;
   const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, fit.ring.x);
@@ -63,7 +63,7 @@ TEST(SplatSolve, EveryStepRuleFitsAModelBackToItsImages) {
   for (const StepRule rule : {StepRule::kCeres, StepRule::k3dgsLmCode, StepRule::k3dgsLmV2}) {
     SCOPED_TRACE(ToString(rule));
     FitBack fit;
-    ExpectRightHandSide(fit, SplatLmOptions(rule), rule == StepRule::kCeres ? 0.1 : 0.5);
+    ExpectDescent(fit, SplatLmOptions(rule), rule == StepRule::kCeres ? 0.1 : 0.5);
   }
 }
 
@@ -77,7 +77,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
       vesta::LmOptions options = SplatLmOptions(StepRule::kCeres);
       options.batch_mode = mode;
       options.line_search.enabled = mode == BatchMode::kMerge;
-      ExpectRightHandSide(fit, options, 0.8);
+      ExpectDescent(fit, options, 0.8);
     }
   }
 }
@@ -86,7 +86,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
 TEST(SplatSolve, AGaussianThatIsNotFiniteStopsNobodyElse) {
   FitBack fit;
   fit.ring.x[4] = std::numeric_limits<float>::quiet_NaN();
-  ExpectRightHandSide(fit, SplatLmOptions(StepRule::kCeres), 0.8);
+  ExpectDescent(fit, SplatLmOptions(StepRule::kCeres), 0.8);
 }
 
 }  // namespace

@@ -106,8 +106,8 @@ TEST(StepControl, OptionsAreChecked) {
   EXPECT_THROW(options.Validate(), Error);
 }
 
-TEST(StepDoubt, SpeaksOfWhatRejectedStepsWereToGain) {
-  StepDoubt doubt;
+TEST(ConvergenceDoubt, SpeaksOfWhatRejectedStepsWereToGain) {
+  ConvergenceDoubt doubt;
   EXPECT_EQ(doubt.Words(false, 0), "");
   doubt.OnReject(3, true);
   doubt.OnReject(1, true);
@@ -120,17 +120,17 @@ TEST(StepDoubt, SpeaksOfWhatRejectedStepsWereToGain) {
   EXPECT_EQ(doubt.Words(false, 0), "");
 }
 
-TEST(StepDoubt, AnIncreaseSaysMoreThanADecrease) {
-  StepDoubt doubt;
+TEST(ConvergenceDoubt, AnIncreaseSaysMoreThanADecrease) {
+  ConvergenceDoubt doubt;
   doubt.OnReject(5, true);
   doubt.OnReject(-2, true);
   EXPECT_THAT(doubt.Words(false, 1), HasTokens("J^T"));
-  EXPECT_EQ(doubt.IncreaseWords(1), doubt.Words(false, 1));
-  EXPECT_EQ(doubt.IncreaseWords(2), "");
+  EXPECT_EQ(doubt.DescribeIncrease(1), doubt.Words(false, 1));
+  EXPECT_EQ(doubt.DescribeIncrease(2), "");
 }
 
-TEST(StepDoubt, StepsToWhereThereIsNoCostSpeakAgainstAcceptedOnesToo) {
-  StepDoubt doubt;
+TEST(ConvergenceDoubt, StepsToWhereThereIsNoCostSpeakAgainstAcceptedOnesToo) {
+  ConvergenceDoubt doubt;
   doubt.OnReject(5, false);
   for (const bool accepted : {false, true}) EXPECT_THAT(doubt.Words(accepted, 1), HasTokens("5.000e+00"));
   EXPECT_EQ(doubt.Words(true, 5), "");

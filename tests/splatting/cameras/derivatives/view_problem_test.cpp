@@ -107,9 +107,9 @@ TEST(ViewColumns, OfALensAreDerivativesOfTheImage) {
   splat::SplatView<double> view, moved;
   splat::ViewWorkspace<double> workspace;
   const HostBuffer<double> image = render({}, &view, &workspace);
-  const ViewColumns<CpuBackend<double>> columns =
-      ColumnsOf<CpuBackend<double>>(kLens, {}, setup.target, image.view(),
-                                    MovesOf<CpuBackend<double>>(kLens, view, setup.kernel_model, workspace).view());
+  const ViewColumns<CpuBackend<double>> columns = ColumnsOf<CpuBackend<double>>(
+      kLens, {}, setup.target, image.view(),
+      CameraDerivativeImages<CpuBackend<double>>(kLens, view, setup.kernel_model, workspace).view());
   ASSERT_EQ(columns.num_images(), 4);
   for (int k = 0; k < 4; ++k) {
     splat::LensTangent step;

@@ -60,11 +60,11 @@ TEST(CameraStep, OfAnOlderCurvatureIsThatOfTheSizeOfNow) {
   std::vector<double> larger = gradient;
   for (double& value : larger) value *= 4;
   const std::vector<double> step = CameraStep(kPose, gradient, state.curvature, kAnywhere);
-  BringToSize(4000, &state);
+  RescaleCurvature(4000, &state);
   EXPECT_EQ(CameraStep(kPose, larger, state.curvature, kAnywhere), step);
   EXPECT_EQ(state.pixels, 4000);
   CameraStepState unknown;
-  BringToSize(4000, &unknown);
+  RescaleCurvature(4000, &unknown);
   EXPECT_TRUE(unknown.curvature.empty());
 }
 

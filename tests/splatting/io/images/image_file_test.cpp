@@ -38,7 +38,7 @@ TEST(Exif, TurnsUpright) {
   Image image(3, 2);
   for (std::size_t i = 0; i < 6; ++i) image.plane(1)[i] = static_cast<float>(i);
   const auto turned = [&](int orientation) {
-    const Image upright = TurnedUpright(image, orientation);
+    const Image upright = RotatedUpright(image, orientation);
     EXPECT_EQ(upright.width, orientation < 5 ? 3 : 2);
     std::string letters;
     for (std::size_t i = 0; i < 6; ++i) letters += static_cast<char>('a' + static_cast<int>(upright.plane(1)[i]));

@@ -182,7 +182,7 @@ TEST(Colmap, OfASceneIsThatScene) {
     EXPECT_EQ(model.points[0].position[1], 2 + scene.origin[1]);
     EXPECT_EQ(model.points[0].color[1], 128);
     // Undistorted photographs are exported with the camera of the original files.
-    const BentCamera opencv{{80, 60, {100, 101, 41, 29}}, {.radial = {-0.1, 0.02, 0.01}, .tangential = {0.001, 0}}},
+    const LensCamera opencv{{80, 60, {100, 101, 41, 29}}, {.radial = {-0.1, 0.02, 0.01}, .tangential = {0.001, 0}}},
         fisheye{{80, 60, {100, 101, 41, 29}}, {.is_fisheye = true, .radial = {0.1, 0.02}}};
     scene.views[0].bent = opencv, scene.views[1].bent = fisheye;
     const TempFolder folder;
@@ -192,7 +192,7 @@ TEST(Colmap, OfASceneIsThatScene) {
     for (const auto& [v, expected] : {std::pair(0U, opencv), std::pair(1U, fisheye)}) {
       const auto id = bent.images[v].camera_id;
       const auto camera = std::ranges::find(bent.cameras, id, &ColmapCamera::id);
-      EXPECT_EQ((BentCamera{camera->camera, camera->distortion}), expected);
+      EXPECT_EQ((LensCamera{camera->camera, camera->distortion}), expected);
     }
   }
 }

@@ -132,7 +132,7 @@ TEST_F(LoadPhotographsTest, HeadersForetellWhatIsRead) {
       for (const std::uint32_t i : {1u, 2u, 5u}) {
         view.image_path = ImagePath(i);
         view.mask_path = i == 2 ? (folder_ / "masks/view2.png") : "";
-        const ForeseenPhotograph foreseen = ForeseePhotograph(view, rule);
+        const PredictedPhotograph foreseen = PredictPhotograph(view, rule);
         const ViewPhotograph read = ReadPhotograph(view, rule);
         EXPECT_EQ(foreseen.camera.width, read.image.width);
         EXPECT_EQ(foreseen.camera.height, read.image.height);

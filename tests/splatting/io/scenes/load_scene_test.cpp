@@ -277,7 +277,7 @@ TEST_F(LoadSceneTest, PhotographsAreTurnedWhereTheirCamerasAre) {
   WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 6));
   WriteBytes(ImagePath(4), WithOrientation(ExampleJpeg(60, 40), 6));
   const Scene scene = LoadScene(folder_.path());
-  EXPECT_EQ(scene.views[3].image.rgb, TurnedUpright(LoadImage(ImagePath(3)), 6).rgb);
+  EXPECT_EQ(scene.views[3].image.rgb, RotatedUpright(LoadImage(ImagePath(3)), 6).rgb);
   EXPECT_EQ(scene.views[4].image.rgb, LoadImage(ImagePath(4)).rgb);
   WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 3));
   ExpectRefused(kBadFile, {"view3.png", "40", "60"});

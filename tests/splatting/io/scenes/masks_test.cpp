@@ -36,8 +36,8 @@ TEST_F(MaskScene, MasksAreFoundByName) {
   ASSERT_EQ(views[1].image.mask.size(), 60u * 40u);
   EXPECT_EQ(views[1].image.mask[60 * 5 + 19], 0);
   EXPECT_EQ(views[1].image.mask[60 * 5 + 20], 1) << "every value above black counts";
-  EXPECT_EQ(CountedPixels(views[1].image), 40u * 40u);
-  EXPECT_EQ(CountedPart(views[2].image), 0.5);
+  EXPECT_EQ(UnmaskedPixels(views[1].image), 40u * 40u);
+  EXPECT_EQ(UnmaskedFraction(views[2].image), 0.5);
   EXPECT_EQ(views[1].image.rgb, views[0].image.rgb) << "the photograph is unchanged";
   EXPECT_THAT(
       LoadScene(folder_.path()).notes,
@@ -47,12 +47,12 @@ TEST_F(MaskScene, MasksAreFoundByName) {
 TEST_F(MaskScene, MasksFollowTheSizeOfTheImage) {
   WriteBytes(folder_ / "masks/a/view1.jpg.png", MaskPng(30, 20, 10));
   WriteBytes(folder_ / "masks/a/view2.jpg.png", MaskPng(120, 80, 41));
-  EXPECT_EQ(CountedPixels(Load()[1].image), 40u * 40u);
-  EXPECT_EQ(CountedPixels(Load()[2].image), 40u * 40u) << "scaled by nearest neighbour";
+  EXPECT_EQ(UnmaskedPixels(Load()[1].image), 40u * 40u);
+  EXPECT_EQ(UnmaskedPixels(Load()[2].image), 40u * 40u) << "scaled by nearest neighbour";
   const Image third = Load(3)[1].image;  // 20 x 13: a pixel counts if it covers no masked pixel
   EXPECT_EQ(third.mask[6], 0);
   EXPECT_EQ(third.mask[7], 1);
-  EXPECT_EQ(CountedPixels(third), 13u * 13u);
+  EXPECT_EQ(UnmaskedPixels(third), 13u * 13u);
 }
 
 TEST_F(MaskScene, MasksAreUndistortedWithTheImage) {
@@ -61,7 +61,7 @@ TEST_F(MaskScene, MasksAreUndistortedWithTheImage) {
   WriteBytes(folder_ / "masks/a/view1.jpg.png", MaskPng(60, 40, 30));
   const View view = Load()[1];
   ASSERT_EQ(view.image.mask.size(), view.image.num_pixels());
-  EXPECT_NEAR(CountedPart(view.image), 0.5, 0.05);
+  EXPECT_NEAR(UnmaskedFraction(view.image), 0.5, 0.05);
   // On the axis the mask border stays at 30, for a principal point at 30.5.
   const auto row = static_cast<std::size_t>(view.camera.lens.cy) * static_cast<std::size_t>(view.image.width);
   const auto border = static_cast<std::size_t>(view.camera.lens.cx);
@@ -77,7 +77,7 @@ TEST_F(MaskScene, WhatIsNotOpaqueDoesNotCount) {
   }
   WriteBytes(folder_ / "images/a/view1.jpg", EncodePng(source));
   const Image image = Load()[1].image;
-  EXPECT_EQ(CountedPixels(image), 45u * 40u);
+  EXPECT_EQ(UnmaskedPixels(image), 45u * 40u);
   EXPECT_EQ(image.plane(1)[30], 100 / 255.0f);
 }
 
@@ -114,7 +114,7 @@ TEST_F(MaskScene, FramesOfANerfSceneNameTheirOwn) {
   };
   WriteBytes(folder_ / "of/zero.png", MaskPng(60, 40, 15));
   write("of/zero.png");
-  EXPECT_EQ(CountedPart(Load()[0].image), 0.75);
+  EXPECT_EQ(UnmaskedFraction(Load()[0].image), 0.75);
   EXPECT_TRUE(Load()[1].image.mask.empty());
   write("of/none.png");
   EXPECT_THAT([&] { Load(); }, ThrowsError(kNotFound, "of/none.png"));

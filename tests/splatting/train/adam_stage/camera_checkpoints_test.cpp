@@ -46,7 +46,7 @@ class CheckpointsOfCameras : public testing::Test {
       ArchiveWriter writer([&](std::string_view bytes) { checkpoint.stage_state += bytes; });
       writer(state);
     }
-    return ErrorOf([&] { test::GoneOn(checkpoint, train); });
+    return ErrorOf([&] { test::ResumeFrom(checkpoint, train); });
   }
   static void ExpectBadFile(const std::optional<Error>& error) {
     ASSERT_TRUE(error);

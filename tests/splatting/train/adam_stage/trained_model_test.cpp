@@ -32,7 +32,8 @@ class TrainedModels : public testing::Test {
     for (const View& view : scene_.views) views.push_back(&view);
     DensityOptions options;
     options.grow_scale3d = 0.1, options.prune_opa = 0.45, options.grow_grad2d = 1e-3;
-    return {model, Adam<Cpu>({}, SecondMoment::kBlock), DensityControl<Host>(options, 2, 5), UnitViews(views, 0.02), 2};
+    return {model, Adam<Cpu>({}, SecondMoment::kBlock), DensityControl<Host>(options, 2, 5),
+            LengthUnitViews(views, 0.02), 2};
   }
   // A step with the gradients of the original model; originals_of[i] is the original index of Gaussian i.
   void Step(TrainedModel<Cpu>& trained, const std::vector<float>& gradient, Index originals,
@@ -76,7 +77,7 @@ TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
     Step(late, Gradient(20 + step), kCount, same);
     Step(early, Gradient(20 + step), kCount, same);
   }
-  early.density().pull()[7] = 3, late.density().pull()[7] = 3;
+  early.density().grad2d()[7] = 3, late.density().grad2d()[7] = 3;
   early.density().seen()[7] = 2, late.density().seen()[7] = 2;
   early.SetDegrees(degrees);
   EXPECT_EQ(early.layout(), order.layout);
@@ -98,7 +99,7 @@ TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
   for (Index k = 0; k < kCount; ++k) {
     const Index i = order.source[static_cast<std::size_t>(k)];
     ASSERT_EQ(early.adam().units()[k], late.adam().units()[i]);
-    ASSERT_EQ(early.density().pull()[k], late.density().pull()[i]);
+    ASSERT_EQ(early.density().grad2d()[k], late.density().grad2d()[i]);
     ASSERT_EQ(early.density().seen()[k], late.density().seen()[i]);
   }
 }
@@ -127,7 +128,7 @@ TEST_F(TrainedModels, DegreesAreHandedDown) {
   std::map<float, Index> known;
   for (Index i = 0; i < kCount; ++i) known[model.attribute(splat::kSh)[i]] = i;
   TrainedModel<Cpu> trained = Start(model);
-  for (Index i = 0; i < kCount; ++i) trained.density().pull()[i] = i % 3 ? 1.0f : 0, trained.density().seen()[i] = 1;
+  for (Index i = 0; i < kCount; ++i) trained.density().grad2d()[i] = i % 3 ? 1.0f : 0, trained.density().seen()[i] = 1;
   trained.Densify(1, [] {});
   SplatModel after;
   trained.DownloadParameters(after);

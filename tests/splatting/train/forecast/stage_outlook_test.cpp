@@ -9,7 +9,7 @@
 namespace vesta::gs {
 namespace {
 
-using Telling = StagePlanner::Telling;
+using ForecastKind = StagePlanner::ForecastKind;
 
 // A constant number of Gaussians, and only views at full resolution.
 TrainOptions WithIterations(int iterations) {
@@ -80,14 +80,14 @@ TEST(StagePlanner, ForetellsOnce) {
   const TrainOptions options = WithIterations(100);
   OutlookOf of{options, 50};
   StagePlanner& outlook = of.outlook;
-  EXPECT_EQ(outlook.WhatToTell(false), Telling::kNothing) << "no iteration has been timed";
+  EXPECT_EQ(outlook.NextForecast(false), ForecastKind::kNothing) << "no iteration has been timed";
   Observe(outlook, 3);
-  EXPECT_EQ(outlook.WhatToTell(false), Telling::kForecast);
-  EXPECT_EQ(outlook.WhatToTell(false), Telling::kNothing) << "once";
+  EXPECT_EQ(outlook.NextForecast(false), ForecastKind::kForecast);
+  EXPECT_EQ(outlook.NextForecast(false), ForecastKind::kNothing) << "once";
   const StageProgress now{20, {0.19, 0.2}, 100};
   const RemainingWork ahead = outlook.Ahead(now);
   EXPECT_EQ(ahead.gaussians, 100);
-  const Prediction told = outlook.Foretell(now, ahead, false, 7);
+  const Prediction told = outlook.MakeForecast(now, ahead, false, 7);
   EXPECT_EQ(told.mib, 7);
   // 80 iterations and four fifths of the history rows remain. Evaluation takes half as long per pixel as training.
   const double rows = std::ceil(0.8 * options.adam.evaluations);
@@ -100,7 +100,7 @@ TEST(StagePlanner, IsNoGuessOnceItIsSeenHowTheGaussiansGrow) {
   StagePlanner& outlook = of.outlook;
   Observe(outlook, 3);
   for (int change = 0; change < 4; ++change) outlook.ObserveGrowth(100, 150, 0.1);
-  EXPECT_EQ(outlook.WhatToTell(true), Telling::kForecast);
+  EXPECT_EQ(outlook.NextForecast(true), ForecastKind::kForecast);
 }
 
 }  // namespace

@@ -179,7 +179,7 @@ TEST_F(JointLmStage, ABreakChangesNoBit) {
       const auto refine = [&](const TrainCallbacks& callbacks) {
         return Refine(given_, model_, options, {}, callbacks);
       };
-      const TrainResult result = test::GoneOn(test::StoppedAt(stop, refine), refine);
+      const TrainResult result = test::ResumeFrom(test::StoppedAt(stop, refine), refine);
       EXPECT_EQ(result.model.data, whole.model.data) << stop;
       for (std::size_t i = 0; i < whole.cameras.size(); ++i) {
         EXPECT_EQ(result.cameras[i].motion.translation[0], whole.cameras[i].motion.translation[0]);
@@ -207,7 +207,7 @@ TEST_F(JointLmStage, RefusesASavedStageWhoseCamerasAreNone) {
   ASSERT_NE(at, std::string::npos);
   const float none = -1;
   checkpoint.stage_state.replace(at, sizeof(none), reinterpret_cast<const char*>(&none), sizeof(none));
-  EXPECT_THROW(test::GoneOn(checkpoint, refine), Error);
+  EXPECT_THROW(test::ResumeFrom(checkpoint, refine), Error);
 }
 
 // Without memory for the camera columns, the cameras are solved for jointly in PCG.

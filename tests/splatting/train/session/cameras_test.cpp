@@ -183,7 +183,7 @@ TEST_F(CamerasFoundAlong, LensesTakeNoTurn) {
 }
 
 TEST_F(CamerasFoundAlong, RefusesLensesThatDistort) {
-  given_.views[3].bent = BentCamera{given_.views[3].camera, {.radial = {-0.1}}};
+  given_.views[3].bent = LensCamera{given_.views[3].camera, {.radial = {-0.1}}};
   EXPECT_THAT([&] { Refine(given_, model_, Options(CameraChoice::kAll, 1), {}, {}); },
               ThrowsError(kUnsupported, "--refine_cameras=all", given_.views[3].name));
   EXPECT_NO_THROW(Refine(given_, model_, Options(CameraChoice::kPoseAndExposure, 1), {}, {}));
@@ -207,7 +207,7 @@ TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
     const TrainResult whole = Train(given_, options, {}, {});
     for (const int stop : {2, 7, 25, 45}) {
       const auto train = [&](const TrainCallbacks& callbacks) { return Train(given_, options, {}, callbacks); };
-      const TrainResult result = test::GoneOn(test::StoppedAt(stop, train), train);
+      const TrainResult result = test::ResumeFrom(test::StoppedAt(stop, train), train);
       EXPECT_EQ(result.model.data, whole.model.data) << stop;
       ASSERT_EQ(result.cameras.size(), whole.cameras.size());
       for (std::size_t i = 0; i < whole.cameras.size(); ++i) {

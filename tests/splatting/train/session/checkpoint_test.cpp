@@ -110,7 +110,7 @@ TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
   EXPECT_EQ(whole.model.WithBand(3), 15);
   EXPECT_LT(whole.history.back().cost, whole.history.front().cost);
   for (const auto& [stage, iteration] : {std::pair(Stage::kAdam, 10), std::pair(Stage::kLm, 2)}) {
-    const TrainResult result = test::GoneOn(test::StoppedAt(iteration, refine, stage), refine);
+    const TrainResult result = test::ResumeFrom(test::StoppedAt(iteration, refine, stage), refine);
     const auto rows_of_starts = [](const TrainResult& of) {
       return std::ranges::count(of.history, 0, &HistoryRow::iteration);
     };
@@ -173,7 +173,7 @@ TEST_F(Checkpoints, OfAnotherSceneAreRefused) {
   scene_.views[2].camera.lens.fx *= 1.01;
   EXPECT_THAT([&] { TrainUntil(Options(), Stage::kAdam, 6, true); }, ThrowsError(kBadArgument, Path("checkpoint")));
   const std::uint64_t before = FingerprintOf(scene_);
-  scene_.views[3].bent = BentCamera{scene_.views[3].camera, {.radial = {-0.1}}};
+  scene_.views[3].bent = LensCamera{scene_.views[3].camera, {.radial = {-0.1}}};
   EXPECT_NE(FingerprintOf(scene_), before) << "another lens distortion is another scene";
 }
 

@@ -38,8 +38,8 @@ TEST(CoarseViews, HalveImagesAndCameras) {
 }
 
 TEST(CoarseViews, HaveTheGrad2dOfWholeOnes) {
-  EXPECT_EQ(PullShare(200, 200), 1);
-  EXPECT_LT(PullShare(100, 200), 1);
+  EXPECT_EQ(HalfSizeGradScale(200, 200), 1);
+  EXPECT_LT(HalfSizeGradScale(100, 200), 1);
 }
 
 TEST(CoarseViews, LeaveSmallOnesAsTheyAre) {

@@ -12,7 +12,7 @@
 
 namespace vesta::gs::test {
 
-struct MadeUpViews {
+struct SyntheticViews {
   struct View {
     std::vector<std::int32_t> rank_of;
     std::vector<splat::Splat<float>> splats;
@@ -20,13 +20,13 @@ struct MadeUpViews {
     std::vector<float> gradient;  // in the layout of the model
     ViewCost cost;
 
-    density::Grad2dView pulls() const { return {rank_of.data(), splats.data(), cotangents.data(), 32, 24}; }
+    density::Grad2dView grad2d_view() const { return {rank_of.data(), splats.data(), cotangents.data(), 32, 24}; }
   };
   term::Layout layout;
   std::vector<View> views;
 
   // attributes: number in use. gaussians: not a multiple of the block size.
-  explicit MadeUpViews(int count, int attributes = splat::NumAttributes(3), Index gaussians = 75) {
+  explicit SyntheticViews(int count, int attributes = splat::NumAttributes(3), Index gaussians = 75) {
     std::vector<std::uint8_t> degrees;
     for (Index i = 0; i < gaussians; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
     layout = {WithDegrees(RandomModel(gaussians, 3, 5), degrees).layout(), attributes};

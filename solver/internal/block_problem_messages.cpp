@@ -39,7 +39,7 @@ std::string BlockProblem::DescribeTerm(ConstVectorView x, std::size_t term, bool
     std::string text = ", at parameter block";
     for (std::size_t i = 0; i < block.parameters.size(); ++i) {
       text += fmt::format("{} {} = {}", i == 0 ? "" : ",", block.parameters[i],
-                          NumbersInWords(values_of(block.parameters[i])));
+                          DescribeNumbers(values_of(block.parameters[i])));
     }
     return text;
   };
@@ -52,7 +52,7 @@ std::string BlockProblem::DescribeTerm(ConstVectorView x, std::size_t term, bool
   for (int i = 0; i < block.num_residuals; ++i) {
     const double value = residuals[static_cast<std::size_t>(i)];
     if (!std::isfinite(value)) {
-      return fmt::format("residual {} of residual block {} {}{}", i, term, ValueInWords(value), at());
+      return fmt::format("residual {} of residual block {} {}{}", i, term, DescribeValue(value), at());
     }
     square += value * value;
   }
@@ -67,7 +67,7 @@ std::string BlockProblem::DescribeTerm(ConstVectorView x, std::size_t term, bool
       const double value = scratch.jacobians[a][k];
       if (std::isfinite(value)) continue;
       return fmt::format("the derivative of residual {} of residual block {} by entry {} of parameter block {} {}{}",
-                         k / size, term, k % size, p, ValueInWords(value), at());
+                         k / size, term, k % size, p, DescribeValue(value), at());
     }
     if (const Manifold* manifold = manifolds_[static_cast<std::size_t>(p)].get()) {
       std::vector<double>& plus = scratch.plus_jacobian;
@@ -76,7 +76,7 @@ std::string BlockProblem::DescribeTerm(ConstVectorView x, std::size_t term, bool
       const auto bad = std::find_if(plus.begin(), plus.end(), [](double value) { return !std::isfinite(value); });
       if (bad != plus.end()) {
         return fmt::format("entry {} of PlusJacobian of parameter block {} {}, at {}", bad - plus.begin(), p,
-                           ValueInWords(*bad), NumbersInWords(values_of(p)));
+                           DescribeValue(*bad), DescribeNumbers(values_of(p)));
       }
     }
   }
