@@ -106,17 +106,20 @@ struct Flags {
   double loss_scale = 1;
 };
 
+// The groups of flags, in the order of the help.
+enum class FlagGroup { kInput, kQuality, kOutput, kBrowser, kResources, kOther };
+const char* Heading(FlagGroup group);
+// The group of an option of TrainFields() that has its own flag.
+FlagGroup GroupOf(const schema::FieldInfo& option);
+
 struct FlagRow {
-  unsigned commands;  // those that take it
+  FlagGroup group;
+  unsigned commands;  // the commands that accept it
   schema::Field<Flags> field;
-  unsigned rare_for = 0;          // of those the commands whose help lists it with --all alone
-  const char* if_bare = nullptr;  // its value where none is given; null: then one must follow
+  unsigned rare_for = 0;          // commands whose help lists it only with --all
+  const char* if_bare = nullptr;  // value of the flag without "=VALUE"; null: a value is required
 };
-// In the order of the help, which has the options of training between the two.
-struct FlagTable {
-  std::vector<FlagRow> before_options, after_options;
-};
-const FlagTable& ProgramFlags();
+const std::vector<FlagRow>& ProgramFlags();
 
 // An option of training that was given, by its own flag or by --set.
 struct GivenOption {

@@ -23,7 +23,7 @@ constexpr const char* kNames[] = {"images", "allow_missing", "test_every", "test
 // Null where it is no flag of scenes.
 const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
   if (std::ranges::find(kNames, name) == std::end(kNames)) return nullptr;
-  for (const FlagRow& row : ProgramFlags().after_options) {
+  for (const FlagRow& row : ProgramFlags()) {
     if (row.field.name == name) return &row.field;
   }
   return nullptr;

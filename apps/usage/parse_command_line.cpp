@@ -42,11 +42,8 @@ struct FlagFound {
 };
 
 FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
-  for (const auto* rows : {&ProgramFlags().before_options, &ProgramFlags().after_options}) {
-    for (const FlagRow& row : *rows) {
-      if ((row.commands & command.command) && row.field.name == name)
-        return {.own = &row.field, .if_bare = row.if_bare};
-    }
+  for (const FlagRow& row : ProgramFlags()) {
+    if ((row.commands & command.command) && row.field.name == name) return {.own = &row.field, .if_bare = row.if_bare};
   }
   for (const Option& option : gs::TrainFields()) {
     if (option.flag && option.flag == name && TakesOption(command, option)) return {.option = &option};
@@ -77,7 +74,7 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
 
 [[noreturn]] void RefuseFlag(const GivenFlag& flag, const CommandInfo& command) {
   const std::string& name = flag.name;
-  if (name == "eps2d") throw UsageError("--eps2d: this flag is now called --eps2d");
+  if (name == "low_pass") throw UsageError("--low_pass: this flag is now called --eps2d");
   std::vector<const char*> takers;
   for (const CommandInfo& other : Commands()) {
     GivenFlag copy = flag;
@@ -203,22 +200,19 @@ CommandLine ParseCommandLine(const std::vector<std::string>& words) {
 
 std::vector<ListedFlag> FlagsOf(const CommandInfo& command) {
   std::vector<ListedFlag> flags;
-  const auto add_own = [&](const std::vector<FlagRow>& rows) {
-    for (const FlagRow& row : rows) {
-      if (!(row.commands & command.command)) continue;
-      const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
-      flags.push_back(
-          {row.field.name, &row.field, value, (row.rare_for & command.command) != 0, row.if_bare != nullptr});
-    }
-  };
-  add_own(ProgramFlags().before_options);
+  for (const FlagRow& row : ProgramFlags()) {
+    if (!(row.commands & command.command)) continue;
+    const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
+    flags.push_back(
+        {row.field.name, &row.field, row.group, value, (row.rare_for & command.command) != 0, row.if_bare != nullptr});
+  }
   for (ListedFlag option : OptionsOf(command)) {
     if (!option.field->flag) continue;
     option.name = option.field->flag;
     option.only_in_all = std::ranges::find(kRareFlags, option.name) != std::end(kRareFlags);
     flags.push_back(std::move(option));
   }
-  add_own(ProgramFlags().after_options);
+  std::ranges::stable_sort(flags, {}, &ListedFlag::group);
   return flags;
 }
 
@@ -226,7 +220,7 @@ std::vector<ListedFlag> OptionsOf(const CommandInfo& command) {
   std::vector<ListedFlag> options;
   const gs::TrainOptions defaults = PresetOf(command, kDefaultPreset);
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
-    if (TakesOption(command, field)) options.push_back({field.name, &field, field.Text(defaults)});
+    if (TakesOption(command, field)) options.push_back({field.name, &field, GroupOf(field), field.Text(defaults)});
   }
   return options;
 }

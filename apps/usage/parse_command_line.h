@@ -20,9 +20,10 @@ CommandLine ParseCommandLine(const std::vector<std::string>& words);
 // The flags and options that a command takes, in the order of its help: what help, the manual and completions are made
 // from.
 struct ListedFlag {
-  std::string name;                // without dashes; of an option of --set its key
-  const schema::FieldInfo* field;  // its help is there
-  std::string value;               // what it is without being given, of the default preset; empty: nothing
+  std::string name;  // without dashes; of an option of --set its key
+  const schema::FieldInfo* field;
+  FlagGroup group;
+  std::string value;  // what it is without being given, of the default preset; empty: nothing
   bool only_in_all = false;
   bool may_be_bare = false;  // it can be written without a value too
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What shells and man make of the scripts and the manual that the program prints. Each is skipped where it is missing.
+// Runs the completion scripts in their shells, and the manual in man. A test is skipped if its program is missing.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,21 +17,21 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Both outputs of a command of the shell.
+// stdout and stderr of a shell command.
 std::string Shell(const std::string& command) { return RunShell(command + " 2>&1").out; }
 
 bool Has(const char* program) { return !Shell(fmt::format("command -v {}", program)).empty(); }
 
 class Completion : public testing::Test {
  protected:
-  // The file that holds the script.
+  // Writes the output of `vesta help KIND` and returns the file.
   std::string Write(const std::string& kind) const {
     const ProgramOutput output = RunProgram({"help", kind});
     EXPECT_EQ(output.status, 0) << output.err;
     std::ofstream(file_, std::ios::binary) << output.out;
     return file_;
   }
-  // What bash offers behind the words, of which it makes more at each "=".
+  // The completions that bash offers after these words. bash splits words at "=".
   std::string InBash(const std::string& words) const {
     return Shell(
         fmt::format("bash -c 'source {} && COMP_WORDS=({}) && COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)) && "
@@ -52,10 +52,10 @@ TEST_F(Completion, OfBash) {
   EXPECT_EQ(InBash("vesta train --preset ="), "fast balanced best paper paper_code\n");
   EXPECT_EQ(InBash("vesta train --set = lm.jac"), "lm.jacobian=\n");
   EXPECT_EQ(InBash("vesta train --set lm.jac"), "lm.jacobian=\n");
-  EXPECT_EQ(InBash("vesta train --set = lm.jacobian = rec"), "recompute\n");
+  EXPECT_EQ(InBash("vesta train --set = lm.jacobian = on"), "on_the_fly\n");
   EXPECT_EQ(InBash("vesta eval a b --align = pose+"), "pose+colour\n");
-  EXPECT_EQ(InBash("vesta refine a b --sh_deg"), "\n") << "of other commands alone";
-  EXPECT_EQ(InBash("vesta train --vie"), "--view --view=\n") << "without a port too";
+  EXPECT_EQ(InBash("vesta refine a b --sh_deg"), "\n") << "a flag of other commands";
+  EXPECT_EQ(InBash("vesta train --vie"), "--view --view=\n") << "the port is optional";
   EXPECT_EQ(InBash("vesta help --completion = z"), "zsh\n");
   const std::string begun = file_.substr(0, file_.size() - 2);
   EXPECT_EQ(InBash("vesta render a b --path = orb"), "orbit\n") << "one of the words";
@@ -84,7 +84,7 @@ TEST_F(Completion, OfFish) {
 }
 
 TEST_F(Completion, NamesEveryFlagInEveryShell) {
-  // As the help has them, a line each.
+  // As in the help, one per line.
   const std::regex flag_of_help("\n  --([a-z_]+)"), command_of_help("\n  vesta ([a-z_]+)");
   const auto all_of = [](const std::string& text, const std::regex& what) {
     std::vector<std::string> found;
@@ -111,6 +111,7 @@ TEST_F(Completion, NamesEveryFlagInEveryShell) {
 TEST_F(Completion, ManualIsSound) {
   const std::string file = Write("--man"), text = ReadBytes(file);
   EXPECT_THAT(text, HasSubstr("\n.SS vesta train SCENE \\-\\-out=DIR\n"));
+  EXPECT_THAT(text, HasSubstr("\n.PP\n\\fIQuality and time\\fR\n.TP\n\\fB\\-\\-preset="));
   for (const auto& field : gs::TrainFields()) EXPECT_THAT(text, HasSubstr("\n\\fB" + field.name + "=")) << field.name;
   if (!Has("man")) GTEST_SKIP() << "no man";
   EXPECT_THAT(Shell(fmt::format("man --warnings -l {} >/dev/null", file)), IsEmpty());
