@@ -214,7 +214,7 @@ std::string HelpText(const std::vector<std::string>& topic) {
 std::string ManPage() {
   std::string text = fmt::format(".TH VESTA 1 \"\" \"vesta {}\" \"User Commands\"\n", VersionNumber());
   text +=
-      ".SH NAME\nvesta \\- train, refine and measure 3D Gaussian splats; matrix\-free least squares\n"
+      ".SH NAME\nvesta \\- train, refine and measure 3D Gaussian splats; matrix\\-free least squares\n"
       ".SH SYNOPSIS\n";
   for (const CommandInfo& command : Commands()) {
     text += fmt::format(".B {}\n[\\fIflags\\fR]\n.br\n", Roff(UsageForm(command)));

@@ -18,7 +18,7 @@ using Option = schema::Field<gs::TrainOptions>;
 
 struct GivenFlag {
   std::string name;
-  std::optional<std::string> value;  // what follows "="
+  std::optional<std::string> value;  // the text after "="
 };
 
 bool IsFlag(const std::string& word) { return word.size() > 1 && word[0] == '-'; }
@@ -31,7 +31,7 @@ GivenFlag SplitFlag(const std::string& word) {
   return {word.substr(begin, equals - begin), word.substr(equals + 1)};
 }
 
-// Either a flag of the program's own or that of an option; neither where there is none of that name.
+// A flag of ProgramFlags() or of a training option; both null if there is no such flag.
 struct FlagFound {
   const schema::Field<Flags>* own = nullptr;
   const char* if_bare = nullptr;  // FlagRow::if_bare
@@ -51,7 +51,7 @@ FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
   return {};
 }
 
-// The flag given; of a switch also by its negation, --noNAME, which gives it its value.
+// Finds the flag. Also accepts --noNAME for a switch and sets its value to false.
 FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
   FlagFound found = FindFlag(flag->name, command);
   if (found.info() || flag->value || !flag->name.starts_with("no")) return found;
@@ -61,7 +61,7 @@ FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
   return found;
 }
 
-// What the command does take that is called alike, for the end of a complaint.
+// "did you mean --NAME? " with the most similar flag of the command, or empty.
 std::string MeantFlag(const std::string& name, const CommandInfo& command) {
   std::vector<std::string> known;
   for (const ListedFlag& flag : FlagsOf(command)) known.push_back("--" + flag.name);
@@ -84,8 +84,8 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
     throw UsageError(
         fmt::format("--{}: no such flag; {}`vesta help {}` lists them", name, MeantFlag(name, command), command.name));
   }
-  throw UsageError(fmt::format("--{}: not a flag of {}, but of {}; `vesta help {}` lists those it takes", name,
-                               command.name, fmt::join(takers, ", "), command.name));
+  throw UsageError(fmt::format("--{}: not a flag of {}, but of {}; `vesta help {}` lists its flags", name, command.name,
+                               fmt::join(takers, ", "), command.name));
 }
 
 [[noreturn]] void RefuseKey(const std::string& key, const CommandInfo& command) {
@@ -100,7 +100,7 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
       nearest.empty() ? "" : fmt::format("nearest: {}; ", fmt::join(nearest, ", ")), command.name));
 }
 
-// An option with a value of its own, or a complaint that begins with what was given.
+// Returns the option with its value, or throws UsageError if the value is invalid.
 GivenOption CheckedOption(const std::string& given, const Option& option, const std::string& value) {
   gs::TrainOptions scratch;
   if (!option.Set(value, scratch)) throw UsageError(fmt::format("{}={}: {}", given, value, option.Requirement()));
@@ -118,7 +118,7 @@ GivenOption OptionOfSet(const std::string& text, const CommandInfo& command) {
   return CheckedOption("--set " + key, *option, text.substr(equals + 1));
 }
 
-// Takes in the flag at words[*at], and its value where that is a word of its own.
+// Parses the flag at words[*at], and its value if that is the next word.
 void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLine* line) {
   GivenFlag flag = SplitFlag(words[*at]);
   const FlagFound found = FindGiven(*line->command, &flag);
@@ -146,9 +146,9 @@ void CheckArguments(const CommandLine& line) {
   const std::string form = UsageForm(command);
   const std::size_t most = command.arguments.size() + (command.optional ? 1 : 0);
   if (line.arguments.size() > most && !command.repeats) {
-    throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[most], form));
+    throw UsageError(fmt::format("{}: unexpected argument; the form is `{}`", line.arguments[most], form));
   }
-  // A checkpoint knows its scene and its folder.
+  // A checkpoint contains the scene and the output folder.
   if (!line.flags.resume.empty()) return;
   if (line.arguments.size() < command.arguments.size()) {
     throw UsageError(fmt::format("{} is missing; the form is `{}`", command.arguments[line.arguments.size()], form));
@@ -158,7 +158,7 @@ void CheckArguments(const CommandLine& line) {
   }
 }
 
-// Of the flags that set options, those that few need.
+// Flags of options that only the help with --all lists.
 constexpr std::string_view kRareFlags[] = {"eps2d"};
 
 }  // namespace
