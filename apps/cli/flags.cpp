@@ -42,16 +42,16 @@ std::vector<const char*> PresetNames() {
 
 const std::vector<CommandInfo>& Commands() {
   static const std::vector<CommandInfo> commands = {
-      {kTrain, "train", {"SCENE"}, "train a splat from photographs with known cameras", "DIR"},
-      {kRefine, "refine", {"SPLAT", "SCENE"}, "train a splat further, from any trainer", "DIR"},
-      {kPrune, "prune", {"SPLAT", "SCENE"}, "remove the Gaussians that matter least for the photographs", "DIR"},
-      {kEval, "eval", {"SPLAT", "SCENE"}, "measure PSNR and SSIM on the training and test views"},
-      {kRender, "render", {"SPLAT", "SCENE"}, "render images or a video, of the test views or along a path", "DIR"},
-      {kView, "view", {"SPLAT"}, "fly through a splat or a checkpoint in the browser", nullptr, false, "SCENE"},
-      {kConvert, "convert", {"SPLAT"}, "change the file format, crop, remove floaters", "FILE"},
-      {kDoctor, "doctor", {"SCENE"}, "check a scene; estimate training time and memory"},
-      {kReport, "report", {"DIR"}, "write an HTML report of finished trainings", nullptr, true},
-      {kConfig, "config", {}, "print the options of a training as JSON, for --config"},
+      {kTrain, "train", {"SCENE"}, "train a splat from photographs", "DIR"},
+      {kRefine, "refine", {"SPLAT", "SCENE"}, "train an existing splat further", "DIR"},
+      {kPrune, "prune", {"SPLAT", "SCENE"}, "remove the least useful Gaussians", "DIR"},
+      {kEval, "eval", {"SPLAT", "SCENE"}, "measure the PSNR and SSIM of a splat"},
+      {kRender, "render", {"SPLAT", "SCENE"}, "render images or a video", "DIR"},
+      {kView, "view", {"SPLAT"}, "show a splat or checkpoint in a browser", nullptr, false, "SCENE"},
+      {kConvert, "convert", {"SPLAT"}, "change the format, crop, remove floaters", "FILE"},
+      {kDoctor, "doctor", {"SCENE"}, "check a scene, estimate training time"},
+      {kReport, "report", {"DIR"}, "write an HTML report of trainings", nullptr, true},
+      {kConfig, "config", {}, "print the training options as JSON"},
       {kBundleAdjust, "bundle_adjust", {"FILE"}, "optimise the cameras and points of a BAL file", "FILE"},
   };
   return commands;
@@ -89,7 +89,7 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kInput,
        kConvert,
        {"scene", &O::scene, schema::Words{"SCENE"},
-        "photographs of SPLAT; --clean then removes what none of them shows"}},
+        "photographs of SPLAT; --clean then also removes Gaussians that no photograph shows"}},
       {kInput,
        kViews | kDoctor,
        {"downscale", &O::downscale, {1, 64}, "divide the width and height of the photographs by N"}},

@@ -134,8 +134,8 @@ struct CommandLine {
   std::vector<GivenOption> options = {};  // in the order given; the last value of a field wins
 };
 
-// Whether the command accepts the option. train and config accept all, refine and prune those that an existing splat
-// leaves open.
+// Whether the command accepts the option. train and config accept all; refine and prune accept the options that an
+// existing splat leaves open.
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option);
 
 }  // namespace vesta::app

@@ -42,7 +42,7 @@ bool IsGiven(const CommandLine& line, const char* option) {
   return std::ranges::any_of(line.options, [&](const GivenOption& given) { return given.field->name == option; });
 }
 
-// Checks that there is exactly one goal. A goal on the command line overrides pruning.keep_fraction of --config.
+// Checks that exactly one goal is given. A goal on the command line overrides pruning.keep_fraction of --config.
 void CheckOneGoal(const CommandLine& line, const gs::TrainOptions& options) {
   const Flags& flags = line.flags;
   const int own = (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);

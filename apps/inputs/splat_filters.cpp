@@ -90,9 +90,9 @@ gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files
 
 void CheckFilterFlags(const Flags& flags) {
   BoxOf(flags);
-  if (!flags.clean && !flags.scene.empty()) throw UsageError("--scene is for --clean; give both");
+  if (!flags.clean && !flags.scene.empty()) throw UsageError("--scene needs --clean; give both");
   if (flags.scene.empty() && !SceneFlagTexts(flags).empty()) {
-    throw UsageError(fmt::format("--{} is for --scene; give both", SceneFlagTexts(flags).front().first));
+    throw UsageError(fmt::format("--{} needs --scene; give both", SceneFlagTexts(flags).front().first));
   }
 }
 

@@ -13,8 +13,8 @@ namespace vesta::app {
 // Throws UsageError if a filter flag is invalid or the flags do not fit together. Reads no files.
 void CheckFilterFlags(const Flags& flags);
 
-// Removes the Gaussians outside --box, then the floaters found by --clean; without these flags returns the splat as it
-// is. Adds the files of --scene to `files` and one line per filter to `said`. Throws Error if no Gaussian would remain.
+// Removes the Gaussians outside --box, then the floaters found by --clean. Adds the files of --scene to `files` and one
+// line per filter to `said`. Throws Error if no Gaussian would remain.
 gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said);
 
 }  // namespace vesta::app

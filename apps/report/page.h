@@ -19,7 +19,8 @@ inline constexpr std::size_t kRunColors = 6;
 std::string_view PageStyle();   // CSS
 std::string_view PageScript();  // JavaScript
 
-// HTML table of the settings: first those that differ from the preset or between runs; the others are collapsed.
+// HTML table of the settings. Settings that differ from the preset or between runs come first; the others are
+// collapsed.
 std::string SettingsTable(const Report& report);
 
 }  // namespace vesta::app

@@ -29,7 +29,7 @@ class RunRecord {
   std::string Text(const std::string& path) const;
   std::vector<std::string> notes() const;
   std::vector<PhaseRow> phases() const;  // with --profile
-  // One value, such as "test_psnr", of each row of the history; NaN where it is missing.
+  // One value, such as "test_psnr", of each row of the history; NaN if missing.
   std::vector<double> History(const char* figure) const;
   // All options, such as "adam.iterations", as text.
   std::vector<std::pair<std::string, std::string>> Options() const;

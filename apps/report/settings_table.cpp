@@ -62,7 +62,7 @@ std::string SettingsTable(const Report& report) {
     (differs ? changed : same) += row;
   }
   std::string html = "<h2>Settings</h2>\n";
-  html += changed.empty() ? "<p>All settings are those of the preset.</p>\n"
+  html += changed.empty() ? "<p>All settings are as in the preset.</p>\n"
                           : Head(report) + changed + "</tbody></table></div>\n";
   if (!same.empty()) {
     html +=

@@ -37,7 +37,7 @@ class ConfigFile {
   nlohmann::ordered_json json_;
 };
 
-// The options of a training: those of the preset, overridden by --config, overridden by flags and --set.
+// The options of a training: the preset, overridden by --config, overridden by flags and --set.
 struct TrainSettings {
   std::string preset;  // the preset that the options started from
   gs::TrainOptions options;
@@ -48,7 +48,7 @@ gs::TrainOptions PresetOf(const CommandInfo& command, const std::string& preset,
                           std::optional<gs::RefineMethod> method = {});
 
 // For train, config, refine and prune. Throws Error if a file cannot be used or options do not fit together. resumed:
-// settings of the checkpoint, used in place of the preset unless --preset or --config is given.
+// settings of the checkpoint, used instead of the preset unless --preset or --config is given.
 TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed = nullptr);
 
 // The options with which a training loads its scene.

@@ -50,7 +50,7 @@ void WritesResults(const Flags& flags, const std::string& out, RunFiles* files);
 // Calls gs::Train or gs::Refine with these callbacks.
 using TrainRun = std::function<gs::TrainResult(gs::TrainCallbacks&)>;
 
-// Trains and writes the results, also those of a stopped training. Returns the exit status.
+// Trains and writes the results, also after a stop. Returns the exit status.
 int TrainAndWrite(const TrainingJob& job, const TrainRun& run);
 
 // Callbacks that show the progress on `line`, log LM iterations for log_lm, and stop on an interrupt. has_lm: whether

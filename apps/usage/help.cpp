@@ -44,11 +44,11 @@ std::string Row(const std::string& head, const std::string& description, std::si
 }
 
 std::string Overview() {
-  constexpr std::size_t kCommandColumn = 38;
+  constexpr std::size_t kCommandColumn = 39;
   std::string text = "vesta: train, refine and measure 3D Gaussian splats; matrix-free least squares\n\n";
   for (const CommandInfo& command : Commands()) text += Row(UsageForm(command), command.summary, kCommandColumn);
   text += Row("vesta help COMMAND", "list the flags of a command", kCommandColumn);
-  text += Row("vesta help --completion=SHELL", "print a completion script for bash, zsh or fish", kCommandColumn);
+  text += Row("vesta help --completion=SHELL", "print completions for bash, zsh or fish", kCommandColumn);
   text += Row("vesta help --man", "print the manual page", kCommandColumn);
   for (const char* paragraph :
        {"SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
@@ -122,7 +122,7 @@ std::string HelpOf(const CommandInfo& command, bool all) {
     notes += fmt::format("`vesta help {} --all` lists more flags{}. ", command.name,
                          has_keys ? ", and the keys for --set" : "");
   }
-  notes += has_keys ? "Defaults are in brackets; those of --preset=balanced are shown." : "Defaults are in brackets.";
+  notes += has_keys ? "Defaults (of --preset=balanced) are in brackets." : "Defaults are in brackets.";
   text += "\n" + Wrapped("", 0, notes);
   notes.clear();
   if (trains) {

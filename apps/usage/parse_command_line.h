@@ -32,7 +32,7 @@ struct ListedFlag {
   std::string Written() const { return (is_switch() && value == "true" ? "--no" : "--") + name; }
 };
 
-// All flags of the command, also those of options, grouped in the order of FlagGroup.
+// All flags of the command, with the flags of options, in the order of FlagGroup.
 std::vector<ListedFlag> FlagsOf(const CommandInfo& command);
 // All options that the command accepts by --set; empty if it has no --set.
 std::vector<ListedFlag> OptionsOf(const CommandInfo& command);

@@ -22,7 +22,7 @@ bool IsToken(std::string_view given, std::string_view token);
 
 bool IsLoopback(std::string_view address);
 
-// Whether the headers are those of the viewer's own page; the token is checked separately. address: of the server.
+// Whether the headers come from the viewer's own page; the token is checked separately. address: of the server.
 // host, origin: headers, empty if missing. If the server has a loopback address, the host must be one too, with any
 // port (tunnels change it). This rejects a foreign host name that resolves to 127.0.0.1. An origin must equal the host.
 bool IsOwnPage(std::string_view address, std::string_view host, std::string_view origin);

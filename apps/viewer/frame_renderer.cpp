@@ -101,7 +101,7 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   gs::Image truth;
   if (request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference) {
     const gs::View& photo = scene_.views[*request.photo];
-    // Reads past the store's cache, whose order is that of the training.
+    // Bypasses the store's cache, which is ordered for the training.
     truth = gs::ResizeArea(photo.stored ? *photo.stored->Read() : photo.image, camera.width, camera.height);
   }
   if (request.kind == FrameKind::kTruth) return truth;

@@ -37,7 +37,7 @@ struct FrameRequest {
 //   position       x,y,z of the camera, in the scene's frame
 //   rotation       quaternion w,x,y,z, camera to world, any length but zero; axes x right, y down, z forward
 //   focal          focal length in image heights, 0.05 to 50
-// Throws Error (one line with the parameter). truth and difference need a photo and are at most as large as it;
+// Throws Error (one line with the parameter). truth and difference need a photo, which limits their size;
 // removal_cost and coverage need a scene. moved: the views of the scene with refined cameras; empty: not refined.
 FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved = {});
 

@@ -74,7 +74,7 @@ std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel
 }
 
 std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& shown) const {
-  // Does not use the cache of the scene's store, whose order is that of the training.
+  // Bypasses the cache of the scene's store, which is ordered for the training.
   const auto store = std::make_shared<gs::PhotographStore>(0);
   std::vector<gs::View> views;
   for (const gs::View& given : scene_.views) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values per Gaussian that the page shows as colours: removal cost and coverage. They are measured in the background
-// when a page first requests them, because this takes as long as several passes over all photographs.
+// when a page first requests them, because this takes several passes over all photographs.
 #pragma once
 
 #include <array>

@@ -17,12 +17,12 @@ struct HttpReply {
   std::vector<std::pair<std::string, std::string>> headers = {};
 };
 
-// The parameters after "?" in a request. Of a repeated name, one value is kept.
+// The parameters after "?" in a request; one value per name.
 using HttpQuery = std::map<std::string, std::string>;
 
 struct HttpRoute {
   enum class Guard {
-    kNone,   // public: contains nothing of the splat
+    kNone,   // public: reveals nothing about the splat
     kLink,   // needs the token in the query, as in the link
     kToken,  // needs the token in the header X-Vesta-Token, which no foreign page can send
   };

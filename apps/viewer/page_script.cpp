@@ -123,7 +123,7 @@ async function draw() {
   }
   isDrawing = false;
 }
-// Draws the complete image as large as it fits.
+// Draws the complete image, scaled to fit.
 function show(picture) {
   canvas.width = canvas.clientWidth * devicePixelRatio, canvas.height = canvas.clientHeight * devicePixelRatio;
   const scale = Math.min(canvas.width / picture.width, canvas.height / picture.height);

@@ -71,7 +71,7 @@ class TrainingView {
   Viewer viewer_;
 };
 
-// "pivot" (centre for orbiting: median of the points, or of the Gaussians if there are none), "radius" (half of them
+// "pivot" (centre for orbiting: median of the points, else of the Gaussians), "radius" (half of them
 // are within), "up" (unit vector, mean of the cameras), all in the frame of the scene, and "views" in the order of the
 // scene: "name", "role" (train, held_out or test), "width", "height", "position", "rotation" (w,x,y,z; camera to world)
 // and "focal" in image heights. views: of the scene, with their current cameras.

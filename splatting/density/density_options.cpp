@@ -10,7 +10,7 @@ const schema::Table<DensityOptions>& DensityFields() {
       {"max_gaussians",
        &O::max_gaussians,
        {1, 1e8},
-       "never more than N Gaussians; if the scene has more points, N of them are used",
+       "never more than N Gaussians, also at the start if the scene has more points",
        "max_gaussians"},
       {"enabled", &O::enabled, "clone, split and prune Gaussians during the Adam stage (densification)"},
       {"begin", &O::begin, kPart, "fraction of the Adam stage at which densification begins"},

@@ -170,7 +170,7 @@ TEST_F(Render, DepthIsLevelsOfAStatedUnit) {
   // The wall is 4 before all cameras, turned by 0.18 for this one.
   const double level = 65535 * static_cast<double>(depth.plane(0)[12 * kTinyWidth + 16]);
   EXPECT_NEAR(unit * level, 4, 0.02);
-  EXPECT_THAT(ReadBytes(out_ + "/008.png"), HasSubstr("units of the scene a level"));
+  EXPECT_THAT(ReadBytes(out_ + "/008.png"), HasSubstr("scene units per level"));
 }
 
 TEST_F(Render, NormalsAreColours) {

@@ -78,7 +78,7 @@ TEST(Help, GroupsFlagsUnderHeadings) {
   EXPECT_THAT(all, HasSubstr("\nPruning:\n  pruning.unseen="));
 }
 
-// Rows wrap, those of --all too, and their further lines are indented.
+// Rows wrap, also with --all, and continuation lines are indented.
 TEST(Help, FitsEightyColumns) {
   for (const std::string command : {"train", "refine", "prune", "eval", "render", "view", "convert", "doctor", "report",
                                     "config", "bundle_adjust"}) {
