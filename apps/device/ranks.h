@@ -15,8 +15,8 @@ namespace vesta::app {
 Communicator& WorldCommunicator();
 // Whether another rank has already reported this error.
 bool IsKnownToOthers(const std::string& why);
-// With several ranks: sends the reason to the others, unless they know it, and exits at once, because MPI_Finalize
-// would wait forever. With one rank: returns.
+// If other ranks run: sends them the reason, unless they know it, and exits at once, because MPI_Finalize would wait
+// forever. Returns if this rank is alone.
 void EndWithOthers(const std::string& why, int status);
 // At the end of the program: waits for the other ranks, so that no rank succeeds if another one fails.
 void MeetAtEnd();

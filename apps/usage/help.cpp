@@ -182,10 +182,9 @@ std::string ManSection(const CommandInfo& command) {
 
 std::string ManOptions() {
   std::string text =
-                  ".SH OPTIONS OF TRAINING\nFor \\fB\\-\\-set\\fR. \\fBrefine\\fR and \\fBprune\\fR accept those that "
-                  "an existing "
-                  "splat leaves open. The defaults of the preset balanced are in brackets.\n",
-              last_part;
+      ".SH OPTIONS OF TRAINING\nFor \\fB\\-\\-set\\fR. \\fBrefine\\fR and \\fBprune\\fR accept the options that an "
+      "existing splat leaves open. The defaults of the preset balanced are in brackets.\n";
+  std::string last_part;
   for (const ListedFlag& option : OptionsOf(*FindCommand("train"))) {
     const std::string part = option.name.substr(0, option.name.find('.'));
     if (part != last_part) text += ManHeading(TitleOf(part));
