@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problems made of residual blocks of any kind over parameter blocks of any kind: what a Ceres user knows as
-// ceres::Problem, with the Jacobian held block by block.
+// Problems of residual blocks over parameter blocks, as ceres::Problem. The Jacobian is stored block by block.
 #pragma once
 
 #include <cstddef>
@@ -27,9 +26,9 @@ namespace vesta {
 class BlockNormalMatrix;
 class SparseCholesky;
 
-// x holds all parameter blocks one after another in the order of being added, constant ones included; they keep their
-// values. The step covers the free ones, in an order of the problem's own. Costs and Jacobians of residual blocks are
-// evaluated in parallel. Misuse throws Error.
+// x holds all parameter blocks one after another, in the order in which they were added. Constant blocks are included
+// and keep their values. A step has entries for the free blocks only, in an order that the problem chooses. The
+// residual blocks are evaluated in parallel. Wrong arguments throw Error.
 class BlockProblem final : public Problem<CpuBackend<double>>,
                            public OnManifold<CpuBackend<double>>,
                            public InUnits<CpuBackend<double>>,
@@ -42,27 +41,30 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
  public:
   using B = CpuBackend<double>;
   struct Options {
-    // Whether a group of blocks, no two in one residual block, may be eliminated from linear solves (points in bundle
-    // adjustment): found by itself, used where it is most of the parameters.
+    // Eliminate a group of blocks from linear solves if no two of them share a residual block, such as the points of
+    // bundle adjustment. The problem finds the group itself and uses it only if it is most of the parameters.
     bool eliminate = true;
-    // Called with x before every evaluation of the cost, and of the Jacobian (jacobians = true), from one thread.
+    // Called with x before every evaluation of the cost, and of the Jacobian (then jacobians is true), from one thread.
     std::function<void(ConstVectorView x, bool jacobians)> evaluation_callback = {};
-    // Makes a preconditioner of the caller's own, for PreconditionerKind::kAuto and kProblem.
+    // Makes the caller's own preconditioner, used for PreconditionerKind::kAuto and kProblem.
     std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
-    // Largest sparse Cholesky factor, in GiB; > 0.
+    // Largest size of the sparse Cholesky factor, in GiB; > 0.
     double max_factor_gib = 4;
   };
 
   BlockProblem() = default;
   explicit BlockProblem(Options options) : options_(std::move(options)) {}
 
-  // Returns the block's number: 0, 1, ...
+  // Adds a block of `size` numbers and returns its index: 0, 1, ...
   int AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold = nullptr);
+  // Sets the manifold of a block; null means a Euclidean block.
   void SetManifold(int block, std::shared_ptr<const Manifold> manifold);
+  // A constant block keeps its value during a solve.
   void SetConstant(int block, bool constant = true);
-  // Bounds of one entry of a block. On a block with a manifold they are kept by projection after the step.
+  // Sets bounds of one entry of a block; lower < upper. If the block has a manifold, each step is projected onto the
+  // bounds.
   void SetBounds(int block, int entry, double lower, double upper);
-  // No loss: rho(s) = s. The blocks are as many as the cost function has, of its sizes, all different.
+  // A null loss means rho(s) = s. `blocks` must match the cost function's blocks in number and size, without repeats.
   void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
                         std::span<const int> blocks);
   void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
@@ -70,7 +72,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     AddResidualBlock(std::move(cost), std::move(loss), std::span(blocks.begin(), blocks.size()));
   }
 
-  // Room for `count` residual blocks in all, for who knows their number.
+  // Reserves memory for `count` residual blocks in total.
   void ReserveResidualBlocks(std::size_t count);
 
   void set_evaluation_callback(std::function<void(ConstVectorView x, bool jacobians)> callback) {
@@ -79,9 +81,9 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
 
   int num_parameter_blocks() const { return static_cast<int>(parameters_.size()); }
   int parameter_block_size(int block) const { return Parameter(block).ambient_size; }
-  // Where the block's numbers begin in x.
+  // Position of the block's first number in x.
   Index offset(int block) const { return Parameter(block).ambient_offset; }
-  // Where its entries begin in a step, and how many; -1 and 0 for constant blocks.
+  // Position of the block's first entry in a step, and its number of entries; -1 and 0 for constant blocks.
   Index tangent_offset(int block);
   int tangent_size(int block);
 
@@ -92,19 +94,20 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
-  // The caller's own, if there is one. Else the sparse Cholesky factor where it is within max_factor_gib and pays
-  // beside iterations (solver/internal/normal_equations/step_cost.h). Else block Jacobi.
+  // Returns the caller's own preconditioner if there is one. Otherwise returns the sparse Cholesky factor if it stays
+  // within max_factor_gib and is estimated to be faster than iterations (solver/internal/normal_equations/step_cost.h).
+  // Otherwise returns block Jacobi.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
-  // The sparse Cholesky factor, whatever it costs. Throws Error where it is over max_factor_gib.
+  // Returns the sparse Cholesky factor, whatever its cost. Throws Error if it would be larger than max_factor_gib.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
-  // Null where a preconditioner is the caller's own.
+  // Null if the caller provides a preconditioner.
   const StepCounts* CountSteps(bool eliminating) override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
   bool has_bounds() const override { return !lower_.empty(); }
   bool IsFeasible(ConstVectorView x) override { return DescribeInfeasible(x).empty(); }
   void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override;
   void ClipStep(ConstVectorView x, VectorView step) override;
-  // In the terms of parameter blocks and residual blocks, numbered from 0 in the order of being added.
+  // Names use the indices of parameter blocks and residual blocks, from 0 in the order in which they were added.
   std::string NameTangent(Index k) override;
   std::string NameResidual(int batch, Index row) override;
   std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
@@ -118,7 +121,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     std::shared_ptr<const CostFunction> cost;
     std::shared_ptr<const Loss> loss;
   };
-  // What a linearization hands on to the next: memory, not contents.
+  // Memory that a linearization leaves to the next one; its contents are not used.
   struct LinearizationMemory {
     B::Vector jacobian, residuals, product;
   };
@@ -126,29 +129,29 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   void Changed();
   const BlockStructure& Structure() const;
   BlockNormalMatrix& NormalMatrix() const;
-  // What an exact factor takes at least, known without a plan of it.
+  // Lower bound on the cost of an exact factor, computed without planning it.
   StepCounts::Factor LeastFactor() const;
-  // Null where the factor would be over max_factor_gib or the multiplications.
+  // Null if the factor would exceed max_factor_gib or take more multiplications than this.
   std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications) const;
-  // Room for one residual block's evaluation, used again from block to block.
+  // Work memory for evaluating one residual block, reused for the next.
   struct Scratch {
     std::vector<const double*> arguments;
-    std::vector<double*> jacobians;  // of each argument, by its own numbers; null where it is constant
+    std::vector<double*> jacobians;  // per argument, in ambient coordinates; null for constant blocks
     std::vector<double> residuals;
     std::vector<double> ambient;        // the Jacobians, one after another
     std::vector<double> plus_jacobian;  // of one block
   };
-  // The arguments, and residuals that hold Unwritten.
+  // Sets the arguments and fills the residuals with Unwritten.
   void Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
-  // Residuals and Jacobians of a residual block, on entries that hold Unwritten before. Returns what the cost function
-  // returns.
+  // Computes the residuals and Jacobians of a residual block, into memory filled with Unwritten. Returns the cost
+  // function's return value.
   bool EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
   double TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const;
-  // What is not finite of one residual block; empty: nothing.
+  // Describes the first value of a residual block that is not finite; empty if all are finite.
   std::string DescribeTerm(ConstVectorView x, std::size_t term, bool jacobians, Scratch& scratch) const;
   template <class UnitOf>
   double SumCosts(ConstVectorView x, Index count, const UnitOf& unit_of) const;
-  // visit(x entry, step entry) for each free entry of a bounded problem that moves by itself.
+  // Calls visit(index in x, index in the step) for each free entry without a manifold, if the problem has bounds.
   template <class Visit>
   void VisitEuclidean(const Visit& visit) const;
 
@@ -159,10 +162,10 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   std::vector<bool> constant_;
   ResidualBlockList residuals_;
   std::vector<Term> terms_;
-  std::vector<double> lower_, upper_;  // an entry of x each, or empty: no bounds
+  std::vector<double> lower_, upper_;  // one entry per entry of x; empty if there are no bounds
   mutable std::optional<BlockStructure> structure_;
   mutable LinearizationMemory memory_;
-  // Kept from one linearization to the next: the sums of H, the plan of its factor, and the memory of both.
+  // Reused from one linearization to the next: the terms of H, the plan of its factor, and the memory of both.
   mutable std::shared_ptr<BlockNormalMatrix> normal_matrix_;
   std::shared_ptr<SparseCholesky> cholesky_;
   std::optional<StepCounts> counts_;

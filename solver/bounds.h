@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Box bounds around any problem whose step is of the size of its x.
+// Box bounds for any problem whose step has as many entries as x.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@ namespace vesta {
 
 namespace bounds_internal {
 
-// The three questions of a box, on host memory, and a message. lower <= upper; infinities where there is no bound.
+// Tests of one entry against its bounds, on the host, and an error message. lower <= upper; an infinity means no bound.
 inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
 inline std::string Outside(double x, double lower, double upper) {
   return fmt::format("{} is not within [{}, {}]", x, lower, upper);
@@ -29,7 +29,8 @@ inline double ClippedStep(double x, double step, double lower, double upper) {
 
 }  // namespace bounds_internal
 
-// The problem `inner` (borrowed) with lower_k <= x_k <= upper_k. Bounds of inner's own are not looked at.
+// Wraps the problem `inner` (borrowed) and adds the bounds lower_k <= x_k <= upper_k. Bounds of `inner` itself are
+// ignored.
 template <Backend B>
 class BoundedProblem final : public Problem<B>,
                              public OnManifold<B>,
@@ -47,7 +48,8 @@ class BoundedProblem final : public Problem<B>,
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // One entry a parameter; infinities for none. Throws Error where a lower bound is not below its upper one.
+  // lower, upper: one entry per parameter; an infinity means no bound. Throws Error if lower_k < upper_k does not hold
+  // for some k, or if a size is wrong.
   BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper);
 
   Index num_parameters() const override { return inner_.num_parameters(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One call that looks for mistakes in a problem, and says in words what is wrong: for its test, and where a solve does
-// not get anywhere.
+// CheckProblem finds mistakes in a problem and describes each in words. Use it in the problem's test, and when a solve
+// makes no progress.
 #pragma once
 
 #include <string>
@@ -11,32 +11,35 @@
 namespace vesta {
 
 struct CheckProblemOptions {
-  // Columns of J that are looked at one by one, spread evenly; >= 1. All, where there are no more.
+  // Number of columns of J to check one by one, evenly spread; >= 1. All columns if J has no more.
   Index max_columns = 100;
-  // Relative error of what agrees but for rounding (adjointness, products, diagonal, blocks); 0: 1e-8 for double, 1e-3
-  // for float.
+  // Allowed relative error between values that differ only by rounding (adjointness, products, diagonal, blocks). 0
+  // means 1e-8 for double, 1e-3 for float.
   double rounding = 0;
-  // Relative error of derivatives beside differences, which have one of their own that is estimated; 0: 1e-5 for
-  // double, 1e-2 for float.
+  // Allowed relative error between derivatives and finite differences, in addition to the estimated error of the
+  // differences. 0 means 1e-5 for double, 1e-2 for float.
   double derivatives = 0;
-  // false: DiagJTJ and BlockGram are stand-ins for those of J^T W J (documented as such), and not compared with them.
+  // False if DiagJTJ and BlockGram only approximate J^T W J, as documented. They are then not compared.
   bool exact_blocks = true;
 };
 
 struct ProblemCheck {
-  std::vector<std::string> faults;  // a line each, the deepest first; empty: none was found
+  std::vector<std::string> faults;  // one line per fault, the deepest cause first; empty if no fault was found
   bool ok() const { return faults.empty(); }
-  // All of them, or that there are none.
+  // All faults, one per line; one line without a fault if the problem passed.
   std::string Report() const;
 };
 
-// Calls everything that a solve calls, at x and close to it: whether Plus and every product write all they should,
-// and finite numbers; Cost gives the same twice; ApplyJ and ApplyJT are adjoint; ApplyW is symmetric and not negative;
-// ApplyH, Curvature, Gradient, DiagJTJ and BlockGram are those of J and W; J is the derivative of the residuals along
-// Plus (where there are no weights and no loss), and Gradient of Cost. Takes some 100 evaluations of each, and a
-// product with each column that is looked at. At kinks of the residuals nothing can be told of the derivatives. A
-// problem that samples (InBatches::OnNewPoint) has a gradient that is not the cost's, and is told so. Mistakes that a
-// solve throws as Error are faults here too.
+// Calls every function that a solve calls, at x (num_parameters() entries) and near it. It checks the following:
+//   * Plus and all products write every entry, with finite numbers.
+//   * Cost gives the same value twice.
+//   * ApplyJ and ApplyJT are adjoint. ApplyW is symmetric and positive semidefinite.
+//   * ApplyH, Curvature, Gradient, DiagJTJ and BlockGram agree with J and W.
+//   * J is the derivative of the residuals along Plus (only without weights and losses).
+//   * Gradient is the derivative of Cost.
+// The cost is about 100 evaluations of each, and one product per checked column. Derivatives at kinks of the residuals
+// cannot be checked. A problem that samples (InBatches::OnNewPoint) fails the gradient check, because its gradient is
+// not the full cost's. Where a solve would throw Error, the result lists a fault.
 template <Backend B>
 ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
                           const CheckProblemOptions& options = {});

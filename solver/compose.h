@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear maps made of linear maps: products, row scaling, dropped columns. Operators such as
-// J = J_loss o J_raster o J_project are put together from these.
+// Linear maps composed of other maps: products, row scaling and column scaling. They build operators such as J = J_loss
+// o J_raster o J_project.
 #pragma once
 
 #include "solver/linear_operator.h"
@@ -8,7 +8,7 @@
 
 namespace vesta {
 
-// A linearization's J seen as a map. Borrows it.
+// The Jacobian J of a linearization as a linear map. Borrows the linearization.
 template <Backend B>
 class JacobianMap final : public LinearMap<B> {
  public:
@@ -22,7 +22,7 @@ class JacobianMap final : public LinearMap<B> {
   Linearization<B>& linearization_;
 };
 
-// outer o inner. Borrows both; outer.cols() == inner.rows().
+// The product outer o inner. Borrows both maps; requires outer.cols() == inner.rows().
 template <Backend B>
 class ProductMap final : public LinearMap<B> {
  public:
@@ -37,7 +37,7 @@ class ProductMap final : public LinearMap<B> {
   typename B::Vector between_;
 };
 
-// diag(d) A. Borrows both; d has rows() entries.
+// The map diag(d) A. Borrows both; d has rows() entries.
 template <Backend B>
 class ScaledRows final : public LinearMap<B> {
  public:
@@ -53,7 +53,7 @@ class ScaledRows final : public LinearMap<B> {
   typename B::Vector work_;
 };
 
-// A diag(d): with d of ones and zeros, A without its frozen columns. Borrows both; d has cols() entries.
+// The map A diag(d). If d holds ones and zeros, this sets columns of A to zero. Borrows both; d has cols() entries.
 template <Backend B>
 class ScaledColumns final : public LinearMap<B> {
  public:

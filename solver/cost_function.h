@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost functions of residual blocks: automatic, numeric and analytic derivatives, and normal priors. Ceres's contract.
+// Cost functions of residual blocks with automatic, numeric or analytic derivatives, and normal priors. Same interface
+// as in Ceres.
 #pragma once
 
 #include <array>
@@ -14,14 +15,13 @@
 
 namespace vesta {
 
-// What a residual block of BlockProblem computes: Ceres's contract, with our own derivatives.
-//
-// Residuals of a few parameter blocks. Evaluate must be safe to call from several threads at once.
+// Computes the residuals of one residual block of a BlockProblem, and their derivatives, as ceres::CostFunction. The
+// residuals depend on a few parameter blocks. Evaluate must be safe to call from several threads at once.
 class CostFunction {
  public:
   CostFunction(int num_residuals, std::vector<int> block_sizes)
       : num_residuals_(num_residuals), own_sizes_(std::move(block_sizes)), block_sizes_(own_sizes_) {}
-  // Sizes that lie elsewhere and outlive this: a problem may have millions of cost functions of one kind.
+  // For sizes stored elsewhere that outlive this object. A problem may have millions of cost functions of one kind.
   CostFunction(int num_residuals, std::span<const int> block_sizes)
       : num_residuals_(num_residuals), block_sizes_(block_sizes) {}
   virtual ~CostFunction() = default;
@@ -31,9 +31,10 @@ class CostFunction {
   int num_residuals() const { return num_residuals_; }
   std::span<const int> block_sizes() const { return block_sizes_; }
 
-  // residuals: num_residuals() numbers. jacobians: null, or one pointer a block, null where not asked for, to
-  // num_residuals() rows of block_sizes()[i] numbers, row after row. All of them are to be written, zeros too. false:
-  // the residuals have no value at these parameters; the step that led there is rejected.
+  // residuals: num_residuals() numbers. jacobians: null if no derivatives are needed, else one pointer per block, which
+  // is null if that derivative is not needed. Each Jacobian is row-major, num_residuals() rows of block_sizes()[i]
+  // numbers. Write every entry, zeros too. Return false if the residuals are undefined at these parameters; the step to
+  // them is then rejected.
   virtual bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const = 0;
 
  private:
@@ -44,7 +45,7 @@ class CostFunction {
 
 namespace cost_internal {
 
-// functor(blocks[0], blocks[1], ..., residuals), which may return bool or nothing.
+// Calls functor(blocks[0], blocks[1], ..., residuals), which may return bool or void.
 template <class F, class T, std::size_t... I>
 bool Call(const F& functor, const T* const* blocks, T* residuals, std::index_sequence<I...>) {
   return InvokeFunctor(functor, blocks[I]..., residuals);
@@ -52,9 +53,9 @@ bool Call(const F& functor, const T* const* blocks, T* residuals, std::index_seq
 
 }  // namespace cost_internal
 
-// A functor's residuals with derivatives by dual numbers: f(p0, p1, ..., r) reads kBlocks pointers to T and writes
-// kResiduals values of T, for T = double and Dual<double>; it may return bool, as Evaluate, or void. Each tangent
-// direction is one evaluation of the functor.
+// Differentiates a functor automatically, by dual numbers. f(p0, p1, ..., r) takes one pointer per block to kBlocks
+// numbers of T and writes kResiduals values of T. T is double or Dual<double>. f may return bool, with the meaning of
+// Evaluate, or void. The Jacobian costs one evaluation of the functor per parameter.
 template <class F, int kResiduals, int... kBlocks>
 class AutoDiffCost final : public CostFunction {
  public:
@@ -99,34 +100,36 @@ class AutoDiffCost final : public CostFunction {
   F functor_;
 };
 
-// Cost functions that know their residuals alone: derivatives are differences.
+// Finite-difference formula for cost functions without derivatives.
 enum class DifferenceMethod {
-  kForward,  // (f(x + h) - f(x)) / h: an evaluation a parameter, about half of the digits
-  kCentral,  // (f(x + h) - f(x - h)) / 2h: two, about two thirds
+  kForward,  // (f(x + h) - f(x)) / h: one evaluation per parameter, about half of the digits are correct
+  kCentral,  // (f(x + h) - f(x - h)) / 2h: two evaluations, about two thirds
 };
 
 struct DifferenceOptions {
   DifferenceMethod method = DifferenceMethod::kCentral;
-  // h is this times |x|, or `least_step` where that is more; both > 0.
+  // h = max(relative_step * |x|, least_step); both > 0.
   double relative_step = 1e-6;
   double least_step = 1e-8;
 };
 
-// To derive from: Residuals, safe to call from several threads at once, is all it takes. Sizes are set at run time.
+// Base class with numeric derivatives and sizes set at run time. Implement Residuals, safe to call from several threads
+// at once. Throws Error for steps out of range.
 class NumericDifferences : public CostFunction {
  public:
   NumericDifferences(int num_residuals, std::vector<int> block_sizes, const DifferenceOptions& options = {});
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const final;
 
  protected:
-  // As Evaluate, without Jacobians.
+  // Like Evaluate, without Jacobians.
   virtual bool Residuals(const double* const* parameters, double* residuals) const = 0;
 
  private:
   DifferenceOptions options_;
 };
 
-// A functor's residuals: f(p0, p1, ..., r) with pointers to double, returning bool, as Evaluate, or void.
+// Differentiates a functor numerically. f(p0, p1, ..., r) takes pointers to double and returns bool, with the meaning
+// of Evaluate, or void.
 template <class F, int kResiduals, int... kBlocks>
 class NumericDiffCost final : public NumericDifferences {
  public:
@@ -140,12 +143,11 @@ class NumericDiffCost final : public NumericDifferences {
   F functor_;
 };
 
-// What is known of a parameter block beforehand, as residuals.
-// Residuals A (x - b) of one block: for a normal prior with mean b and covariance C, A^T A = C^-1. The difference is
-// between x's own numbers, whatever manifold the block has.
+// Residuals A (x - b) of one parameter block. For a normal prior with mean b and covariance C, choose A^T A = C^-1. x -
+// b is the plain difference of the numbers, whatever manifold the block has.
 class NormalPrior final : public CostFunction {
  public:
-  // A: row after row, of as many columns as b has entries. Throws Error where there is no whole number of rows.
+  // A: row-major, one column per entry of b. Throws Error if the size of A is not a multiple of the size of b.
   NormalPrior(std::vector<double> A, std::vector<double> b);
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
 

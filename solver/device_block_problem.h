@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problems of many like residual blocks on a GPU: least squares, the Jacobian kept in the memory of the device.
+// Least-squares problems on a GPU with many residual blocks of one shape. The Jacobian is stored in device memory.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace vesta {
 
-// What a problem brings: its residuals on the device, from a functor by solver/device_functors.cuh.
+// Computes the residuals of a problem on the device. solver/device_functors.cuh implements it for functors.
 template <class S>
 class DeviceResiduals {
  public:
@@ -19,8 +19,9 @@ class DeviceResiduals {
   virtual Index num_residual_blocks() const = 0;
   virtual int residuals_per_block() const = 0;
   virtual int parameters_per_block() const = 0;
-  // Residuals and Jacobian in the layout of RowBlocks, all in the memory of the GPU; index: as there; jacobian null:
-  // not wanted. Does not wait.
+  // Computes residuals and, unless jacobian is null, the Jacobian, in the layout of RowBlocks
+  // (kernels/core/row_blocks.h). index has that layout too. All pointers are to device memory. The call is
+  // asynchronous.
   virtual void Evaluate(const Index* index, const S* x, S* residuals, S* jacobian) const = 0;
 };
 
@@ -32,15 +33,15 @@ class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
   using typename Problem<B>::ConstVectorView;
   using typename Problem<B>::VectorView;
 
-  // index: the parameters of each residual block, in the layout of RowBlocks. groups: for block Jacobi, as GramOfRows
-  // wants them; empty: none. Throws Error where the sizes do not fit.
+  // index: the parameters of each residual block, in the layout of RowBlocks. groups: parameter blocks for block
+  // Jacobi, as GramOfRows needs them; empty for none. Throws Error if the sizes do not match.
   DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
                      const std::vector<Index>& index, std::vector<BlockGroup> groups = {});
   ~DeviceBlockProblem() override;
 
   Index num_parameters() const override;
   double Cost(ConstVectorView x) override;
-  // The problem must outlive what it returns.
+  // The problem must outlive the result.
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
 
  private:

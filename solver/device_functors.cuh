@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functors as residuals on a GPU: included by the .cu file of a problem, which says
-//   template std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<MyFunctor>&);
+// Residual functors on a GPU. The .cu file of a problem includes this header and instantiates
+//     template std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<MyFunctor>&);
 #pragma once
 
 #include <memory>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt: (H + lambda D) step = -g by preconditioned conjugate gradients, H never formed.
+// Levenberg-Marquardt: solves (H + lambda D) step = -g in each iteration, by preconditioned conjugate gradients unless
+// another linear solver is chosen. With PCG, H is never formed. See docs/mathematics.md, section 1.
 #pragma once
 
 #include <chrono>
@@ -18,52 +19,53 @@
 
 namespace vesta {
 
-// The solve one iteration at a time. Options are checked on construction (throws Error); afterwards bad numbers never
-// throw, they end the solve with a status. backend and problem must outlive this object.
+// Runs the solve one iteration at a time. The constructors check the options and throw Error if one is out of range.
+// Later, NaN and infinity never throw; they end the solve with a status. backend and problem must outlive this object.
 template <Backend B>
 class LmStepper {
  public:
-  // Evaluates the cost of x.
+  // Evaluates the cost at the start x (num_parameters() entries) and linearizes there.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x);
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstVectorView x)
       : LmStepper(options, backend, problem, CopyOf(backend, x)) {}
 
-  // Goes on from what Save wrote, of the same problem, by the same iterations to the bit as if there had been no break.
-  // Options may be others from here on. Throws Error where what was saved is of a problem of another size.
+  // Resumes a solve from an archive that Save wrote for the same problem. With the same options the iterations are
+  // bit-identical to an uninterrupted solve; the options may also be changed here. Throws Error if the saved x has
+  // another size than the problem's.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, ArchiveReader& saved);
-  // To be called while not done().
+  // Call only while done() is false.
   void Save(ArchiveWriter& archive) { Visit(archive); }
 
   bool done() const { return summary_.status != LmStatus::kRunning; }
-  // One iteration: a linear solve, its trial steps, the damping's answer, the stop tests. Appends to the summary.
-  // Returns the record; once done() it does nothing and returns the last one.
+  // Runs one iteration: a linear solve, its trial steps, the update of the damping and the stopping tests. Appends a
+  // record to the summary and returns it. Once done() is true, it does nothing and returns the last record.
   const LmIteration& Step();
-  // Ends the solve from outside; done() afterwards.
+  // Ends the solve with this status; done() is true afterwards.
   void Stop(LmStatus status, std::string message);
-  // Ends it as kStoppedByCallback where any of the processes that solve the problem together asks for that.
+  // Ends the solve as kStoppedByCallback if `asked` is true on any process. Collective: every process must call it.
   void StopWhereAsked(bool asked);
 
-  // The best x so far by the full cost (within its rounding: see AcceptByGradient), and that cost.
+  // The x with the lowest full cost so far, up to rounding of the cost (see AcceptByGradient), and that cost.
   typename B::ConstVectorView x() const { return x_.view(); }
   double cost() const { return cost_; }
-  // Damping of the next solve.
+  // Damping of the next linear solve.
   double lambda() const { return control_->lambda(); }
   const LmSummary& summary() const { return summary_; }
 
  private:
-  // Near the minimum a step changes the cost by less than the rounding of the cost, and the gain ratio is chance. Then
-  // the gradient decides, in units of D: it is accurate where the cost no longer is, and gives the other half of the
-  // digits of x. How far the cost's rounding reaches depends on the problem (residuals that are small differences of
-  // large numbers have a coarse one), hence two zones.
+  // Near the minimum a step changes the cost by less than the cost's rounding error, so the gain ratio is random. The
+  // gradient, measured in the metric D, is still accurate there, and decides instead. This gives x about twice as many
+  // correct digits. The rounding error of the cost depends on the problem: it is large if residuals are small
+  // differences of large numbers. Hence there are two zones.
   enum class Zone {
     kCost,      // the gain ratio decides
-    kDoubtful,  // changes below 1e-9 of the cost, refused by the gain ratio: taken if the squared gradient halves
-    kRounding,  // changes below some units in the last place: taken if the gradient falls, else the solve has ended
+    kDoubtful,  // changes below 1e-9 of the cost, rejected by the gain ratio: accepted if |g|^2 halves
+    kRounding,  // changes of a few units in the last place: accepted if |g| falls, else the solve ends
   };
-  // One trial along the step.
+  // One trial point along the step.
   struct Trial {
     double cost = 0;
-    double predicted = 0;  // decrease of the cost, by the model
+    double predicted = 0;  // predicted decrease of the cost
     double rho = 0;
     bool accepted = false;
     Zone zone = Zone::kCost;
@@ -72,7 +74,7 @@ class LmStepper {
   void Visit(Archive& archive) {
     archive(x_, *control_, consecutive_rejects_, doubt_, turn_, scale_, summary_);
   }
-  // Checks the options; x_ and the summary are still to be filled.
+  // Checks the options. The caller fills x_ and the summary.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
   static typename B::Vector CopyOf(B& backend, typename B::ConstVectorView x) {
     typename B::Vector copy(x.size());
@@ -80,20 +82,21 @@ class LmStepper {
     return copy;
   }
   double Seconds() const;
-  // Phases of this call are timed where that is asked for.
+  // Times the phases of this call if options_.profile is true.
   ProfileScope Timed() { return ProfileScope(options_.profile ? &profile_ : nullptr); }
-  // Stop, unless there is a doubt (see Doubt) or columns that have a gradient are frozen: then nothing has converged.
+  // Stops as converged. Stops as not converged instead if `doubt` is not empty (see StepDoubt) or if a zero column has
+  // a gradient.
   void StopConverged(LmStatus status, std::string message, const std::string& doubt = "");
-  // CheckProblem, where it is asked for. false when the solve ended.
+  // Runs CheckProblem if check_derivatives is true. Returns false if the solve ended.
   bool PassesCheck();
-  // Linearizes at x_ where that is not done, and tests the gradient. false when the solve ended.
+  // Linearizes at x_ unless that is already done, and tests the gradient. Returns false if the solve ended.
   bool Linearize();
   double FullCost(typename B::ConstVectorView x);
-  // What trials work in has no use while PCG runs, nor what PCG works in while trials are made: they share memory where
-  // that has room for either.
+  // PCG and the trials never run at the same time, so their work vectors share memory. These two functions hand it
+  // over.
   void TakeTrialVectors();
   void LendTrialVectors();
-  // Of trials and solves nothing is wanted while a linearization or its preconditioner is made, which take most then.
+  // Frees the work vectors of PCG and of the trials. Linearizing and building a preconditioner need the most memory.
   void ReleaseVectors();
   // trial_x_ = x (+) gamma step.
   void MakeTrial(double gamma);
@@ -101,10 +104,10 @@ class LmStepper {
   Trial Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row);
   double GradientNorm();
   Zone ZoneOf(const Trial& trial) const;
-  // Linearizes at the trial point.
+  // Linearizes at the trial point and decides by the gradient there (see Zone).
   void AcceptByGradient(Trial& trial);
   void TestStep(const LmIteration& row, const Trial& trial);
-  // Gains and losses up to this are what the tolerance, or the rounding of the cost, explains.
+  // Predicted gains and increases up to this value may be due to the tolerance or to rounding of the cost.
   double DoubtfulGain() const;
   void TestLimits();
   const LmIteration& Record(LmIteration row);
@@ -118,21 +121,21 @@ class LmStepper {
   double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;
   int consecutive_rejects_ = 0;
   StepDoubt doubt_;
-  int turn_ = 0;  // of the next linearisation at a new x
+  int turn_ = 0;  // turn of the next linearization (InBatches::OnNewPoint)
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;
-  std::unique_ptr<BatchedSystem<B>> system_;  // null when x_ has moved
+  std::unique_ptr<BatchedSystem<B>> system_;  // null if x_ has changed since the last linearization
   std::string zero_column_gradient_;          // BatchedSystem::zero_column_gradient() at the last linearization
   LmSummary summary_;
-  Profile profile_{ReadClocksOf<typename B::Space>};  // of the steps of this object, not of those before it was saved
+  Profile profile_{ReadClocksOf<typename B::Space>};  // times only this object's steps, not those before Save
 };
 
-// Minimises the problem's cost from x, in place: x is the best met by the full cost, never worse than it was. Runs the
-// stepper until it is done, or the callback says stop.
+// Minimises the problem's cost, starting from x. Overwrites x with the best point found; its full cost is never above
+// the start's. Runs an LmStepper until it is done or the callback returns kStop. Throws Error as LmStepper does.
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const LmCallback& callback = {});
-// The same on a backend of its own. On the host x may also be a std::span or a std::vector.
+// The same on a backend that is created here. On the host x may also be a std::span or a std::vector.
 template <Backend B>
 LmSummary SolveLm(Problem<B>& problem, typename B::VectorView x, const LmOptions& options = {},
                   const LmCallback& callback = {}) {

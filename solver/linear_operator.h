@@ -6,16 +6,15 @@
 
 namespace vesta {
 
-// The inner products of vectors of a solve, as an iteration asks for them: where vectors lie in shards on several
-// processes, one sees its own shards but the products are of the whole.
-// As it stands: of vectors that are whole.
+// Inner products of the vectors in an iterative solver. This class handles vectors that are whole. A derived class
+// handles vectors in shards: each process passes its own shard, and the result is the product of the whole vectors.
 template <Backend B>
 class InnerProducts {
  public:
   using ConstVectorView = typename B::ConstVectorView;
 
   virtual ~InnerProducts() = default;
-  // As VectorBackend has them.
+  // The same functions as in VectorBackend.
   virtual void Dot(ConstVectorView x, ConstVectorView y, typename B::Slot slot) const { B().Dot(x, y, slot); }
   virtual void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, typename B::Slot slot) const {
     B().WeightedDot(w, x, y, slot);
@@ -24,9 +23,7 @@ class InnerProducts {
   virtual bool AllFinite(ConstVectorView x) const { return B().AllFinite(x); }
 };
 
-// Operators: how the engine sees matrices that are never formed.
-//
-// A square operator y = A x. PCG and preconditioners see nothing else.
+// A square operator y = A x. The engine never needs the matrix itself; PCG and preconditioners use only this interface.
 template <Backend B>
 class LinearOperator {
  public:
@@ -36,7 +33,7 @@ class LinearOperator {
   virtual void Apply(typename B::ConstVectorView x, typename B::VectorView y) = 0;
 };
 
-// A rectangular operator with its adjoint. Maps compose (solver/compose.h).
+// A rectangular operator with its adjoint. solver/compose.h combines maps.
 template <Backend B>
 class LinearMap {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robust losses rho(s) of the squared norm s of a residual block; the cost is 1/2 sum rho(s). Names, forms and scales
-// are Ceres's, so that costs compare digit by digit.
+// Robust losses rho(s) of the squared norm s of a residual block. The cost is 1/2 sum rho(s). Names, formulas and
+// scales are the same as in Ceres, so costs are comparable digit by digit.
 #pragma once
 
 #include <memory>
@@ -9,6 +9,7 @@
 
 namespace vesta {
 
+// A robust loss: rho(s) and its first two derivatives, for s >= 0.
 class Loss {
  public:
   struct Value {
@@ -27,7 +28,9 @@ class TrivialLoss final : public Loss {
   Value Evaluate(double s) const override;
 };
 
-// s up to a^2, then 2 a sqrt(s) - a^2. All scales a > 0: where a residual of size a starts to count less.
+// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In this and the following losses a > 0 is the residual norm from which
+// outliers are downweighted. ArctanLoss and TolerantLoss compare a with s instead. The constructors throw Error for
+// scales out of range.
 class HuberLoss final : public Loss {
  public:
   explicit HuberLoss(double a);
@@ -37,7 +40,7 @@ class HuberLoss final : public Loss {
   double a_;
 };
 
-// 2 b (sqrt(1 + s / b) - 1), b = a^2.
+// rho = 2 b (sqrt(1 + s / b) - 1), b = a^2.
 class SoftLOneLoss final : public Loss {
  public:
   explicit SoftLOneLoss(double a);
@@ -47,7 +50,7 @@ class SoftLOneLoss final : public Loss {
   double b_;
 };
 
-// b log(1 + s / b), b = a^2.
+// rho = b log(1 + s / b), b = a^2.
 class CauchyLoss final : public Loss {
  public:
   explicit CauchyLoss(double a);
@@ -57,7 +60,7 @@ class CauchyLoss final : public Loss {
   double b_;
 };
 
-// a atan(s / a).
+// rho = a atan(s / a).
 class ArctanLoss final : public Loss {
  public:
   explicit ArctanLoss(double a);
@@ -67,7 +70,7 @@ class ArctanLoss final : public Loss {
   double a_;
 };
 
-// b / 3 (1 - (1 - s / b)^3) up to b = a^2, then b / 3: residuals beyond a do not count.
+// rho = b / 3 (1 - (1 - s / b)^3) for s <= b = a^2, else b / 3. Residuals beyond a have no influence.
 class TukeyLoss final : public Loss {
  public:
   explicit TukeyLoss(double a);
@@ -77,7 +80,8 @@ class TukeyLoss final : public Loss {
   double b_;
 };
 
-// b log(1 + exp((s - a) / b)) less its value at s = 0: nothing much up to a, s beyond; b > 0 is how wide the bend is.
+// rho = b log(1 + exp((s - a) / b)), minus its value at s = 0. It is nearly 0 up to s = a >= 0 and nearly s - a beyond.
+// b > 0 is the width of the transition.
 class TolerantLoss final : public Loss {
  public:
   TolerantLoss(double a, double b);
@@ -87,7 +91,7 @@ class TolerantLoss final : public Loss {
   double a_, b_, at_zero_;
 };
 
-// f(g(s)). Neither may be null.
+// rho = f(g(s)). Neither loss may be null.
 class ComposedLoss final : public Loss {
  public:
   ComposedLoss(std::shared_ptr<const Loss> f, std::shared_ptr<const Loss> g);
@@ -97,7 +101,7 @@ class ComposedLoss final : public Loss {
   std::shared_ptr<const Loss> f_, g_;
 };
 
-// weight * loss(s), or weight * s where there is no loss; weight >= 0.
+// rho = weight * loss(s), or weight * s for a null loss; weight >= 0.
 class ScaledLoss final : public Loss {
  public:
   ScaledLoss(std::shared_ptr<const Loss> loss, double weight);
@@ -108,15 +112,15 @@ class ScaledLoss final : public Loss {
   double weight_;
 };
 
-// Rewrites a residual block f and its Jacobian J so that plain least squares has the loss's gradient rho' J^T f and the
-// curvature J^T (rho' I + 2 max(rho'', 0) f f^T) J (Triggs, McLauchlan, Hartley, Fitzgibbon, Bundle adjustment: a
-// modern synthesis, 1999, section 4.3). A negative rho'' is left out, as in Ceres: it would take away from the
-// curvature, at worst all of it.
+// Rewrites a residual block f and its Jacobian J for a robust loss. Plain least squares on the result then has the
+// gradient rho' J^T f and the curvature J^T (rho' I + 2 max(rho'', 0) f f^T) J. Source: Triggs, McLauchlan, Hartley,
+// Fitzgibbon, Bundle adjustment: a modern synthesis, 1999, section 4.3. A negative rho'' is ignored, as in Ceres,
+// because it would reduce the curvature, possibly to zero.
 class LossCorrection {
  public:
   // value: the loss at s = |f|^2.
   LossCorrection(const Loss::Value& value, double s);
-  // J column-wise or row-wise alike: J(i, c) at jacobian[i * row_stride + c * column_stride]. f is corrected last.
+  // J may have either layout: J(i, c) is jacobian[i * row_stride + c * column_stride]. J is corrected first, then f.
   template <class S>
   void Apply(int residuals, int parameters, S* f, S* jacobian, int row_stride, int column_stride) const {
     for (int c = 0; c < parameters; ++c) {

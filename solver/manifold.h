@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Manifolds: parameters that live in fewer dimensions than the numbers that hold them.
+// Manifolds for parameter blocks that have fewer degrees of freedom than numbers.
 #pragma once
 
 #include <memory>
@@ -7,20 +7,20 @@
 
 namespace vesta {
 
-// x (+) delta, for x of ambient_size() numbers and delta of tangent_size(). Plus(x, 0) = x.
+// Defines the step x (+) delta, for x of ambient_size() numbers and delta of tangent_size() numbers. Plus(x, 0) = x.
 class Manifold {
  public:
   virtual ~Manifold() = default;
   virtual int ambient_size() const = 0;
   virtual int tangent_size() const = 0;
-  // out = x (+) delta. out may be x.
+  // out = x (+) delta. out may be the same memory as x.
   virtual void Plus(const double* x, const double* delta, double* out) const = 0;
-  // d(x (+) delta)/d(delta) at delta = 0: ambient_size() rows of tangent_size(), row after row.
+  // jacobian = d(x (+) delta)/d(delta) at delta = 0, row-major: ambient_size() rows, tangent_size() columns.
   virtual void PlusJacobian(const double* x, double* jacobian) const = 0;
 };
 
-// Unit quaternions: x (+) delta = [cos |delta|; delta sin |delta| / |delta|] x, a turn by twice |delta|: the convention
-// of Ceres's QuaternionManifold (w x y z) and EigenQuaternionManifold (x y z w).
+// Unit quaternions: x (+) delta = [cos |delta|; delta sin |delta| / |delta|] x, a rotation by 2 |delta|. Same
+// convention as Ceres's QuaternionManifold (w x y z) and EigenQuaternionManifold (x y z w).
 class QuaternionManifold final : public Manifold {
  public:
   enum class Order { kWxyz, kXyzw };
@@ -34,9 +34,10 @@ class QuaternionManifold final : public Manifold {
   Order order_;
 };
 
-// Vectors that keep their length (directions), size >= 2: x (+) delta = |x| H [delta sin |delta| / |delta|; cos
-// |delta|], H orthogonal with H e_last = x / |x|, from a Householder reflection (Hertzberg et al., Integrating generic
-// sensor fusion algorithms with sound state representations through encapsulation of manifolds, 2013, appendix B.2).
+// Vectors of constant length (directions), size >= 2. With H orthogonal and H e_last = x / |x|,
+// x (+) delta = |x| H [delta sin |delta| / |delta|; cos |delta|]. H is a Householder reflection: Hertzberg et al.,
+// Integrating generic sensor fusion algorithms with sound state representations through encapsulation of manifolds,
+// 2013, appendix B.2. The constructor throws Error for size < 2.
 class UnitVectorManifold final : public Manifold {
  public:
   explicit UnitVectorManifold(int size);
@@ -49,10 +50,11 @@ class UnitVectorManifold final : public Manifold {
   int size_;
 };
 
-// A vector some of whose entries stay as they are.
+// A vector with some constant entries.
 class SubsetManifold final : public Manifold {
  public:
-  // constant: positions within [0, size), no repeats, not all of them.
+  // constant: indices of the constant entries within [0, size). Throws Error if one is out of range or repeated, or if
+  // all entries are constant.
   SubsetManifold(int size, const std::vector<int>& constant);
   int ambient_size() const override { return size_; }
   int tangent_size() const override { return static_cast<int>(free_.size()); }
@@ -64,7 +66,7 @@ class SubsetManifold final : public Manifold {
   std::vector<int> free_;
 };
 
-// Several manifolds side by side, as a pose of a quaternion and a Euclidean translation.
+// A product of manifolds, one after another, such as a pose of a quaternion and a Euclidean translation.
 class ProductManifold final : public Manifold {
  public:
   explicit ProductManifold(std::vector<std::shared_ptr<const Manifold>> parts);
@@ -78,7 +80,7 @@ class ProductManifold final : public Manifold {
   int ambient_ = 0, tangent_ = 0;
 };
 
-// R^n: for products.
+// R^n, as a factor of a ProductManifold.
 class EuclideanManifold final : public Manifold {
  public:
   explicit EuclideanManifold(int size);

@@ -1,33 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solve holds at its peak, foreseen: for who must fit one into a budget, or choose between ways by it.
+// Predicts the peak memory of a solve, to fit it into a budget or to choose between settings.
 #pragma once
 
 #include "solver/lm_options.h"
 
 namespace vesta {
 
-// What a problem brings along, in bytes or any other unit.
+// Memory that a problem needs, in bytes or any other unit.
 struct ProblemMemory {
   int batches = 1;
-  double vector = 0;         // one of num_tangent() entries
-  double linearization = 0;  // of one batch, for as long as it is there
-  // What it keeps from DiagJTJ for BlockGram, which lets go of it; and what either works in where it has to measure.
+  double vector = 0;         // one vector of num_tangent() entries
+  double linearization = 0;  // the linearization of one batch while it exists
+  // gram: data kept from DiagJTJ for BlockGram, which frees it. gram_work: work memory of either when it computes them.
   double gram = 0, gram_work = 0;
-  bool keeps_gram = false;  // all the same, since a group is eliminated and what is left has blocks by the damping
-  double blocks = 0;        // the values of a BlockDiagonal of block_groups(); 0: none
-  double cost_work = 0;     // while the cost of a trial is evaluated
-  double between = 0;       // what the caller works in between iterations
+  // gram is not freed, because a group is eliminated and the kept blocks depend on the damping.
+  bool keeps_gram = false;
+  double blocks = 0;                     // the values of a BlockDiagonal of block_groups(); 0 without blocks
+  double cost_work = 0;                  // work memory of one evaluation of the cost
+  double between = 0;                    // work memory of the caller between iterations
   bool has_own_right_hand_side = false;  // WithOwnRightHandSide
-  bool has_own_metric = false;           // WithDampingMetric, which works in nothing worth mentioning
+  bool has_own_metric = false;           // WithDampingMetric; its work memory is negligible
 };
 
-// Linearizations that are there at once, of so many batches.
+// Number of linearizations that exist at the same time, for a problem of this many batches.
 int HeldLinearizations(const LmOptions& options, int batches);
 
-// At most so much is held by an LmStepper, x included, and by the linearizations of its batches: of problems without
-// bounds whose steps have x's size, solved by PCG, preconditioned by the diagonal, the problem's blocks or not at all.
-// Not foreseen are columns that are frozen, a mask more while a system is prepared, and steps judged by the gradient
-// (LmStepper), the linearizations of which are there beside those of x.
+// Upper bound on the memory of an LmStepper, including x and the linearizations of its batches. It holds for problems
+// without bounds whose steps have the size of x, solved by PCG with Jacobi, block Jacobi or no preconditioner. It does
+// not include the extra mask for zero columns while a system is prepared. Nor does it include steps that are judged by
+// the gradient (LmStepper): there the linearizations at two points exist at the same time.
 double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem);
 
 }  // namespace vesta

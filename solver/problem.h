@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A least-squares problem as the engine sees it: two small classes to derive from. Everything else is optional
+// A least-squares problem: two small base classes for the user to implement. Everything else is optional
 // (solver/problem_interfaces.h).
 //
-// The engine minimises Cost(x) = 1/2 |r(x)|^2 by products with J, the Jacobian of r, which is never formed. Example:
-// x_k^2 = c_k for every k, so J = diag(2 x).
+// The engine minimises Cost(x) = 1/2 |r(x)|^2. It uses products with J, the Jacobian of r, and never forms J. Example:
+// r_k = x_k^2 - c_k for every k, so J = diag(2 x).
 //
 //   using B = vesta::CpuBackend<double>;
 //   struct RootsAtX final : vesta::Linearization<B> {
@@ -37,7 +37,7 @@
 
 namespace vesta {
 
-// A problem at one x. It owns what it caches and frees it when destroyed. Sizes are fixed for its life.
+// A problem linearized at one x. It owns its cached data. Its sizes never change.
 template <Backend B>
 class Linearization {
  public:
@@ -46,19 +46,20 @@ class Linearization {
   virtual ~Linearization() = default;
 
   virtual Index num_residuals() const = 0;
-  // Columns of J: the size of a step.
+  // Columns of J: the number of entries of a step.
   virtual Index num_parameters() const = 0;
-  // r at x, num_residuals() entries. Valid as long as this object.
+  // The residuals r at x, num_residuals() entries. Valid as long as this object.
   virtual ConstVectorView residuals() const = 0;
-  // u = J v. Overwrites u.
+  // u = J v. v has num_parameters() entries, u has num_residuals(). Overwrites u.
   virtual void ApplyJ(ConstVectorView v, VectorView u) = 0;
-  // g = J^T u. Overwrites g.
+  // g = J^T u. u has num_residuals() entries, g has num_parameters(). Overwrites g.
   virtual void ApplyJT(ConstVectorView u, VectorView g) = 0;
-  // d_k = (J^T J)_kk, or a documented estimate of the same scale. With weights W (WithLossWeights): (J^T W J)_kk.
-  // Overwrites d.
+  // d_k = (J^T J)_kk, or a documented estimate of the same magnitude. With weights W (WithLossWeights): (J^T W J)_kk. d
+  // has num_parameters() entries. Overwrites d.
   virtual void DiagJTJ(VectorView d) = 0;
 };
 
+// A least-squares problem: its cost, and its linearization at any x.
 template <Backend B>
 class Problem {
  public:
@@ -66,15 +67,15 @@ class Problem {
   using ConstVectorView = typename B::ConstVectorView;
   virtual ~Problem() = default;
 
-  // Size of x.
+  // Number of entries of x.
   virtual Index num_parameters() const = 0;
-  // The whole cost. Not finite where x has no meaning; it never throws on bad numbers.
+  // The full cost at x. Returns NaN or infinity if the cost is undefined there; never throws for such values.
   virtual double Cost(ConstVectorView x) = 0;
-  // x does not move or change during the life of the linearization.
+  // Linearizes at x. The memory of x must not move or change while the linearization exists.
   virtual std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) = 0;
 
  protected:
-  // Throws Error where x does not have num_parameters() entries.
+  // Throws Error unless x has num_parameters() entries.
   void CheckSize(ConstVectorView x) const;
 };
 

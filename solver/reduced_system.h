@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damped systems in reduced form: with a block-diagonal group eliminated, or in shards on several processes.
+// Damped systems after the elimination of a block-diagonal group, or sharded over several processes.
 #pragma once
 
 #include <memory>
@@ -15,10 +15,11 @@ namespace vesta {
 
 // A damped system with a block-diagonal group of parameters eliminated: the Schur complement, as an operator.
 //
-// With the tangent space in two parts, kept (the first size() entries) and eliminated (the rest), and
-//   H + lambda D = [B E; E^T C],  C block diagonal,
-// this is y = S x with S = B - E C^-1 E^T over the kept parameters. A linearization that knows such a group offers
-// one by WithReducedSystem; it borrows the linearization. SetDamping comes before everything else.
+// Split the tangent space into kept parameters (the first size() entries) and eliminated ones (the rest). Then
+//   H + lambda D = [B E; E^T C],  C block diagonal.
+// The operator is y = S x with S = B - E C^-1 E^T over the kept parameters. A linearization with such a group provides
+// the reduced system by WithReducedSystem, and the system borrows the linearization. Call SetDamping before anything
+// else.
 template <Backend B>
 class ReducedSystem : public LinearOperator<B> {
  public:
@@ -27,60 +28,60 @@ class ReducedSystem : public LinearOperator<B> {
 
   // Number of kept parameters.
   Index size() const override = 0;
-  // Sets lambda D (metric D: one entry a tangent parameter, eliminated ones included) and factorises C. D must stay
-  // until the next call; of a part of a problem (solver/distributed), whose kept parameters are damped where all parts
-  // are summed, it is there for the call alone. A block of C
-  // that is singular in working precision is treated as BlockDiagonal::Factorize treats it.
+  // Sets the damping lambda D and factorises C. metric is D, with one entry per tangent parameter, eliminated ones
+  // included. metric must stay valid until the next call. For a part of a distributed problem it is valid only during
+  // the call, because there the kept parameters are damped after the parts are summed. Blocks of C that are singular in
+  // working precision are handled as BlockDiagonal::Factorize does.
   virtual void SetDamping(double lambda, ConstVectorView metric) = 0;
-  // reduced = b_kept - E C^-1 b_eliminated. rhs: all tangent parameters; reduced: size() entries.
+  // reduced = b_kept - E C^-1 b_eliminated. rhs has one entry per tangent parameter, reduced has size() entries.
   virtual void ReduceRhs(ConstVectorView rhs, VectorView reduced) = 0;
   // Completes step (all tangent parameters), whose first size() entries solve the reduced system:
   // step_eliminated = C^-1 (b_eliminated - E^T step_kept).
   virtual void BackSubstitute(ConstVectorView rhs, VectorView step) = 0;
 
-  // Blocks of the kept parameters for the Schur-Jacobi preconditioner; they cover 0..size()-1.
+  // Blocks of the kept parameters for the Schur-Jacobi preconditioner. They cover entries 0 to size() - 1.
   virtual std::vector<BlockGroup> kept_groups() const = 0;
-  // The diagonal blocks of S, damping included, into a matrix made from kept_groups(). Overwrites.
+  // Overwrites diagonal, made from kept_groups(), with the diagonal blocks of S, damping included.
   virtual void DiagonalBlocks(BlockDiagonal<B>& diagonal) = 0;
-  // An operator near S^-1 for the present damping, better than the inverse of those blocks and valid until the next
-  // SetDamping. Null: there is none that pays.
+  // Returns an operator close to S^-1 for the current damping, better than the inverse of the diagonal blocks. Valid
+  // until the next SetDamping. Null if no such operator pays off.
   virtual LinearOperator<B>* Factorize() { return nullptr; }
-  // What Factorize gives, for reports; empty: nothing.
+  // Describes what Factorize returns, for reports. Empty if it returns null.
   virtual std::string factor_description() const { return ""; }
 };
 
-// The system of a step in shards: each process holds some of the entries of every vector of the iteration, and of the
-// preconditioner.
+// A damped system in shards: each process holds some entries of every PCG vector and of the preconditioner.
 //
-// A linearization over the entries of this process's shard: num_parameters(), the vectors of ApplyH and the blocks are
-// of these. Offered by WithShardedSystem, which it borrows. All processes call all of it together.
+// It is a linearization over the entries of this process's shard. num_parameters(), the vectors of ApplyH and the
+// blocks all refer to the shard. WithShardedSystem creates it, and it borrows the linearization. Collective: every
+// process must make every call.
 template <Backend B>
 class ShardedSystem : public Linearization<B>, public WithProductH<B>, public WithBlocks<B> {
  public:
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // The shard of a vector of all entries: `whole` itself where this process has all of them, else in `room`, for as
-  // long as that stays as it is.
+  // Returns the shard of a vector of all entries. The result is `whole` itself if this process has all entries.
+  // Otherwise it is a copy in `room`, valid until `room` changes.
   virtual ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& room) const = 0;
-  // whole = the shards of all processes.
+  // Writes the shards of all processes to whole.
   virtual void Gather(ConstVectorView shard, VectorView whole) = 0;
-  // Of shards, over all processes.
+  // Inner products of shards, over all processes.
   virtual const InnerProducts<B>& products() const = 0;
 
-  // No process has J: these throw Error.
+  // No process has J, so these throw Error.
   ConstVectorView residuals() const override { Fail(kUnsupported, "a system in shards has H alone"); }
   void ApplyJ(ConstVectorView, VectorView) override { residuals(); }
   void ApplyJT(ConstVectorView, VectorView) override { residuals(); }
   void DiagJTJ(VectorView) override { residuals(); }
 };
 
-// A linearization whose system is solved in shards.
+// A linearization that can be solved in shards.
 template <Backend B>
 class WithShardedSystem {
  public:
   virtual ~WithShardedSystem() = default;
-  // Borrows this object. Null where each process has all of it.
+  // The result borrows this object. Null if each process has the whole system.
   virtual std::unique_ptr<ShardedSystem<B>> MakeShardedSystem() = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problems from residuals alone: many functors of one type, derivatives by dual numbers.
+// Least-squares problems from residual functors of one type. Dual numbers compute the derivatives.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,9 +22,10 @@
 
 namespace vesta {
 
-// kResiduals values from kParameters numbers, for any scalar: f(p, r) reads p[0..kParameters) and writes
-// r[0..kResiduals). It may return bool: false says that the residuals have no value there, and a step to there is
-// rejected. Calls to mathematics are unqualified after `using std::exp;`, constants are T(0.5).
+// A functor that computes kResiduals residuals from kParameters parameters, for any scalar type T. f(p, r) reads
+// p[0..kParameters) and writes r[0..kResiduals). It may return bool: false means that the residuals are undefined
+// there, and a step to that point is rejected. Call mathematical functions unqualified after `using std::exp;`, and
+// write constants as T(0.5).
 template <class F, class S>
 concept ResidualFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r, const S* q, S* s) {
   { F::kResiduals } -> std::convertible_to<int>;
@@ -34,14 +35,15 @@ concept ResidualFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r, cons
 };
 
 struct ResidualBlocksOptions {
-  // Applied to each residual block's squared norm; none: plain least squares.
+  // Robust loss of each residual block's squared norm; null for plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   int num_batches = 1;
   BatchSplit split = BatchSplit::kStrided;
-  // For block Jacobi; empty: none.
+  // Parameter blocks for block Jacobi; empty for none.
   std::vector<BlockGroup> block_groups = {};
 };
 
+// Minimises 1/2 sum rho(|r|^2) over all functors.
 template <class F, Backend B>
 requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host>
 class ResidualBlocks final : public Problem<B>,
@@ -56,8 +58,8 @@ class ResidualBlocks final : public Problem<B>,
   static constexpr int kResiduals = F::kResiduals;
   static constexpr int kParameters = F::kParameters;
 
-  // index: for each functor the kParameters positions in x that it reads, all different; empty: every functor reads
-  // x[0..kParameters).
+  // index: for each functor, the kParameters positions in x that it reads, all different. If it is empty, every functor
+  // reads x[0..kParameters). Throws Error if index has a wrong size, a position out of range or a repeated position.
   ResidualBlocks(Index num_parameters, std::vector<F> functors, std::vector<Index> index = {},
                  ResidualBlocksOptions options = {})
       : functors_(std::move(functors)),
@@ -102,7 +104,7 @@ class ResidualBlocks final : public Problem<B>,
  private:
   using Rows = residual_blocks_internal::Rows<kResiduals, kParameters, B>;
 
-  // f and its Jacobian of functor i, column after column. Returns what the functor returns.
+  // Computes the residuals f of functor i and their Jacobian, column by column. Returns the functor's return value.
   bool Differentiate(ConstVectorView x, Index i, S* f, S* jacobian) const {
     const F& functor = functors_[static_cast<std::size_t>(i)];
     const Index* index = layout_.parameters(i);
@@ -120,7 +122,7 @@ class ResidualBlocks final : public Problem<B>,
     }
     return true;
   }
-  // units: null for 0, 1, ..., count - 1.
+  // units: the functors to sum over; null means 0, 1, ..., count - 1.
   double SumOfCosts(ConstVectorView x, Index count, const Index* units) const {
     return ParallelSum<double>(count, residual_blocks_internal::kGrain, [&](Index begin, Index end) {
       double sum = 0;

@@ -119,8 +119,8 @@ void ConfigFile::Apply(gs::TrainOptions& options) const {
       const std::string name = fmt::format("{}.{}", room, key);
       const schema::Field<gs::TrainOptions>* field = schema::Find(gs::TrainFields(), name);
       if (!field) {
-        if (const std::string renamed = gs::RenamedOption(name); !renamed.empty()) {
-          Fail(kBadFile, "{}: {}: this option is now called {}", path_, name, renamed);
+        if (const auto renamed = gs::RenamedOptions().find(name); renamed != gs::RenamedOptions().end()) {
+          Fail(kBadFile, "{}: {}: this option is now called {}", path_, name, renamed->second);
         }
         const std::vector<std::string> nearest = schema::Nearest(name, schema::Names(gs::TrainFields()));
         Fail(kBadFile, "{}: {}: no such option; {}`vesta config` prints all", path_, Printable(name),

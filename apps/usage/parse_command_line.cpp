@@ -89,8 +89,9 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
 }
 
 [[noreturn]] void RefuseKey(const std::string& key, const CommandInfo& command) {
-  const std::string renamed = gs::RenamedOption(key);
-  if (!renamed.empty()) throw UsageError(fmt::format("--set {}: this option is now called {}", key, renamed));
+  if (const auto renamed = gs::RenamedOptions().find(key); renamed != gs::RenamedOptions().end()) {
+    throw UsageError(fmt::format("--set {}: this option is now called {}", key, renamed->second));
+  }
   std::vector<std::string> known;
   for (const ListedFlag& option : OptionsOf(command)) known.push_back(option.name);
   const std::vector<std::string> nearest = schema::Nearest(key, known);

@@ -2,8 +2,8 @@
 // Bodies of the templates of bench/deconvolution/coded_blur.h.
 #pragma once
 
-#include "kernels/core/parallel.h"
 #include "bench/deconvolution/coded_blur.h"
+#include "kernels/core/parallel.h"
 
 namespace vesta::deconvolution {
 

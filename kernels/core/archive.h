@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an object consists of, written out byte by byte and read back: one list of members for both directions.
+// Serialisation: an object writes its members byte by byte and reads them back. One list of members serves both
+// directions:
 //
 //   template <class Archive>
 //   void Visit(Archive& archive) { archive(count_, values_, name_); }
 //
-// An ArchiveWriter passes the bytes on as they come, so that no copy of the whole is made; an ArchiveReader takes them
-// from memory and throws Error where they end too early. The bytes are those of the machine (little-endian floats):
-// what surrounds them has to say which version of which object they are, and to protect them by a checksum.
+// An ArchiveWriter passes each member's bytes to a sink at once, so the object is never copied as a whole. An
+// ArchiveReader reads from memory and throws Error if the bytes end too early. The bytes have the machine's format
+// (little-endian floats). The caller stores the object's type and version, and a checksum.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +33,7 @@ class ArchiveWriter {
   void operator()(Ts&... values) {
     (Write(values), ...);
   }
-  // As they are.
+  // Writes raw bytes, without a size.
   void Bytes(const void* data, std::size_t size) { sink_({static_cast<const char*>(data), size}); }
 
  private:
@@ -91,11 +92,11 @@ class ArchiveReader {
     if (size > 0) std::memcpy(data, rest_.data(), size);
     rest_.remove_prefix(size);
   }
-  // What has not been read yet.
+  // The bytes that are not read yet.
   std::string_view rest() const { return rest_; }
 
  private:
-  // Number of elements of so many bytes that follow.
+  // Reads a number of elements of `element` bytes; throws Error if fewer follow.
   Index ReadSize(std::size_t element) {
     Index size = 0;
     Bytes(&size, sizeof(size));
@@ -122,7 +123,7 @@ class ArchiveReader {
     Read(copy);
     buffer.CopyFrom(HostSpan<const T>(copy.data(), static_cast<Index>(copy.size())));
   }
-  // Not any byte is one.
+  // Every byte except 0 is read as true.
   void Read(bool& value) {
     std::uint8_t byte = 0;
     Bytes(&byte, sizeof(byte));

@@ -12,8 +12,8 @@ namespace vesta {
 
 // `count` square blocks of order `size`. Component c of block i is parameter
 //   offset + c * component_stride + i * block_stride,
-// so both structure-of-arrays (component_stride = count, block_stride = 1) and array-of-structures
-// (component_stride = 1, block_stride = size) parameter vectors are covered without a permutation.
+// which covers parameter vectors in both layouts without a permutation: structure of arrays (component_stride = count,
+// block_stride = 1) and array of structures (component_stride = 1, block_stride = size).
 struct BlockGroup {
   int size = 1;
   Index count = 0;
@@ -28,9 +28,9 @@ struct BlockGroup {
   Index NumValues() const { return count * PackedSize(size); }
 };
 
-// Values of a symmetric block-diagonal matrix over the parameters 0..num_parameters-1; the groups cover each parameter
-// exactly once. Element (row, col) of block i of group g is at values(g)[PackedLower(row, col) * count + i]: blocks
-// run fastest, so that 16 of them are factored side by side in vector registers.
+// A symmetric block-diagonal matrix over the parameters 0..num_parameters-1. The groups must cover each parameter
+// exactly once. Element (row, col) of block i of group g is values(g)[PackedLower(row, col) * count + i]. The block
+// index runs fastest, so that 16 blocks can be factorised side by side in vector registers.
 template <class B>
 class BlockDiagonal {
  public:
@@ -44,7 +44,7 @@ class BlockDiagonal {
   typename B::ConstVectorView values(int group) const;
   typename B::VectorView all_values();
 
-  // this += scale * other; same groups.
+  // this += scale * other. Both matrices must have the same groups.
   void Add(double scale, const BlockDiagonal& other);
   // this(k, k) += scale * d[k].
   void AddToDiagonal(double scale, typename B::ConstVectorView d);
@@ -53,11 +53,11 @@ class BlockDiagonal {
   // y = this x.
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) const;
 
-  // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal (0 for rows taken as zero);
-  // afterwards Solve may be called. Where a diagonal entry is not positive, its row and column are taken as zero, and
-  // Solve gives 0 there. A pivot that cancels to below 1e-6 of its diagonal (1e-13 in double) is raised to that: a
-  // preconditioner must be positive definite, but need not be exact. Returns the number of pivots that were replaced or
-  // raised. Finite input never gives a value that is not finite.
+  // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal. Solve may be called
+  // afterwards. If a diagonal entry is not positive, its row and column are treated as zero, and Solve returns 0 there.
+  // A pivot that cancels to below 1e-6 of its diagonal (1e-13 in double) is raised to that value: a preconditioner must
+  // be positive definite but need not be exact. Returns the number of replaced or raised pivots. Finite input always
+  // gives finite output.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
@@ -73,13 +73,13 @@ class BlockDiagonal {
 
 namespace vesta::device {
 
-// The device code of the functions above. Each thread works on one block; neighbouring threads read neighbouring
-// values. Defined in block_diagonal.cu.
+// Device code of the functions above, defined in block_diagonal.cu. Each thread processes one block; neighbouring
+// threads read neighbouring values.
 //
-// Largest order of a block: a thread keeps its block in memory of its own.
+// Largest order of a block; each thread keeps its block in local memory.
 inline constexpr int kMaxBlockOrder = 32;
 
-// values: NumValues() of one group. treated: [1], added to.
+// values: NumValues() values of one group. treated: [1]; the number of replaced pivots is added to it.
 template <class S>
 void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values);
 template <class S>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of block_diagonal.h that are the same in every memory space.
+// Members of BlockDiagonal (block_diagonal.h) that are the same in every memory space.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace vesta {
 namespace block_internal {
 
-// Lowest and highest parameter a group touches.
+// Lowest and highest parameter of a group.
 inline std::pair<Index, Index> Range(const BlockGroup& group) {
   Index lowest = group.offset, highest = group.offset;
   for (const Index reach : {(group.size - 1) * group.component_stride, (group.count - 1) * group.block_stride}) {

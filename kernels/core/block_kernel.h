@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of a GPU whose threads work together, as plain C++. A block kernel is a struct with
+// GPU kernels whose threads work together, as plain C++. A block kernel is a struct with
 //
-//   static constexpr int kThreads;            of a block, a multiple of 32
-//   struct Shared;                            what the block's threads share; plain arrays, not initialised, to 48 KB
+//   static constexpr int kThreads;            threads of a block, a multiple of 32
+//   struct Shared;                            shared memory: plain arrays, not initialised, up to 48 KB
 //   template <class Block>
-//   VESTA_HD void operator()(Block& block, Shared& shared) const;      what one thread does
+//   VESTA_HD void operator()(Block& block, Shared& shared) const;      the code of one thread
 //
 // and sees its surroundings through Block alone:
 //
@@ -14,15 +14,15 @@
 //
 // launch.cuh runs it on a device; tests run the same struct on the host with one fiber a thread (tests/support/
 // emulated_block.h), in several orders, so that a missing barrier, an index out of range or a barrier that some threads
-// never reach is found where there is no GPU.
+// never reach is found without a GPU.
 #pragma once
 
 #include "kernels/core/span.h"
 
 namespace vesta {
 
-// The sum of all threads' values by `add`, in a fixed order; every thread calls it, thread 0 gets the result. lanes:
-// kThreads values in shared memory, a power of two.
+// Returns the sum of all threads' values by `add`, in a fixed order. Every thread must call it; thread 0 gets the
+// result. lanes: kThreads values in shared memory. kThreads must be a power of two.
 template <int kThreads, class Block, class T, class Add>
 VESTA_HD inline T ReduceBlock(Block& block, T* lanes, const T& value, const Add& add) {
   static_assert((kThreads & (kThreads - 1)) == 0);
@@ -33,7 +33,7 @@ VESTA_HD inline T ReduceBlock(Block& block, T* lanes, const T& value, const Add&
     if (thread < half) lanes[thread] = add(lanes[thread], lanes[thread + half]);
     block.Sync();
   }
-  return thread == 0 ? lanes[0] : value;  // nobody else reads: the caller may use lanes again at once
+  return thread == 0 ? lanes[0] : value;  // only thread 0 reads lanes, so the caller may reuse it at once
 }
 
 struct AddUp {
@@ -42,7 +42,7 @@ struct AddUp {
     return a + b;
   }
 };
-// The larger one; NaN wins.
+// Maximum; NaN if either argument is NaN.
 struct LargestOrNaN {
   template <class T>
   VESTA_HD T operator()(const T& a, const T& b) const {
@@ -50,8 +50,8 @@ struct LargestOrNaN {
   }
 };
 
-// result[block] = the reduction of term(i) over the block's chunk of [0, size). Chunks are of a fixed size, so that the
-// result depends on size alone. term: VESTA_HD double(Index).
+// result[block] = the reduction of term(i) over the block's chunk of [0, size). The chunk size is fixed, so the result
+// depends on `size` alone. term: VESTA_HD double(Index).
 template <class Term, class Add>
 struct ReduceChunks {
   static constexpr int kThreads = 256;
@@ -74,7 +74,7 @@ struct ReduceChunks {
 };
 
 // result[kSums block + k] = the sum of term k over the block's chunk of [0, size). term: VESTA_HD void(Index i, double
-// sums[kSums]), which adds its terms of i.
+// sums[kSums]), which adds its terms for index i to sums.
 template <int kSums, class Term>
 struct SumChunks {
   static constexpr int kThreads = 256;
@@ -97,8 +97,8 @@ struct SumChunks {
   }
 };
 
-// How a reduction of `size` terms is cut into chunks: no more than a limit, and none so short that its launch would
-// cost more than its sum.
+// Size of the chunks in a reduction of `size` terms. There are at most kMaxChunks chunks, and no chunk is so short that
+// its launch would cost more than its sum.
 inline constexpr Index kMaxChunks = 2048;
 constexpr Index ChunkSize(Index size) {
   constexpr Index kShortest = 4096, kStep = 256;

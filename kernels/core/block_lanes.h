@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small symmetric matrices, several side by side: packed lower triangles, one matrix in each lane. The host works on
-// sixteen at once, in vector registers; a thread of a device on one.
+// Small symmetric matrices as packed lower triangles, one matrix in each SIMD lane. The host processes sixteen matrices
+// together in vector registers; a GPU thread processes one.
 #pragma once
 
 #include <cmath>
@@ -23,10 +23,10 @@ template <class S>
 inline constexpr S kSmallestPivot = sizeof(S) == sizeof(float) ? S(1e-6) : S(1e-13);
 }  // namespace block_internal
 
-// Cholesky factors of some blocks, in place: L below the diagonal, 1 / L_kk on it. The blocks are scaled to a unit
-// diagonal first. In a positive semidefinite matrix no entry of L exceeds the root of what is left of its row's
-// diagonal; holding every entry to that bound keeps all numbers finite whatever the input. Adds to `treated` the number
-// of pivots that were replaced. root, scale and left are scratch for `size` elements each.
+// Cholesky factorisation of kLanes blocks, in place: L below the diagonal, 1 / L_kk on it. The blocks are first scaled
+// to a unit diagonal. For a positive semidefinite matrix no entry of L exceeds the square root of its row's remaining
+// diagonal. Clamping every entry to that bound keeps all numbers finite for any input. Adds the number of replaced
+// pivots to `treated`. root, scale and left are scratch arrays of `size` elements.
 template <int kLanes, class S>
 VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLanes<S, kLanes>* root,
                                     BlockLanes<S, kLanes>* scale, BlockLanes<S, kLanes>* left,
@@ -50,7 +50,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
       const BlockLanes<S, kLanes> bound = root[j], column = scale[j];
       BlockLanes<S, kLanes>& entry = a[PackedLower(i, j)];
       for (int l = 0; l < kLanes; ++l) {
-        // Clamped between the two factors, so that neither product can overflow.
+        // Clamped between the two products, so that neither can overflow.
         const S half = entry.lane[l] * row.lane[l];
         entry.lane[l] = Min(Max(half, -bound.lane[l]), bound.lane[l]) * column.lane[l];
       }
@@ -79,7 +79,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
     }
     a[PackedLower(j, j)] = inverse;
   }
-  // Back to the scale of the matrix; the diagonal holds reciprocals, 0 where the row and column were taken as 0.
+  // Undo the scaling. The diagonal holds reciprocals, or 0 for rows and columns that were treated as 0.
   for (int i = 0; i < size; ++i) {
     const BlockLanes<S, kLanes> row = root[i], inverse = scale[i];
     for (int j = 0; j <= i; ++j) {
@@ -90,7 +90,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
   }
 }
 
-// x <- L^-T L^-1 x for some blocks.
+// x <- L^-T L^-1 x for kLanes blocks.
 template <int kLanes, class S>
 VESTA_HD inline void SolveLanes(int size, const BlockLanes<S, kLanes>* a, BlockLanes<S, kLanes>* x) {
   for (int i = 0; i < size; ++i) {
@@ -109,7 +109,7 @@ VESTA_HD inline void SolveLanes(int size, const BlockLanes<S, kLanes>* a, BlockL
   }
 }
 
-// y = A x for some blocks.
+// y = A x for kLanes blocks.
 template <int kLanes, class S>
 VESTA_HD inline void MultiplyLanes(int size, const BlockLanes<S, kLanes>* a, const BlockLanes<S, kLanes>* x,
                                    BlockLanes<S, kLanes>* y) {

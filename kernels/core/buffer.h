@@ -34,13 +34,13 @@ class Buffer<T, Host> {
     return *this;
   }
 
-  // Discards the contents; all elements become T{}. Keeps its memory where it is large enough, as the functions below
+  // Discards the contents and sets all elements to T{}. Reuses the memory if it is large enough, as the functions below
   // do.
   void Resize(Index size) {
     ResizeForOverwrite(size);
     std::fill_n(data_.get(), size_, T{});
   }
-  // Discards the contents; the elements hold anything until they are written.
+  // Discards the contents; the elements are uninitialised.
   void ResizeForOverwrite(Index size) {
     if (size > capacity_) {
       data_.reset();
@@ -56,7 +56,7 @@ class Buffer<T, Host> {
   }
 
   Index size() const { return size_; }
-  // Elements that there is memory for.
+  // Number of elements that fit into the allocated memory.
   Index capacity() const { return capacity_; }
   bool empty() const { return size_ == 0; }
   T* data() { return data_.get(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors. Misuse and bad input throw vesta::Error with one line that says what to do; numerical trouble never throws,
-// it is a status in a summary.
+// Errors. Misuse and bad input throw vesta::Error with a one-line message that says what to do. Numerical failures
+// never throw; a solver's summary reports them as a status.
 #pragma once
 
 #include <fmt/format.h>
@@ -19,6 +19,6 @@ template <class... Args>
 
 }  // namespace vesta
 
-// Throws Error of kBadArgument when a precondition of the programmer's does not hold: VESTA_CHECK(n > 0, "n is {}", n).
+// Throws Error(kBadArgument) if a precondition does not hold: VESTA_CHECK(n > 0, "n is {}", n).
 #define VESTA_CHECK(condition, ...) \
   ((condition) ? (void)0 : ::vesta::FailCheck(#condition, __FILE__, __LINE__, fmt::format(__VA_ARGS__)))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Host bodies of the vector algebra. All are bound by memory; long vectors are worked on by all threads.
+// Vector algebra on the host. All operations are memory-bound; long vectors are split among all threads.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +11,7 @@
 namespace vesta {
 namespace {
 
-// Elements in one task, and in one partial sum of a reduction: fixed, so sums do not depend on the threads.
+// Elements per task, and per partial sum of a reduction. It is constant, so sums do not depend on the thread count.
 constexpr Index kGrain = 8192;
 // Partial sums kept side by side within a chunk, one SIMD lane each.
 constexpr int kLanes = 8;
@@ -174,7 +174,7 @@ double VectorBackend<S, Space>::WeightedDot(ConstVectorView w, ConstVectorView x
 
 template <class S, class Space>
 double VectorBackend<S, Space>::MaxAbs(ConstVectorView x) {
-  // A type whose sum is the maximum, so that maxima go through the same reduction; NaN wins.
+  // A type whose += takes the maximum, so that MaxAbs can use the same reduction. NaN is kept.
   struct Max {
     double value = 0;
     Max& operator+=(const Max& other) {

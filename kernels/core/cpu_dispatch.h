@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// The compiled instruction sets: which one this process uses, and the tables of functions chosen by it.
+// SIMD instruction sets: selects the one to use in this process, and the function tables compiled for it.
 #pragma once
 
 namespace vesta {
 
 enum class Isa { kBaseline, kAvx2, kAvx512 };
 
-// The best instruction set of this CPU that was compiled in, or the one that the environment variable
-// VESTA_SIMD=sse2|avx2|avx512 forces. Throws Error when the forced one is unknown or the CPU lacks it.
-// Decided once a process.
+// The best instruction set that this CPU supports and vesta was compiled for. The environment variable
+// VESTA_SIMD=sse2|avx2|avx512 overrides the choice; throws Error if its value is unknown or the CPU lacks that set.
+// Decided once per process.
 Isa ActiveIsa();
-// Whether this CPU has it.
+// Whether this CPU supports the instruction set.
 bool IsaAvailable(Isa isa);
 const char* IsaName(Isa isa);
 
 }  // namespace vesta
 
-// What a *.simd.cpp defines once per instruction set, declared and chosen: one line each, in the .cpp beside it.
+// Declares a function that a *.simd.cpp file defines once per instruction set, and selects one of its versions. Each
+// macro takes one line of the corresponding .cpp file:
 //
 //   VESTA_DECLARE_PER_ISA(const RowKernels& CompiledRowKernels();)
 //   const RowKernels& RowKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRowKernels)(); }
 //
-// Both stand in the namespace of the *.simd.cpp's own `inline namespace VESTA_ISA`. Not in a header that the
-// *.simd.cpp includes: there another of these namespaces is the inline one.
+// Both lines must be in the namespace that encloses the `inline namespace VESTA_ISA` of the *.simd.cpp file, which must
+// not include them: it makes a different namespace the inline one.
 #if defined(__x86_64__)
 #define VESTA_DECLARE_PER_ISA(...) \
   inline namespace baseline {      \
@@ -34,7 +35,7 @@ const char* IsaName(Isa isa);
   namespace avx512 {               \
   __VA_ARGS__                      \
   }
-// The function of that name which was compiled for `isa`, which the CPU must have.
+// The version of the function that was compiled for `isa`. The CPU must support `isa`.
 #define VESTA_OF_ISA(isa, ...) ::vesta::PickOfIsa(isa, &baseline::__VA_ARGS__, &avx2::__VA_ARGS__, &avx512::__VA_ARGS__)
 #else
 #define VESTA_DECLARE_PER_ISA(...) \

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device bodies of the vector algebra. All are bound by memory. Each thread works on one element, and neighbouring
-// threads on neighbouring elements.
+// Vector algebra on the GPU. All operations are memory-bound. Each thread processes one element, and neighbouring
+// threads process neighbouring elements.
 #include <limits>
 
 #include "kernels/core/cuda_backend.h"
@@ -17,8 +17,8 @@ void CheckSizes(const X& x, const Y& y) {
   }
 }
 
-// Partial results of a thread's reductions, which use this memory one after the other in the stream, and the result of
-// those that the host reads at once.
+// Partial results of reductions, and one final result for the host. A host thread's reductions run one after the other
+// in the stream, so they share this memory.
 double* Partials() {
   thread_local DeviceBuffer<double> buffer(kMaxChunks + 1);
   return buffer.data();
@@ -29,7 +29,7 @@ struct PartialTerm {
   VESTA_HD double operator()(Index i) const { return partials[i]; }
 };
 
-// *result = the reduction of term(i) over [0, size) by `add`, 0 for none.
+// *result = the reduction of term(i) over [0, size) by `add`, or 0 if size is 0.
 template <class Term, class Add>
 void Reduce(Index size, const Term& term, const Add& add, double* result) {
   const Index chunk = ChunkSize(size), chunks = (size + chunk - 1) / chunk;
@@ -79,7 +79,7 @@ struct NotPositiveTerm {
   VESTA_HD double operator()(Index i) const { return x[i] > S(0) ? 0.0 : 1.0; }
 };
 
-// Comparisons treat NaN as those of the host's std::min and std::max do.
+// Handles NaN as std::min and std::max do on the host.
 template <class S>
 VESTA_HD S Clamped(S x, S lo, S hi) {
   const S raised = x < lo ? lo : x;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The library's stream, and errors of the CUDA runtime as Error. For files that see CUDA's headers.
+// The library's CUDA stream, and conversion of CUDA errors to Error. Only for files that include CUDA's headers.
 #pragma once
 
 #include <cuda_runtime_api.h>
 
 namespace vesta::device {
 
-// Made at first use. Throws Error where there is none.
+// Created at first use. Throws Error if no GPU is usable.
 cudaStream_t Stream();
 
-// False where memory was lacking, true for success; of anything else throws Error "what: CUDA's message".
+// Returns true for success and false if memory ran out. Any other status throws Error "what: CUDA's message".
 bool FoundMemory(cudaError_t status, const char* what);
-// As that, and throws OutOfDeviceMemory where memory was lacking.
+// Throws OutOfDeviceMemory if memory ran out, and Error for any other failure.
 void CheckCuda(cudaError_t status, const char* what);
 
 }  // namespace vesta::device

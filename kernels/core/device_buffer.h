@@ -11,8 +11,8 @@
 
 namespace vesta {
 
-// Like the buffer of the host: move-only, zero after construction and Resize, keeps its memory where it is large
-// enough. The host cannot access the elements; copies are explicit.
+// Like the host's buffer: move-only, zero after construction and Resize, and reusing its memory if it is large enough.
+// The host cannot access the elements; copies are explicit.
 template <class T>
 class Buffer<T, Device> {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -36,7 +36,7 @@ class Buffer<T, Device> {
     ResizeForOverwrite(size);
     device::SetZero(data_, Bytes());
   }
-  // Discards the contents. Throws OutOfDeviceMemory, the buffer being empty then.
+  // Discards the contents. On failure throws OutOfDeviceMemory and leaves the buffer empty.
   void ResizeForOverwrite(Index size) {
     if (size > capacity_) {
       device::Free(std::exchange(data_, nullptr));

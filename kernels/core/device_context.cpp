@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPU in use, its stream, its pool of memory, and the readings that lag behind.
+// The GPU in use, its stream, its memory pool, and lagged reads of scalars (ReadLagged).
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -16,14 +16,14 @@
 namespace vesta {
 namespace {
 
-constexpr int kDevice = 0;  // the first GPU that CUDA counts
+constexpr int kDevice = 0;  // CUDA's index of the first GPU
 
 }  // namespace
 
 namespace device {
 namespace {
 
-// A scalar whose value is on its way to the host.
+// A scalar whose value is being copied to the host.
 struct LaggedReading {
   const double* scalar = nullptr;
   cudaEvent_t arrived = nullptr;
@@ -33,7 +33,7 @@ constexpr std::size_t kMaxReadings = 16;
 
 struct Context {
   cudaStream_t stream = nullptr;
-  // One page of pinned memory; reading i arrives in landing[i].
+  // Pinned host memory; the value of reading i is copied to landing[i].
   double* landing = nullptr;
   cudaMemPool_t pool = nullptr;
   std::array<LaggedReading, kMaxReadings> readings{};
@@ -50,14 +50,14 @@ struct Context {
     for (LaggedReading& reading : readings) {
       CheckCuda(cudaEventCreateWithFlags(&reading.arrived, cudaEventDisableTiming), "cudaEventCreate");
     }
-    // Freed memory stays in the pool: linearizations come and go with every step, and their sizes repeat.
+    // Freed memory stays in the pool: linearizations are freed and allocated again in every step, with the same sizes.
     CheckCuda(cudaDeviceGetDefaultMemPool(&pool, kDevice), "cudaDeviceGetDefaultMemPool");
     std::uint64_t keep = std::numeric_limits<std::uint64_t>::max();
     CheckCuda(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "cudaMemPoolSetAttribute");
   }
 };
 
-// Never destroyed: buffers with static storage may be freed after it, and the driver frees everything at the end.
+// Never destroyed: static buffers may be freed after it. The driver releases everything at exit.
 Context& TheContext() {
   static Context* context = new Context;
   return *context;
@@ -67,13 +67,13 @@ Context& TheContext() {
 
 bool FoundMemory(cudaError_t status, const char* what) {
   if (status == cudaSuccess) return true;
-  cudaGetLastError();  // an error that is not sticky must not surface at the next launch
+  cudaGetLastError();  // clears the error, so that the next launch does not report it
   if (status == cudaErrorMemoryAllocation) return false;
   Fail(kUnavailable, "{}: {}", what, cudaGetErrorString(status));
 }
 
 void CheckCuda(cudaError_t status, const char* what) {
-  if (!FoundMemory(status, what)) throw OutOfDeviceMemory(fmt::format("the GPU has no room left: {}", what));
+  if (!FoundMemory(status, what)) throw OutOfDeviceMemory(fmt::format("GPU memory is full: {}", what));
 }
 
 cudaStream_t Stream() { return TheContext().stream; }
@@ -85,15 +85,14 @@ void* Allocate(std::size_t bytes) {
   const auto allocate = [&] { return FoundMemory(cudaMallocAsync(&memory, bytes, context.stream), "cudaMallocAsync"); };
   bool found = allocate();
   if (!found) {
-    // The pool may hold enough memory in pieces that are each too small.
+    // The pool may hold enough memory, but in fragments that are each too small.
     TrimPool();
     found = allocate();
   }
   if (!found) {
-    throw OutOfDeviceMemory(fmt::format("the GPU has no room for {:.1f} MiB more, with {:.1f} MiB of {:.1f} in use",
-                                        static_cast<double>(bytes) / 1048576,
-                                        static_cast<double>(context.in_use) / 1048576,
-                                        static_cast<double>(QueryDevice().memory) / 1048576));
+    throw OutOfDeviceMemory(fmt::format(
+        "cannot allocate {:.1f} MiB on the GPU: {:.1f} of {:.1f} MiB are in use", static_cast<double>(bytes) / 1048576,
+        static_cast<double>(context.in_use) / 1048576, static_cast<double>(QueryDevice().memory) / 1048576));
   }
   context.sizes[memory] = bytes;
   context.in_use += bytes;
@@ -109,7 +108,7 @@ void Free(void* memory) noexcept {
     context.in_use -= found->second;
     context.sizes.erase(found);
   }
-  // An error here was left by an earlier call. The next call that may throw reports it.
+  // An error returned here comes from an earlier call. The next call that may throw reports it.
   static_cast<void>(cudaFreeAsync(memory, context.stream));
 }
 

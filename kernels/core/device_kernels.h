@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of the GPU, as the host sees them: whether they can run, how they are launched, and what the compiler made of
-// each.
+// GPU kernels as the host sees them: whether they can run, how they are launched, and the registers and memory that the
+// compiler gave each of them.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@
 
 namespace vesta::device {
 
-// What the compiler made of a kernel.
+// Compiler statistics of one kernel.
 struct KernelFacts {
-  std::string name;  // as errors name it
+  std::string name;  // as in error messages
   int registers = 0;
-  std::size_t local_bytes = 0, shared_bytes = 0;  // of a thread (arrays and spills); of a block
+  std::size_t local_bytes = 0, shared_bytes = 0;  // per thread (arrays and spills); per block
 };
-// In the order of the first launch; kernels that share a name follow each other.
+// In the order of the first launch. Kernels with the same name are listed together.
 std::vector<KernelFacts> KernelTable();
 
-// Of a thread of the host since it began: kernels that it launched, a sort or a running sum being one, and how often it
-// waited for the device. A reading that lags waits where its copy may still be under way.
+// Counters of one host thread since its start: launched kernels, and waits for the device. A sort or a running sum
+// counts as one launch. ReadLagged counts as a wait if its previous copy may still be running.
 struct HostWork {
   std::int64_t launches = 0, waits = 0;
 };
@@ -31,29 +31,29 @@ inline HostWork& CountedHostWork() {
   return work;
 }
 
-// Adds a kernel. launch.cuh calls it once for each.
+// Registers a kernel for KernelTable. launch.cuh calls it once per kernel.
 void NoteKernel(const char* name, const void* kernel);
 
-// Empty where the GPU in use can run this program's kernels, else CUDA's reason: no machine code for it, or PTX that is
-// too new for the driver.
+// Returns an empty string if the GPU in use can run this program's kernels. Otherwise returns CUDA's reason: no machine
+// code for it, or PTX too new for the driver.
 std::string WhyNoCodeRuns();
 
-// What a user is told then, and can do. capability: 10 major + minor.
+// The error message for that case, with the fix. capability: 10 major + minor.
 inline std::string NoCodeWords(const std::string& gpu, int capability, const std::string& reason) {
   return gpu + " has compute capability " + std::to_string(capability / 10) + "." + std::to_string(capability % 10) +
          ", for which this program has no code; build it with CMAKE_CUDA_ARCHITECTURES=" + std::to_string(capability) +
          " (CUDA: " + reason + ")";
 }
 
-// launch() launches a kernel and says whether there was memory for it. Where there was none, the pool's unused memory
-// goes back to the driver and it is called once more. Throws OutOfDeviceMemory, naming the kernel, where that does not
-// help either.
+// Calls launch(), which launches a kernel and returns false if memory ran out. In that case the pool's unused memory is
+// returned to the driver and launch() is tried again. If that fails too, throws OutOfDeviceMemory with the kernel's
+// name.
 template <class Launch>
 void LaunchOrThrow(const Launch& launch, const char* name) {
   ++CountedHostWork().launches;
   if (launch()) return;
   TrimPool();
-  if (!launch()) throw OutOfDeviceMemory(std::string("the GPU has no room for the threads of a kernel: ") + name);
+  if (!launch()) throw OutOfDeviceMemory(std::string("not enough GPU memory to launch kernel ") + name);
 }
 
 }  // namespace vesta::device

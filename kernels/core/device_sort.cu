@@ -9,7 +9,7 @@
 namespace vesta::device {
 namespace {
 
-// CUB's two calls: for the size of its memory, and for the work.
+// Calls a CUB function twice: for the size of its scratch memory, and for the work.
 template <class Call>
 void RunCub(const Call& call, DeviceBuffer<unsigned char>& temporary, const char* name) {
   std::size_t bytes = 0;

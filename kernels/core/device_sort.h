@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorting and running sums in the memory of a GPU, by CUB. Results depend on the input alone.
+// Sorting and running sums on a GPU with CUB. The results depend only on the input.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace vesta::device {
 
-// Sorts values along with keys by the lowest `bits` bits of the keys, equal keys staying in their order. The results
-// lie in keys and values; the other two are of the same sizes and hold anything afterwards, as does temporary.
+// Stable sort of (key, value) pairs by the lowest `bits` bits of the keys. The results are in keys and values. The
+// other_ buffers must have the same sizes; they and `temporary` are scratch.
 void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values,
                DeviceBuffer<std::uint32_t>& other_keys, DeviceBuffer<std::uint32_t>& other_values, Index count,
                int bits, DeviceBuffer<unsigned char>& temporary);
 
-// sums[i] = counts[0] + ... + counts[i - 1] for i < size. May not overlap.
+// sums[i] = counts[0] + ... + counts[i - 1] for i < size. The arrays may not overlap.
 void RunningSum(const Index* counts, Index* sums, Index size, DeviceBuffer<unsigned char>& temporary);
 
 }  // namespace vesta::device
 
 namespace vesta {
 
-// As those of the host. Both wait.
+// The same interface as Sorting<Host>. Both functions wait for the result.
 template <>
 struct Sorting<Device> {
   static void ByKey(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values) {

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// Division of indices by a number that is the same for a whole pass. On a GPU a 64-bit division is a hundred
-// instructions, as long as a thread of a pass over memory has for everything; this is a handful.
+// SPDX-License-Identifier: Apache-2.0 Division of indices by a divisor that is constant during a pass. A 64-bit
+// division on a GPU takes about a hundred instructions, which doubles the work of a memory-bound thread; this takes a
+// handful.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace vesta {
 
-// The upper half of the product of two numbers of 64 bits.
+// The upper 64 bits of the 128-bit product.
 VESTA_HD inline std::uint64_t MultiplyHigh(std::uint64_t a, std::uint64_t b) {
 #if defined(__CUDA_ARCH__)
   return __umul64hi(a, b);
@@ -26,13 +26,13 @@ struct Division {
 
 class Divisor {
  public:
-  // divisor >= 0; 0 is taken as 1: nothing is divided by it.
+  // divisor >= 0; 0 is replaced by 1, because Divide is then never called.
   constexpr explicit Divisor(Index divisor)
       : divisor_(divisor > 0 ? divisor : 1), reciprocal_(~std::uint64_t{0} / static_cast<std::uint64_t>(divisor_)) {}
 
   VESTA_HD Division Divide(Index x) const {
-    // The reciprocal, of 64 bits after the point, is too small by less than divisor / 2^64, so that below 2^63 the
-    // quotient is too small by at most 1.
+    // The reciprocal has 64 fractional bits and is too small by less than divisor / 2^64. For x < 2^63 the quotient is
+    // therefore too small by at most 1.
     Index quotient = static_cast<Index>(MultiplyHigh(static_cast<std::uint64_t>(x), reciprocal_)),
           rest = x - quotient * divisor_;
     if (rest >= divisor_) ++quotient, rest -= divisor_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exception of the library, without fmt: files for nvcc include this, all others check.h.
+// The library's exception type, without fmt. Files for nvcc include this header, all others check.h.
 #pragma once
 
 #include <stdexcept>
@@ -11,15 +11,15 @@ enum class ErrorCode {
   kBadArgument,  // an option, flag or argument is out of range, contradicts another, or does not fit the data
   kNotFound,     // a file, folder or view is missing or cannot be opened
   kBadFile,      // a file is damaged, truncated, of another format, or contradicts itself
-  kUnsupported,  // vesta does not do this combination or read this variant of a format
-  kOutOfMemory,  // a memory limit or the device has no room for it
-  kCannotWrite,  // an output cannot be made or written
-  kUnavailable,  // a GPU, another process, a program, a library or a resource of the system is missing or has failed
+  kUnsupported,  // vesta does not support this combination of options or this variant of a format
+  kOutOfMemory,  // a memory limit or the device's memory is exceeded
+  kCannotWrite,  // an output cannot be created or written
+  kUnavailable,  // a GPU, another process, a program, a library or a system resource is missing or has failed
 };
 using enum ErrorCode;
 
-// The one exception type of the library. A program acts on code(). what() is a single line fit to be shown to a user;
-// its words may change.
+// The only exception type of the library. Programs decide by code(). what() is a single line that can be shown to a
+// user; its wording may change.
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -89,7 +89,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "out.ply" of "out.ply.1234.tmp", the form of temporaries; else empty.
+// Returns "out.ply" for "out.ply.1234.tmp", the form of temporary names; otherwise an empty string.
 std::string NameOfTemporary(const std::string& name) {
   constexpr std::string_view kEnd = ".tmp";
   if (!name.ends_with(kEnd)) return {};
@@ -100,7 +100,7 @@ std::string NameOfTemporary(const std::string& name) {
   return has_number ? rest.substr(0, dot) : std::string();
 }
 
-// Whoever writes a temporary holds a lock on it, which ends with the process.
+// Removes a temporary unless a process still writes it. The writer holds a lock on it, which ends with the process.
 void RemoveUnlessWritten(const std::string& temporary) {
   const int descriptor = ::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
   if (descriptor < 0) return;
@@ -112,11 +112,11 @@ void RemoveUnlessWritten(const std::string& temporary) {
 
 AtomicFile::AtomicFile(std::string path)
     : path_(std::move(path)), temporary_(fmt::format("{}.{}.tmp", path_, ::getpid())) {
-  // Again where someone who tidies up has been faster than the lock.
+  // Retries if RemoveUnlessWritten of another process deleted the file before it was locked.
   for (;;) {
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (descriptor_ < 0) FailWrite(errno);
-    // Some file systems have no locks: there a killed process leaves its temporary.
+    // On file systems without locks, a killed process leaves its temporary behind.
     struct stat state = {};
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 || ::fstat(descriptor_, &state) != 0 || state.st_nlink > 0) return;
     ::close(descriptor_);
@@ -133,7 +133,7 @@ void AtomicFile::Reserve(std::int64_t bytes) {
   int error;
   do error = ::posix_fallocate(descriptor_, 0, bytes);
   while (error == EINTR);
-  // What a failed one has taken all the same.
+  // Release the bytes that a failed reservation allocated.
   if (error != 0 && ::ftruncate(descriptor_, reserved_) != 0) FailWrite(errno);
   if (error != 0) FailWrite(error);
   reserved_ = bytes;
@@ -179,7 +179,7 @@ void WriteFileAtomically(const std::string& path, std::string_view bytes) {
 }
 
 void RemoveAbandonedTemporaries(const std::string& folder, const std::function<bool(const std::string&)>& is_meant) {
-  std::error_code ignored;  // a folder that cannot be listed is left as it is
+  std::error_code ignored;  // a folder that cannot be listed is skipped
   for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored)) {
     const std::string name = NameOfTemporary(it->path().filename().string());
     std::error_code none;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files: read whole, and written under a temporary name that is renamed at the end.
+// Files are read as a whole, and written to a temporary file that is renamed when complete.
 #pragma once
 
 #include <cstdint>
@@ -11,31 +11,32 @@
 
 namespace vesta {
 
-// False, too, where the path cannot be looked up (no permission, a name too long for the system).
+// Also false if the path cannot be looked up (no permission, or the name is too long).
 bool FileExists(const std::string& path);
 bool FolderExists(const std::string& path);
 
-// The whole file. Throws Error when it is missing, not a regular file, or cannot be read.
+// Returns the whole file. Throws Error if it is missing, not a regular file, or cannot be read.
 std::string ReadFile(const std::string& path);
 
-// Parses a whole word as a number (nan and inf included); false where it is not a number or out of range.
+// Parses a whole word as a number, including nan and inf. Returns false if it is not a number or out of range.
 bool ParseNumber(std::string_view word, double* value);
 bool ParseNumber(std::string_view word, Index* value);
 
-// Cuts the first line off `text`, without its end, which the last need not have; false where there is nothing left.
+// Removes the first line from `text` and stores it in `line` without its line end, which is optional in the last line.
+// Returns false if `text` is empty.
 bool NextLine(std::string_view* text, std::string_view* line);
-// Without the white space around it.
+// Returns the text without leading and trailing white space.
 std::string_view Trimmed(std::string_view line);
 
-// The next word of `text`, which is cut off at its front together with the white space before it; empty at the end.
+// Removes and returns the next word of `text`, with the white space before it. Returns an empty word at the end.
 std::string_view NextWord(std::string_view* text);
 
-// A piece of a file for a message: at most 60 characters, and '?' in place of all that is not printable ASCII.
+// Returns a piece of a file for a message: at most 60 characters, with '?' for all that is not printable ASCII.
 std::string Printable(std::string_view text);
 
-// Bytes go to a temporary file beside `path`, named path.PROCESS.tmp; Commit renames it to `path`. Destroyed without
-// Commit, the temporary is removed and an older file of that name is untouched. Every member throws Error, one line
-// naming `path`, when the folder cannot be written or the disk is full.
+// Writes to a temporary file beside `path`, named path.PROCESS.tmp; Commit renames it to `path`. The destructor removes
+// the temporary if Commit was not called, and an existing file at `path` stays unchanged. Every member throws Error
+// with `path` in its message if the folder cannot be written or the disk is full.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);
@@ -44,14 +45,14 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   const std::string& path() const { return path_; }
-  // For another program to write in the place of Write, until Finish.
+  // Path of the temporary: another program may write it, instead of calls of Write, until Finish.
   const std::string& temporary() const { return temporary_; }
-  // Takes so many bytes of the disk for what will be written; may be called before the first Write only.
+  // Reserves this many bytes of disk space. May only be called before the first Write.
   void Reserve(std::int64_t bytes);
   void Write(std::string_view bytes);
-  // Everything is on the disk, all but the name.
+  // Writes everything to the disk, but does not rename the file.
   void Finish();
-  // Finish, and the name. `path` must not be a folder.
+  // Calls Finish and renames the file. `path` must not be a folder.
   void Commit();
 
  private:
@@ -65,8 +66,8 @@ class AtomicFile {
 
 void WriteFileAtomically(const std::string& path, std::string_view bytes);
 
-// Removes from the folder the temporaries of AtomicFiles that nobody writes any more, as a process that was killed
-// leaves them; of the files whose names is_meant.
+// Removes abandoned temporaries of AtomicFile from the folder, which killed processes leave behind. Only files for
+// which is_meant(name without the temporary ending) is true are removed.
 void RemoveAbandonedTemporaries(const std::string& folder,
                                 const std::function<bool(const std::string& name)>& is_meant);
 

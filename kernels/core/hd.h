@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// VESTA_HD marks a function for host and device. One of the project's few macros; empty outside nvcc.
+// SPDX-License-Identifier: Apache-2.0 VESTA_HD marks a function for host and device. It is empty outside nvcc.
 #pragma once
 
 #if defined(__CUDACC__)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Running code on the device, in the library's stream.
+// Launches functors and block kernels on the device, in the library's stream.
 #pragma once
 
 #include <type_traits>
@@ -18,7 +18,7 @@ struct CudaBlock {
   VESTA_HD void Sync() const { __syncthreads(); }
   VESTA_HD int Count(bool value) const { return __syncthreads_count(value ? 1 : 0); }
 #else
-  // nvcc's pass for the host sees kernels too, and never runs them.
+  // nvcc's host pass compiles kernels too, but never runs them.
   VESTA_HD int thread() const { return 0; }
   VESTA_HD Index id() const { return 0; }
   VESTA_HD void Sync() const {}
@@ -33,10 +33,10 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
   kernel(block, shared);
 }
 
-// Blocks are small, so that functions that need many registers still fill a good part of a multiprocessor.
+// Blocks are small, so that functions that need many registers still occupy most of a multiprocessor.
 inline constexpr int kForEachThreads = 128;
-// F::kMinBlocks, where a function states it: how many blocks a multiprocessor must hold at least. With 1 the compiler
-// may use all registers; by default it spills some to fit one more block. 0 leaves the choice to the compiler.
+// F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor. With 1 the compiler may
+// use all registers; by default it spills some to fit one more block. 0 leaves the choice to the compiler.
 template <class F>
 constexpr int MinBlocks() {
   if constexpr (requires { F::kMinBlocks; }) {
@@ -52,7 +52,7 @@ __global__ void __launch_bounds__(kForEachThreads, MinBlocks<F>()) RunForEach(In
   for (Index i = Index{kForEachThreads} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
 }
 
-// Runs `blocks` blocks of a block kernel.
+// Launches `blocks` blocks of a block kernel.
 template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
@@ -67,13 +67,13 @@ void Launch(const Kernel& kernel, Index blocks, const char* name) {
       name);
 }
 
-// f(i) for each i in [0, count).
+// Calls f(i) for each i in [0, count).
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
   static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
   static_cast<void>(noted);
-  // Enough blocks for every multiprocessor of the largest GPUs; the loop inside takes the rest.
+  // Enough blocks for the largest GPUs; the loop inside the kernel covers the remaining indices.
   constexpr Index kMostBlocks = 132 * 128;
   const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
   const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// The only door to threads. Results never depend on the number of threads: loops write disjoint data, and
-// reductions add partial sums of fixed chunks in a fixed order.
+// SPDX-License-Identifier: Apache-2.0 Parallel loops; all of the library's threads start here. Results do not depend on
+// the number of threads: loops write disjoint data, and reductions add fixed chunks in a fixed order.
 #pragma once
 
 #include <algorithm>
@@ -14,22 +13,22 @@
 
 namespace vesta {
 
-// Number of threads used by all parallel loops, the caller's included; 0 means one for each core. Throws Error where it
-// is negative.
+// Sets the number of threads of all parallel loops, including the calling thread; 0 means one per core. Throws Error if
+// it is negative.
 void SetNumThreads(int num_threads);
 int NumThreads();
-// What SetNumThreads checks.
+// The check of SetNumThreads.
 inline void CheckNumThreads(int num_threads) {
   if (num_threads < 0)
     throw Error(kBadArgument, "num_threads is " + std::to_string(num_threads) + "; choose 0 for all cores, or more");
 }
 
-// Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, count), on all threads, in any
-// order. Chunk boundaries are multiples of grain whatever the number of threads. An exception of the body's is
-// rethrown in the caller. May be nested (inner loops then run on whatever threads are free).
+// Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, count), on all threads, in any order.
+// Chunk boundaries are multiples of grain for any number of threads. An exception of body is rethrown in the caller.
+// Calls may be nested; inner loops then run on the free threads.
 void ParallelForChunks(Index count, Index grain, const std::function<void(Index begin, Index end)>& body);
 
-// Calls body(i) for each i in [0, count); grain indices make one task.
+// Calls body(i) for each i in [0, count), with `grain` indices per task.
 template <class Body>
 void ParallelFor(Index count, Index grain, const Body& body) {
   ParallelForChunks(count, grain, [&body](Index begin, Index end) {
@@ -37,7 +36,7 @@ void ParallelFor(Index count, Index grain, const Body& body) {
   });
 }
 
-// Sum over chunks of body(begin, end), partial sums added in the order of the chunks.
+// Adds body(begin, end) of all chunks in their order.
 template <class T, class Body>
 T ParallelSum(Index count, Index grain, const Body& body) {
   const Index chunks = (count + grain - 1) / grain;
@@ -50,13 +49,11 @@ T ParallelSum(Index count, Index grain, const Body& body) {
   return sum;
 }
 
-// Work beside the program.
-//
-// A thread that runs one task after the other, in the order they came. It starts with the first.
+// A background thread that runs tasks one after the other, in the order of the calls. It starts with the first task.
 class Background {
  public:
   Background();
-  // Waits for the task that runs; those that wait for their turn are dropped.
+  // Waits for the running task and drops the tasks that have not started.
   ~Background();
   Background(const Background&) = delete;
   Background& operator=(const Background&) = delete;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops on plain std::thread: the driver under which the thread sanitizer sees every access. (Debian's oneTBB
-// is not instrumented, and the sanitizer would report false races.)
+// Parallel loops on std::thread. This version lets the thread sanitizer see every access. (Debian's oneTBB is not
+// instrumented, so the sanitizer would report false races.)
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -20,9 +20,9 @@ namespace {
 int g_num_threads = 0;
 thread_local bool t_inside = false;  // nested loops run on the thread they are called from
 
-// A thread that works for one caller, loop after loop: under the sanitizer a new one takes longer than most loops. Each
-// has a lock of its own, so that the work of two in one loop is not ordered by it, and the sanitizer sees what they
-// share.
+// A worker thread that serves one caller, loop after loop: under the sanitizer, starting a new thread takes longer than
+// most loops. Each worker has its own lock. A shared lock would order the work of two workers and hide their races from
+// the sanitizer.
 class Helper {
  public:
   Helper() : thread_([this] { Run(); }) {}
@@ -33,7 +33,7 @@ class Helper {
   Helper(const Helper&) = delete;
   Helper& operator=(const Helper&) = delete;
 
-  // work: may not throw, and stays until Wait returns.
+  // `work` must not throw, and must exist until Wait returns.
   void Start(const std::function<void()>& work) { Set(&work, false); }
   void Wait() {
     std::unique_lock lock(mutex_);
@@ -65,10 +65,10 @@ class Helper {
   std::condition_variable changed_;
   const std::function<void()>* work_ = nullptr;
   bool ends_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::thread thread_;  // declared last because it uses the other members
 };
 
-// So many of the calling thread's.
+// Returns `count` worker threads of the calling thread.
 std::span<const std::unique_ptr<Helper>> Helpers(std::size_t count) {
   thread_local std::vector<std::unique_ptr<Helper>> helpers;
   while (helpers.size() < count) helpers.push_back(std::make_unique<Helper>());

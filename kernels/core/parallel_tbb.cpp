@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops on oneTBB. (parallel_std.cpp is the same interface on std::thread, for the thread sanitizer.)
+// Parallel loops on oneTBB. (parallel_std.cpp has the same interface on std::thread, for the thread sanitizer.)
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
@@ -20,7 +20,7 @@ void SetNumThreads(int num_threads) {
   CheckNumThreads(num_threads);
   g_num_threads = num_threads;
   g_control.reset();
-  // One thread needs no oneTBB, which when it starts looks for its allocator's library and asks about the memory.
+  // A single thread does not need oneTBB, which at its start searches for its allocator and queries the memory.
   if (num_threads > 1) {
     g_control = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                       static_cast<std::size_t>(num_threads));

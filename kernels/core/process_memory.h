@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory of the running process.
+// Memory use of the running process.
 #pragma once
 
 namespace vesta {
 
-// From now on buffers of a mebibyte and more go back to the system when they are freed. The allocator of glibc would
-// keep more and more of them for later use: a training whose Gaussians grow in number held a fifth more memory than it
-// used. Programs call it at their start. It has an effect with glibc only.
+// Makes freed buffers of 1 MiB and more return to the system from now on. glibc's allocator would otherwise keep more
+// and more of them: a training with a growing number of Gaussians held 20 % more memory than it used. Programs call it
+// at their start. It only has an effect with glibc.
 void ReturnFreedMemory();
 
-// Most memory resident at any time so far, MiB.
+// Peak resident memory so far, MiB.
 double PeakMemoryMib();
-// Memory resident now, MiB; 0 where there is no /proc.
+// Resident memory now, MiB; 0 if /proc is missing.
 double MemoryMib();
-// Memory that the process may still take before the machine, or the control group it runs in, is full, MiB; infinity
-// where the system does not tell.
+// Memory that the process can still allocate before the machine or its control group is full, MiB. Infinity if the
+// system does not report it.
 double AvailableMemoryMib();
 
 }  // namespace vesta

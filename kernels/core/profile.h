@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the time of a run goes: wall and CPU seconds of named phases (`--profile`, LmOptions::profile).
+// Profiler: wall and CPU seconds of named phases of a run (`--profile`, LmOptions::profile).
 //
 // A phase that begins within another one is its child. Every second belongs to exactly one open phase, the innermost
 // one, so the phases add up to the whole. The profile belongs to the thread (ProfileScope) instead of being passed to
-// functions: phases begin deep in the kernels, and dozens of signatures lie between them and the program. So other
-// threads, which decode photographs or serve the viewer, time nothing; their CPU seconds count in the phase that is
-// open meanwhile. Phases begin on the thread that drives the run, never in the body of a parallel loop.
+// functions, because phases begin deep in the kernels, dozens of function calls below the program. Other threads, which
+// decode photographs or serve the viewer, therefore time nothing; their CPU seconds count in the phase that is open
+// meanwhile. Phases begin on the thread that drives the run, never in the body of a parallel loop.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace vesta {
 
-// Since some moment in the past; cpu: of all threads of the process.
+// Time since an arbitrary moment in the past. cpu: the sum over all threads of the process.
 struct PhaseSeconds {
   double wall = 0, cpu = 0;
   PhaseSeconds& operator+=(const PhaseSeconds& other) {
@@ -29,8 +29,8 @@ struct PhaseSeconds {
   }
 };
 PhaseSeconds ReadClocks();
-// For work in a memory space. A GPU first ends the work it has, so that phases have the time of kernels instead of that
-// of their launches; this costs time.
+// Reads the clocks for work in a memory space. On a GPU it first waits for pending work, so that a phase contains the
+// time of its kernels. This costs time.
 template <class Space>
 PhaseSeconds ReadClocksOf() {
   if constexpr (std::is_same_v<Space, Device>) {
@@ -44,9 +44,9 @@ PhaseSeconds ReadClocksOf() {
 
 struct PhaseRow {
   std::string name;
-  int depth = 0;           // 0: the whole; the rows of depth d + 1 beneath a row of depth d add up to it
-  std::int64_t calls = 0;  // 0: the row "other", time of the parent that no phase within it has
-  PhaseSeconds seconds;    // phases within it included
+  int depth = 0;           // 0: the whole run; rows of depth d + 1 below a row of depth d add up to it
+  std::int64_t calls = 0;  // 0: the row "other", time of the parent outside its listed phases
+  PhaseSeconds seconds;    // including its child phases
 };
 
 class Profile {
@@ -54,23 +54,23 @@ class Profile {
   using Clock = std::function<PhaseSeconds()>;
   explicit Profile(Clock clock = ReadClocks) : clock_(std::move(clock)) {}
 
-  // Of the calling thread; null: nothing is timed.
+  // The profile of the calling thread; null without one.
   static Profile* Current() { return current_; }
 
-  // name: a string literal.
+  // name: must be a string literal.
   void Begin(const char* name);
   void End();
-  // Up to now. Each parent comes before its phases, which come by falling wall time; phases with less than this share
-  // of the whole wall time count as "other".
+  // Returns the times up to now. Each parent precedes its child phases, which are sorted by falling wall time. Phases
+  // with less than least_share of the total wall time are combined in "other".
   std::vector<PhaseRow> Rows(double least_share = 0.005);
 
  private:
   friend class ProfileScope;
   struct Phase {
     const char* name;
-    int parent;  // -1: the whole
+    int parent;  // -1: the whole run
     std::int64_t calls = 0;
-    PhaseSeconds own = {};  // phases within it excluded
+    PhaseSeconds own = {};  // excluding child phases
   };
   // Adds the time since the last call to the open phase.
   void Charge();
@@ -82,10 +82,11 @@ class Profile {
   PhaseSeconds last_;
 };
 
-// The rows as a table for people, a line each.
+// Formats the rows as a table, one line each.
 std::string ProfileTable(const std::vector<PhaseRow>& rows);
 
-// During its life the profile times this thread, as the phase "total". Null: whatever times the thread goes on.
+// Times the current thread with this profile during the object's lifetime, as the phase "total". With null, an active
+// profile of the thread continues.
 class ProfileScope {
  public:
   explicit ProfileScope(Profile* profile) : profile_(profile), before_(Profile::current_) {
@@ -101,7 +102,7 @@ class ProfileScope {
   Profile *profile_, *before_;
 };
 
-// A phase lasts as long as this object. Without a profile it only tests a pointer.
+// A phase that ends with the lifetime of this object. Without a profile it only tests a pointer.
 class ScopedPhase {
  public:
   explicit ScopedPhase(const char* name) : profile_(Profile::Current()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers as a function of where they are used, not of the order in which threads ask for them.
+// Counter-based random numbers: functions of a key and a counter, independent of the order in which threads run.
 #pragma once
 
 #include <cmath>

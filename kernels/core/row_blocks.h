@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with a Jacobian that is stored as small dense rows, for many residual blocks of one shape. A GPU uses them
-// for problems whose Jacobian is stored. Each step is a function of an index; the indices may run in any order.
+// Products with a Jacobian that is stored as small dense rows, for many residual blocks of the same shape. GPU solvers
+// use them for problems that store their Jacobian. Each step is a functor of an index; indices may run in any order.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace vesta {
 
-// Blocks of `residuals` rows and `parameters` columns; column c of block b belongs to parameter index[c * blocks + b].
-// Row k of block b is row k * blocks + b of J, its entries jacobian[(k * parameters + c) * blocks + b].
+// Dense blocks of `residuals` rows and `parameters` columns. Column c of block b belongs to parameter index[c * blocks
+// + b]. Row k of block b is row k * blocks + b of J, with entries jacobian[(k * parameters + c) * blocks + b].
 template <class S>
 struct RowBlocks {
   Index blocks = 0;
@@ -24,16 +24,16 @@ struct RowBlocks {
   VESTA_HD S At(int k, int c, Index b) const { return jacobian[(k * parameters + c) * blocks + b]; }
 };
 
-// The blocks' columns by parameter: entries[first_entry[p]..first_entry[p + 1]) are parameter p's, as c * blocks + b,
-// ascending in b. Long lists are cut into segments, so that a parameter of many blocks is shared among threads:
-// segments[s] is the first entry of segment s, parameter p has those from first_segment[p] on, and every segment ends
-// where the next one or its parameter does.
+// The transpose: the block columns of each parameter. Parameter p has entries[first_entry[p]..first_entry[p + 1]),
+// stored as c * blocks + b, ascending in b. Long lists are split into segments, so that several threads share a
+// parameter with many blocks. segments[s] is the first entry of segment s and segment_end[s] its end. The segments of
+// parameter p begin at first_segment[p].
 struct RowBlocksTranspose {
   const Index *entries, *first_entry, *segments, *segment_end, *first_segment;
 };
 inline constexpr Index kSegmentEntries = 32;
 
-// For block b: u = J v.
+// u = J v, for block b.
 template <class S>
 struct MultiplyRows {
   RowBlocks<S> rows;
@@ -48,7 +48,7 @@ struct MultiplyRows {
   }
 };
 
-// For segment s: its part of J^T u, or with u null of diag(J^T J).
+// One segment's part of J^T u, or of diag(J^T J) if u is null.
 template <class S>
 struct SumSegment {
   RowBlocks<S> rows;
@@ -71,7 +71,7 @@ struct SumSegment {
   }
 };
 
-// For parameter p: the sum of its segments.
+// Sums the segments of parameter p.
 template <class S>
 struct SumSegments {
   RowBlocksTranspose transpose;
@@ -84,8 +84,8 @@ struct SumSegments {
   }
 };
 
-// For i = packed * group.count + block: one value of a diagonal block of J^T J. The parameters of a block of the group
-// must lie side by side, in order, among the columns of every residual block that has one of them.
+// One value of a diagonal block of J^T J, for i = packed * group.count + block. The parameters of the group's block
+// must be adjacent and in order among the columns of every residual block that contains one of them.
 template <class S>
 struct GramOfRows {
   static constexpr int kMinBlocks = 1;
@@ -111,7 +111,7 @@ struct GramOfRows {
   }
 };
 
-// RowBlocksTranspose, made on the host.
+// Builds a RowBlocksTranspose on the host.
 struct HostRowTranspose {
   std::vector<Index> entries, first_entry, segments, segment_end, first_segment;
 
@@ -147,10 +147,10 @@ struct HostRowTranspose {
 
 namespace vesta::device {
 
-// The launches of the steps above on a GPU. All pointers are to its memory. No function waits.
+// Launches the steps above on a GPU. All pointers are to device memory. No function waits for its result.
 template <class S>
 void ApplyRows(const RowBlocks<S>& rows, const S* v, S* u);
-// u null: diag(J^T J). partial: one for each segment.
+// If u is null, computes diag(J^T J). partial: one value per segment.
 template <class S>
 void ApplyRowsTransposed(const RowBlocks<S>& rows, const RowBlocksTranspose& transpose, Index segments,
                          Index parameters, const S* u, S* partial, S* g);

@@ -11,7 +11,7 @@
 namespace vesta::schema {
 namespace {
 
-// Insertions, deletions and exchanges that make one of the other (Levenshtein).
+// Levenshtein distance: insertions, deletions and substitutions that turn one string into the other.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -46,7 +46,7 @@ std::vector<std::string> SplitAt(const std::string& text, char separator) {
 std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names, std::size_t most) {
   std::vector<std::pair<std::size_t, std::string>> ranked;
   for (const std::string& other : names) {
-    // A name without its part is as good.
+    // Also compare without the prefix, as in "every" for "pruning.every".
     const std::size_t dot = other.find('.');
     const std::string_view last = std::string_view(other).substr(dot == std::string::npos ? 0 : dot + 1);
     const std::size_t distance = std::min(EditDistance(name, other), EditDistance(name, last));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of options. A table says of each field of a struct what it is called, what it may be and what it is for;
-// flags, help, checks, files and benchmarks are made from that alone.
+// Tables of options. A table lists the name, allowed values and help text of each field of a struct. Flags, help,
+// checks, files and benchmarks are generated from it.
 #pragma once
 
 #include <algorithm>
@@ -20,53 +20,53 @@
 
 namespace vesta::schema {
 
-// What a number may be, ends included. NaN is in no range.
+// Allowed range of a number, ends included. NaN is never in range.
 struct Range {
   double min, max;
 };
 
-// A value of an enum, and its name. An array of them is what such an option may be.
+// An enum value and its name. An option of that enum has an array of its choices.
 template <class E>
 struct Choice {
   E value;
   const char* name;
 };
 
-// Any text but none at all; placeholder: what stands for it in the help.
+// Any non-empty text. placeholder: stands for the text in the help.
 struct Words {
   const char* placeholder;
 };
 
 enum class Kind { kWhole, kNumber, kSwitch, kChoice, kColor, kWords };
 
-// What is known of a field whatever struct it is of.
+// Description of a field, without the type of its struct.
 struct FieldInfo {
-  std::string name;  // within its struct; of a part of a struct "part.name"
+  std::string name;  // name within the struct; "part.name" for a nested struct
   Kind kind;
   const char* help;
-  const char* flag = nullptr;             // name of the command line's own flag for it, where it has one
+  const char* flag = nullptr;             // name of a dedicated command-line flag, if any
   Range range = {};                       // kWhole, kNumber, and each channel of kColor
   std::vector<const char*> choices = {};  // kChoice
   const char* placeholder = "";           // kWords
-  bool may_be_auto = false;               // "auto" is a value too: what suits the data
+  bool may_be_auto = false;               // "auto" is valid too: chosen from the data
 
-  // What it may be: "from 0 to 1".
+  // Describes the allowed values: "from 0 to 1".
   std::string Allowed() const;
-  // The same as what is to be told of a text that is none of its values.
+  // The same as part of an error message: "it must be from 0 to 1".
   std::string Requirement() const;
-  // What stands for its value in the help: N, X, a|b, R,G,B.
+  // The placeholder for the value in the help: N, X, a|b, R,G,B.
   std::string Placeholder() const;
 };
 
-// As text that reads back as the same value.
+// Formats a number so that parsing the text gives the same value.
 std::string Print(double value);
 std::string Print(Index value);
 std::vector<std::string> SplitAt(const std::string& text, char separator);
 
-// The names most alike, most alike first; at most `most`, none that have little in common.
+// Returns at most `most` names with the smallest edit distance, nearest first. Very different names are omitted.
 std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names, std::size_t most = 3);
 
-// Whether each value and each name is there once.
+// Whether all values are distinct, and all names.
 template <class E, std::size_t N>
 constexpr bool EachOnce(const Choice<E> (&choices)[N]) {
   for (std::size_t i = 0; i < N; ++i) {
@@ -78,7 +78,7 @@ constexpr bool EachOnce(const Choice<E> (&choices)[N]) {
   return true;
 }
 
-// "?" for a value that is not among them.
+// Returns "?" if the value is not among the choices.
 template <class E>
 constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_t<E>>> choices) {
   for (const Choice<E>& choice : choices) {
@@ -87,7 +87,7 @@ constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_
   return "?";
 }
 
-// How a type of value is written and read, and what a rule leaves of it.
+// How values of type V are printed, parsed and checked against a range.
 template <class V>
 struct Numbers {
   using Wide = std::conditional_t<std::is_floating_point_v<V>, double, Index>;
@@ -150,7 +150,7 @@ constexpr bool kIsOptional<std::optional<V>> = true;
 template <class O>
 class Field : public FieldInfo {
  public:
-  // A number within a range, "auto" too for a std::optional; an array of them is a colour.
+  // A number within a range. A std::optional also accepts "auto"; an array of numbers is a colour.
   template <class C, class V>
   Field(const char* called, V C::*member, Range within, const char* what_for, const char* own_flag = nullptr)
       : FieldInfo{.name = called, .kind = Numbers<V>::kKind, .help = what_for, .flag = own_flag},
@@ -160,7 +160,7 @@ class Field : public FieldInfo {
     range = within;
     may_be_auto = kIsOptional<V>;
   }
-  // One of an enum's values, "auto" too for a std::optional.
+  // A value of an enum. A std::optional also accepts "auto".
   template <class C, class V, class E, std::size_t N>
   requires std::same_as<V, E> || std::same_as<V, std::optional<E>> Field(const char* called, V C::*member,
                                                                          const Choice<E> (&among)[N],
@@ -191,7 +191,7 @@ class Field : public FieldInfo {
     for (const Choice<E>& choice : among) choices.push_back(choice.name);
     may_be_auto = kIsOptional<V>;
   }
-  // Yes or no.
+  // A boolean switch.
   template <class C>
   Field(const char* called, bool C::*member, const char* what_for, const char* own_flag = nullptr)
       : FieldInfo{.name = called, .kind = Kind::kSwitch, .help = what_for, .flag = own_flag},
@@ -201,7 +201,7 @@ class Field : public FieldInfo {
           o.*member = text == "true";
           return true;
         }) {}
-  // One of some names.
+  // A string from a list of choices.
   template <class C>
   Field(const char* called, std::string C::*member, const std::vector<const char*>& among, const char* what_for,
         const char* own_flag = nullptr)
@@ -212,7 +212,7 @@ class Field : public FieldInfo {
           o.*member = text;
           return true;
         }) {}
-  // Any text.
+  // Any non-empty text.
   template <class C>
   Field(const char* called, std::string C::*member, Words words, const char* what_for, const char* own_flag = nullptr)
       : FieldInfo{.name = called, .kind = Kind::kWords, .help = what_for, .flag = own_flag},
@@ -223,7 +223,7 @@ class Field : public FieldInfo {
         }) {
     placeholder = words.placeholder;
   }
-  // The field of a part of the struct.
+  // A field of a nested struct.
   template <class C, class Part>
   Field(const std::string& part_name, Part C::*part, const Field<Part>& field)
       : FieldInfo(field),
@@ -233,9 +233,9 @@ class Field : public FieldInfo {
   }
 
   std::string Text(const O& options) const { return print_(options); }
-  // False, and the options as they were, where the text is no value of the field.
+  // Parses `text` into the field. Returns false and leaves `options` unchanged if the text is not a valid value.
   bool Set(const std::string& text, O& options) const { return parse_(text, options); }
-  // Whether what the options hold is a value of the field.
+  // Whether the value in `options` is valid for this field.
   bool IsValid(const O& options) const {
     O copy = options;
     return Set(Text(options), copy);
@@ -249,7 +249,7 @@ class Field : public FieldInfo {
 template <class O>
 using Table = std::vector<Field<O>>;
 
-// Null where there is none of that name.
+// Returns null if the table has no field of that name.
 template <class O>
 const Field<O>* Find(const Table<O>& table, const std::string& name) {
   for (const Field<O>& field : table) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorting of keys with values.
+// Stable sorting of keys with values.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ struct KeyValue {
   std::uint32_t value;
 };
 
-// Sorts items by key, equal keys staying in their order; scratch is resized as needed. Least-significant-digit radix
-// sort, three passes of 11 bits; a pass whose digit is constant is skipped.
+// Stable sort of items by key; scratch is resized as needed. It is a least-significant-digit radix sort with three
+// passes of 11 bits. A pass whose digit is constant is skipped.
 inline void RadixSort(HostBuffer<KeyValue>& items, HostBuffer<KeyValue>& scratch) {
   constexpr int kBits = 11, kBuckets = 1 << kBits, kPasses = 3;
   const Index n = items.size();
@@ -38,14 +38,13 @@ inline void RadixSort(HostBuffer<KeyValue>& items, HostBuffer<KeyValue>& scratch
   }
 }
 
-// Sorting and running sums, one call for all memory spaces: the host's here, a GPU's in device_sort.h. Results depend
-// on the input alone.
+// Sorting and running sums with one interface for all memory spaces (device_sort.h). Results depend only on the input.
 template <class Space>
 struct Sorting;
 
 template <>
 struct Sorting<Host> {
-  // Sorts the values by their keys, equal keys staying in their order. The keys hold anything afterwards.
+  // Sorts the values by their keys with a stable sort. The keys are unspecified afterwards.
   static void ByKey(HostBuffer<std::uint32_t>& keys, HostBuffer<std::uint32_t>& values) {
     HostBuffer<KeyValue> items, scratch;
     items.ResizeForOverwrite(keys.size());
@@ -54,8 +53,7 @@ struct Sorting<Host> {
     for (Index i = 0; i < keys.size(); ++i) values[i] = items[i].value;
   }
 
-  // sums[i] = counts[0] + ... + counts[i - 1]; as many as there are counts, of which the last is not summed. Returns
-  // the last sum.
+  // sums[i] = counts[0] + ... + counts[i - 1], with as many sums as counts. Returns the last sum, sums[size - 1].
   static Index RunningSum(const HostBuffer<Index>& counts, HostBuffer<Index>& sums) {
     Index sum = 0, last = 0;
     for (Index i = 0; i < counts.size(); ++i) {

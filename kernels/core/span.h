@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory spaces and views. The space is part of the type, so host code cannot be handed a device pointer.
+// Memory spaces and views. The memory space is part of the type, so host code cannot receive a device pointer.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,19 @@
 
 namespace vesta {
 
-// Number of something, or a position; signed, as in Eigen and Ceres.
+// A count or a position. Signed, as in Eigen and Ceres.
 using Index = std::int64_t;
 
 struct Host {};
 struct Device {};
 
-// A view of `size` contiguous elements in memory space Space. Does not own; copying it is free.
+// A non-owning view of `size` contiguous elements in memory space Space. Cheap to copy.
 template <class T, class Space>
 class Span {
  public:
   VESTA_HD constexpr Span() = default;
   VESTA_HD constexpr Span(T* data, Index size) : data_(data), size_(size) {}
-  // A mutable view is also a constant one; spaces never convert.
+  // A mutable view converts to a constant one. Memory spaces never convert.
   template <class U, class = std::enable_if_t<std::is_convertible_v<U (*)[], T (*)[]>>>
   VESTA_HD constexpr Span(Span<U, Space> other) : data_(other.data()), size_(other.size()) {}
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The vector algebra of the engine, declared once for every memory space. Host bodies are in cpu_backend.cpp; a device
-// space defines the same members in its own file, so the engine has one text for both.
+// The engine's vector algebra, declared once for all memory spaces. The host implementation is in cpu_backend.cpp; a
+// device implements the same members in its own file. The engine is therefore one template for both.
 #pragma once
 
 #include <cmath>
@@ -12,8 +12,8 @@
 
 namespace vesta {
 
-// The scalar half of preconditioned conjugate gradients: steps, stop tests and breakdown, written once and run where
-// the scalars live (on a device by a kernel of one thread, so the host need not wait within an iteration).
+// The scalar part of preconditioned conjugate gradients: step lengths, stop tests and breakdown. It runs where the
+// scalars are stored: on a device as a kernel of one thread, so that the host need not wait within an iteration.
 //
 // Positions in the array of scalars. Tests and tolerances are inputs, written by the host before the first phase.
 enum PcgScalar : int {
@@ -60,8 +60,8 @@ VESTA_HD inline bool SmallResidual(const double* s) {
 }
 }  // namespace pcg_internal
 
-// Advances the scalars by one phase. Once stopped, alpha and beta are 0 and nothing changes any more, so iterations
-// launched before the host has seen the flag leave the iterate alone.
+// Advances the scalars by one phase. After a stop, alpha and beta are 0 and nothing changes. Iterations that the host
+// launched before it saw the stop flag therefore do not change the iterate.
 VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
   using pcg_internal::IsFinite;
   using pcg_internal::Stop;
@@ -83,8 +83,8 @@ VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
     }
     case PcgPhase::kResidual: {
       if (!IsFinite(s[kPcgResidualNorm2])) return Stop(s, PcgStop::kNonFinite);
-      // A step of conjugate gradients lowers the model by alpha r^T z / 2. Nash and Sofer 1990: stop when the newest
-      // step's share of the whole decrease, times the number of steps, is small.
+      // A conjugate-gradient step lowers the model by alpha r^T z / 2. Nash and Sofer 1990: stop when the decrease of
+      // the latest step, times the number of steps, is a small fraction of the total decrease.
       const double decrease = 0.5 * s[kPcgAlpha] * s[kPcgRz];
       s[kPcgModel] -= decrease;
       s[kPcgIteration] += 1.0;
@@ -104,16 +104,16 @@ VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
   }
 }
 
-// One double in memory space Space. Reductions write their result there and vector updates read their factor there, so
-// that an inner loop need not wait for the host. On the host it points to a plain double.
+// One double in memory space Space. Reductions write their result to a slot and vector updates read their factor from
+// one, so an inner loop need not wait for the host. On the host it points to an ordinary double.
 template <class Space>
 struct Slot {
   double* value = nullptr;
 };
 
-// Vectors of scalars S in memory space Space. Cheap to construct. All views of one call have the same size; y may be
-// the same memory as x unless said otherwise. Reductions are accumulated in double over chunks of fixed size, added in
-// a fixed order: results do not depend on the number of threads.
+// Operations on vectors of scalars S in memory space Space. Cheap to construct. All vectors of one call must have the
+// same size. y may be the same memory as x unless stated otherwise. Reductions add chunks of fixed size in double in a
+// fixed order, so results do not depend on the number of threads.
 template <class S, class SpaceTag>
 class VectorBackend {
  public:
@@ -147,36 +147,36 @@ class VectorBackend {
   void ClampedInverse(ConstVectorView d, double lo, double hi, VectorView y);
   // y = sqrt(x).
   void Sqrt(ConstVectorView x, VectorView y);
-  // y = value_if_positive where x > 0, value_otherwise elsewhere (NaN counts as elsewhere).
+  // y = value_if_positive where x > 0, otherwise value_otherwise (also for NaN).
   void SelectPositive(ConstVectorView x, double value_if_positive, double value_otherwise, VectorView y);
 
   // slot = sum_k x_k y_k.
   void Dot(ConstVectorView x, ConstVectorView y, Slot slot);
   // slot = sum_k w_k x_k y_k.
   void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, Slot slot);
-  // The same, read back at once: for use outside inner loops.
+  // The same, returned at once: for use outside inner loops.
   double Dot(ConstVectorView x, ConstVectorView y);
   double WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y);
-  // max_k |x_k|, 0 for an empty vector, NaN when any element is.
+  // max_k |x_k|; 0 for an empty vector, NaN if any element is NaN.
   double MaxAbs(ConstVectorView x);
   bool AllFinite(ConstVectorView x);
   // Number of elements that are not > 0.
   Index CountNonPositive(ConstVectorView x);
 
-  // x += alpha p, r -= alpha q, the factor taken from a slot. When it is 0 nothing is read or written. No overlaps.
+  // x += alpha p, r -= alpha q, with alpha from a slot. If alpha is 0, does not read or write any vector. No overlaps.
   void CgStep(Slot alpha, ConstVectorView p, ConstVectorView q, VectorView x, VectorView r);
-  // p = z + beta p, the factor taken from a slot; p is not read when it is 0.
+  // p = z + beta p, with beta from a slot. If beta is 0, p is not read.
   void CgDirection(ConstVectorView z, Slot beta, VectorView p);
-  // Runs UpdatePcgScalars where the scalars live.
+  // Runs UpdatePcgScalars in the memory space of the scalars.
   void UpdatePcg(PcgPhase phase, Slots& scalars);
 
-  // Sets all scalars; waits, like the reads.
+  // Sets all scalars and waits, as the reads below do.
   void Write(HostSpan<const double> values, Slots& slots);
-  // Waits, and returns the values.
+  // Waits for pending work and returns the values.
   double Read(Slot slot);
   std::vector<double> Read(const Slots& slots);
-  // The value of the slot, or the value it had at the previous call with this slot, but never an older one; 0 at the
-  // first call. Does not wait for work in flight.
+  // Returns the current value of the slot or its value at the previous call with this slot, never an older one. The
+  // first call returns 0. Does not wait for running work.
   double ReadLagged(Slot slot);
   Slot SlotOf(Slots& slots, int i) { return {slots.data() + i}; }
 

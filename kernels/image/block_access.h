@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blocks of a few rows by one vector of columns: how they are loaded and stored, whole and at the image's edges, and
-// turned to lie by columns. Included by image_kernels.simd.cpp.
+// Blocks of a few rows by one vector of columns: loads and stores of whole blocks and of blocks at the image edges, and
+// their transposition. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/core/span.h"
@@ -9,7 +9,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// Memory access of the first `count` pixels of a vector; other lanes are zero when loaded and not stored.
+// Access to the first `count` pixels of a vector. Other lanes are loaded as zero and not stored.
 template <class S>
 class PartialVector {
  public:
@@ -26,7 +26,7 @@ class PartialVector {
     v.store_aligned(lane);
     for (int i = 0; i < count_; ++i) p[i] = lane[i];
   }
-  // v with the other lanes zeroed.
+  // Returns v with the other lanes set to zero.
   V Used(const V& v) const {
     alignas(64) S lane[V::size];
     v.store_aligned(lane);
@@ -64,13 +64,13 @@ class PartialVector<float> {
 };
 #endif
 
-// Rows of a block: 4 where a vector has at least 4 lanes, so that a vector holds a whole number of columns
-// (Transposed).
+// Rows of a block: 4 if a vector has at least 4 lanes, so that a vector holds a whole number of columns (see
+// Transposed).
 template <class S>
 inline constexpr int kBlockRows = xsimd::batch<S>::size < 4 ? static_cast<int>(xsimd::batch<S>::size) : 4;
 
-// A block of kRows rows by one vector of columns is one scalar too: a vector for each row. Memory access of a whole
-// block, whose rows are `stride` values apart.
+// Access to a whole block of kRows rows by one vector of columns. Rows are `stride` values apart. The block is one
+// scalar of type T, which holds a vector per row.
 template <class S, int kRows>
 class WholeBlock {
  public:
@@ -93,8 +93,8 @@ class WholeBlock {
   Index stride_;
 };
 
-// The same of a block at the image's right or lower edge: only its first `rows` rows, and of each the first `pixels`
-// pixels, exist. All others are zero when loaded and in Used, and are not stored.
+// Access to a block at the right or lower edge of the image. Only its first `rows` rows and the first `pixels` pixels
+// of each row exist. The others are zero when loaded and in Used, and are not stored.
 template <class S, int kRows>
 class EdgeBlock {
  public:
@@ -129,7 +129,7 @@ class EdgeBlock {
   PartialVector<S> part_;
 };
 
-// Calls f(column, access) for the blocks of kRows rows of an image of that width. Only the first `rows` rows exist.
+// Calls f(column, access) for all blocks of kRows rows in a row of that width. Only the first `rows` rows exist.
 template <class S, int kRows, class F>
 inline void ForBlocks(int width, int rows, const F& f) {
   constexpr int kLanes = static_cast<int>(xsimd::batch<S>::size);
@@ -143,7 +143,8 @@ inline void ForBlocks(int width, int rows, const F& f) {
   }
 }
 
-// kRows rows of pixels as columns: lane kRows g + r of vector j becomes lane kRows g + j of vector r. Its own inverse.
+// Transposes groups of kRows x kRows pixels: lane kRows g + r of vector j becomes lane kRows g + j of vector r. It is
+// its own inverse.
 template <class V, int kRows>
 inline Several<V, kRows> Transposed(const Several<V, kRows>& rows) {
   using S = typename V::value_type;

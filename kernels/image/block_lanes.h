@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several vectors of pixels as the scalar of the formulas. Included by image_kernels.simd.cpp, before the formulas:
-// they call what is declared here.
+// Several vectors of pixels as one scalar of the formulas. image_kernels.simd.cpp includes this header before the
+// formulas, which call the functions declared here.
 #pragma once
 
 #include <type_traits>
@@ -38,8 +38,8 @@ struct Elementary<DoubleLanes> {
 
 inline DoubleLanes Reciprocal(const DoubleLanes& x) { return DoubleLanes(1) / x; }
 
-// kCount vectors as one scalar. The formula of a window is a chain of some thirty dependent operations: several chains
-// side by side keep the processor busy, while a single chain would fill its queues with waiting instructions.
+// kCount vectors as one scalar. The formula of an SSIM window is a chain of about thirty dependent operations. Several
+// independent chains keep the processor busy; a single one would fill its queues with waiting instructions.
 template <class V, int kCount>
 struct Several {
   V v[kCount];
@@ -48,7 +48,7 @@ struct Several {
   explicit Several(typename V::value_type x) {
     for (V& vector : v) vector = V(x);
   }
-  // Each vector of f's, from the vectors of the arguments.
+  // Applies f to each vector of the arguments.
   template <class F, class... Args>
   static Several Each(const F& f, const Args&... args) {
     Several result;
@@ -72,7 +72,7 @@ struct Several {
   }
 };
 
-// Their comparison.
+// Masks from comparing Several.
 template <class V, int kCount>
 struct SeveralMasks {
   typename V::batch_bool_type m[kCount];
@@ -106,7 +106,7 @@ struct Elementary<Several<V, kCount>> {
   }
 };
 
-// The values of N fields at the same pixels.
+// Values of N fields at the same pixels.
 template <int N, class T>
 struct Fields {
   T f[N];

@@ -17,7 +17,7 @@ template <class Operator>
 void Run(const ImageShape& shape, const Operator& op, const char* name) {
   Run(shape, MakeWindowTaps<float>(), op, nullptr, name);
 }
-// Operators that also give the three sums of the loss.
+// Launches operators that also compute the three sums of the loss.
 template <class Operator>
 void RunWithSums(const ImageShape& shape, const Operator& op, double* partial_sums, double* sums, const char* name) {
   constexpr int kSums = Operator::kSums;

@@ -1,7 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// The operators of the photometric loss for a GPU as block kernels (kernels/core/block_kernel.h): a block blurs N
-// fields over a piece of one plane, 32 x 16 pixels with a border of five, and hands the result to the operator. The
-// formulas are those of photometric_formula.h.
+// SPDX-License-Identifier: Apache-2.0 Operators of the photometric loss on a GPU, as block kernels
+// (kernels/core/block_kernel.h). A block of threads blurs N fields over a patch of one plane, 32 x 16 pixels with a
+// border of five, and passes the result to the operator. The formulas are in photometric_formula.h.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -25,17 +24,19 @@ inline WindowTaps<S> MakeWindowTaps() {
   for (const double tap : GaussianTaps()) taps.tap[k++] = static_cast<S>(tap);
   return taps;
 }
-// The values of N fields at one pixel.
+// Values of N fields at one pixel.
 template <int N, class S>
 struct PixelFields {
   S f[N];
 };
 
-// Operator has
+// Blurs the fields of an Operator, which has these members:
+//
 //   kFields, kSums
-//   Load(i) -> PixelFields<kFields>      the fields before the blur at position i of the image
-//   Store(i, blurred, sums)              takes the blurred ones, and adds to kSums double sums over all pixels
-// partial_sums: kSums for each block.
+//   Load(i) -> PixelFields<kFields>      returns the fields before the blur, at position i of the image
+//   Store(i, blurred, sums)              receives the blurred fields and adds to kSums sums (double) over all pixels
+//
+// partial_sums: kSums values per block.
 template <class S, class Operator>
 struct BlurBlock {
   static constexpr int kThreads = 256, kWidth = 32, kHeight = 16;
@@ -44,9 +45,9 @@ struct BlurBlock {
   struct Shared {
     union {
       S field[kFields][kHigh][kWide];
-      double lanes[kThreads];  // for the reductions, once the fields are no longer needed
+      double lanes[kThreads];  // for the reductions, after the fields are no longer needed
     };
-    S column[kFields][kHeight][kWide];  // blurred down the columns
+    S column[kFields][kHeight][kWide];  // blurred along the columns
   };
   int width, height;
   WindowTaps<S> taps;
@@ -102,7 +103,7 @@ struct BlurBlock {
   VESTA_HD static constexpr Index BlocksDown(int height) { return (height + kHeight - 1) / kHeight; }
 };
 
-// sums[i] = the sum over the blocks of partial_sums[kSums block + i]; one block a sum.
+// sums[i] = the sum over the blocks of partial_sums[kSums block + i]. One block of threads computes one sum.
 template <int kSums>
 struct SumPartials {
   static constexpr int kThreads = 256;
@@ -122,7 +123,7 @@ struct SumPartials {
   }
 };
 
-// Adds |e|, the cost that stands for it and 1 - SSIM to the three sums of the loss.
+// Adds a pixel's |e|, its penalty and its 1 - SSIM to the three sums of the loss.
 template <class S>
 VESTA_HD inline void AddLoss(const PixelPenalty<S>& pixel, const S& dissimilarity, double* sums) {
   sums[0] += static_cast<double>(pixel.absolute);
@@ -130,14 +131,14 @@ VESTA_HD inline void AddLoss(const PixelPenalty<S>& pixel, const S& dissimilarit
   sums[2] += static_cast<double>(dissimilarity);
 }
 
-// Sums of |e|, of the cost that stands for it and of 1 - SSIM; on request the slopes p, q, s of 1 - SSIM and its window
-// curvature.
+// Computes the sums of |e|, of the pixel penalty and of 1 - SSIM. Optionally stores the slopes p, q, s of 1 - SSIM and
+// the window curvature.
 template <class S>
 struct WindowsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
-  S *p, *q, *s, *curvature;  // p, q, s null: not wanted; curvature likewise
+  S *p, *q, *s, *curvature;  // null if not wanted: p, q, s together, or curvature
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
     const S u = rendered[i] + truth[i], e = rendered[i] - truth[i];
@@ -155,8 +156,8 @@ struct WindowsOperator {
   }
 };
 
-// gradient = ssim J^T 1 + l1 times the penalty's derivative; diagonal (null: not wanted) = ssim G s + l1 times its
-// curvature.
+// gradient = ssim J^T 1 + l1 * derivative of the penalty. diagonal (optional, may be null) = ssim G s + l1 * curvature
+// of the penalty.
 template <class S>
 struct GradientOperator {
   static constexpr int kFields = 3, kSums = 0;
@@ -174,15 +175,14 @@ struct GradientOperator {
   }
 };
 
-// The same sums as WindowsOperator's, and gradient and diagonal (null: not wanted) with each score differentiated by
-// its own pixel alone.
+// Computes the sums of WindowsOperator, and gradient and diagonal (optional, may be null) for kRootCenter.
 template <class S>
 struct CenterOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   S l1, ssim;
   PenaltyCoefficients<S> penalty;
-  S centre;  // the window's weight at its centre, squared
+  S centre;  // weight of the window's centre pixel (both axes)
   S *gradient, *diagonal;
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
@@ -202,7 +202,7 @@ struct CenterOperator {
   }
 };
 
-// out = c o G in: the first half of W.
+// out = c o G in: the first step of a product with W.
 template <class S>
 struct WeightedBlurOperator {
   static constexpr int kFields = 1, kSums = 0;
@@ -213,7 +213,7 @@ struct WeightedBlurOperator {
   VESTA_HD void Store(Index i, const PixelFields<1, S>& blurred, double*) const { out[i] = c[i] * blurred.f[0]; }
 };
 
-// out = scale G in + d o v: the second half.
+// out = scale G in + d o v: the second step.
 template <class S>
 struct BlurAddOperator {
   static constexpr int kFields = 1, kSums = 0;
@@ -233,19 +233,19 @@ struct BlurAddOperator {
 
 namespace vesta::device_image {
 
-// The launches behind DevicePhotometricLoss, compiled by nvcc. All pointers are to memory of the GPU. No function
-// waits.
+// Kernel launches of DevicePhotometricLoss, compiled by nvcc. All pointers are to GPU memory. No function waits for its
+// result.
 //
-// Room for the partial sums of Windows.
+// Number of partial sums that Windows needs.
 Index NumPartialSums(const ImageShape& shape);
-// sums: three.
+// sums: [3].
 void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums);
 void Gradient(const ImageShape& shape, const GradientOperator<float>& op);
-// partial_sums, sums: as for Windows.
+// partial_sums, sums: see Windows.
 void Center(const ImageShape& shape, const CenterOperator<float>& op, double* partial_sums, double* sums);
 void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op);
 void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op);
-// QuantizeTo8Bit on each value.
+// Applies QuantizeTo8Bit to each value.
 void Quantize(Index count, float* values);
 
 }  // namespace vesta::device_image

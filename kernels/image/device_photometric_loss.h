@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photometric loss of one view in the memory of a GPU: the operators of PhotometricLoss, in float.
+// The photometric loss of one view on a GPU: the operators of PhotometricLoss, in float.
 #pragma once
 
 #include "kernels/core/device_buffer.h"
@@ -10,20 +10,20 @@
 
 namespace vesta {
 
-// As PhotometricLinearization.
+// See PhotometricLinearization.
 struct DevicePhotometricLinearization {
   ImageShape shape;
   DeviceBuffer<float> diagonal, curvature;
 };
 
-// Like PhotometricLoss. Functions that return a value wait for the device, the others do not.
+// GPU version of PhotometricLoss. Functions that return a value wait for the device; the others do not.
 class DevicePhotometricLoss {
  public:
   using VectorView = Span<float, Device>;
   using ConstVectorView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
-  // As PhotometricLoss's, of one object: three slopes, and what W blurs.
+  // Memory of one object in bytes: three slopes, and an image for products with W.
   static double GradientBytes(SsimLinearization structure, double pixels) {
     return structure == SsimLinearization::kRootCenter ? 0 : 3 * ImageShape::kChannels * sizeof(float) * pixels;
   }
@@ -31,24 +31,24 @@ class DevicePhotometricLoss {
     return GradientBytes(structure, pixels) * 4 / 3;
   }
 
-  // Throws Error for negative weights or a Huber threshold that is not positive.
+  // Throws Error if CheckWeights does.
   explicit DevicePhotometricLoss(const PhotometricWeights& weights = {});
 
   const PhotometricWeights& weights() const { return weights_; }
 
   PhotometricValue Evaluate(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape);
-  // gradient = d cost / d rendered (for kRootCenter an approximation: loss_options.h). The value is available
+  // gradient = d cost / d rendered (an approximation for kRootCenter, see loss_options.h). Value() can be called
   // afterwards.
   void Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient);
   void Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient,
                  Linearization& linearization);
-  // Of the last Gradient or Linearize. Waits.
+  // Result of the last Gradient or Linearize. Waits.
   PhotometricValue Value();
   // out = W v.
   void ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out);
 
  private:
-  // gradient null: values alone; linearization null: no W.
+  // gradient null: computes only the sums. linearization null: does not compute W.
   void Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, float* gradient,
            Linearization* linearization);
   void RunCenter(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, float* gradient,
@@ -57,13 +57,13 @@ class DevicePhotometricLoss {
   PhotometricWeights weights_;
   PenaltyCoefficients<float> penalty_;
   DeviceBuffer<float> p_, q_, s_;  // slopes of 1 - SSIM
-  DeviceBuffer<float> blurred_;    // between the halves of W
+  DeviceBuffer<float> blurred_;    // between the two steps of a product with W
   DeviceBuffer<double> partial_sums_, sums_;
 };
 
 // Image quality as reported.
 //
-// Like ImageQualityMeter, but quantises both images in place. Waits for the device.
+// GPU version of ImageQualityMeter. It quantises both images in place. Waits for the device.
 class DeviceImageQualityMeter {
  public:
   static double Bytes(double /*pixels*/) { return 0; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window of SSIM.
+// The Gaussian window of SSIM.
 #pragma once
 
 #include <array>
@@ -9,11 +9,11 @@ namespace vesta {
 inline constexpr int kWindowRadius = 5;
 inline constexpr int kWindowTaps = 2 * kWindowRadius + 1;
 
-// Weights of one axis of the 11 x 11 Gaussian window of standard deviation 1.5 pixels (Wang et al., Image quality
-// assessment, IEEE TIP 2004); they sum to 1. Pixels outside the image count as zeros with their weight kept, as in the
-// code of Kerbl et al. 2023, so the window of a border pixel sums to less than 1.
+// Weights of one axis of the 11 x 11 Gaussian window with a standard deviation of 1.5 pixels (Wang et al. 2004, Image
+// quality assessment, IEEE TIP). They sum to 1. Pixels outside the image are zeros with unchanged weights, as in the
+// code of Kerbl et al. 2023, so windows near the border have a smaller sum of weights inside the image.
 std::array<double, kWindowTaps> GaussianTaps();
-// Along one axis, pixels squared.
+// Variance along one axis, in pixels squared.
 double WindowVariance();
 
 }  // namespace vesta

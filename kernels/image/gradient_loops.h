@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradient of the loss and products with its curvature, row by row. Included by image_kernels.simd.cpp.
+// Row loops for the gradient of the loss and products with its curvature. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/image/window_loops.h"
@@ -16,8 +16,8 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   WindowBlur<3, 3, S> slopes(rows, scratch);
   const int begin = slopes.InputBegin(rows.begin), end = slopes.InputEnd(rows.end);
 
-  // Slopes of all windows that contain a pixel of the range. Sums and stored fields are of the range's own windows
-  // only.
+  // Computes the slopes of all windows that contain a pixel of the range. Sums and stored fields cover only the range's
+  // own windows.
   RowSums<S> dissimilarity;
   const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;
@@ -58,7 +58,7 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   second.MakeUpTo(rows.end);
 }
 
-// Each score differentiated by its own pixel alone.
+// Gradient and diagonal of kRootCenter.
 template <class S>
 void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
   const LossTerms<S> loss = args.loss;

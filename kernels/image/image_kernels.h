@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over image rows, compiled once per instruction set. Plain pointers: this is the seam between *.simd.cpp and the
-// classes that own memory and threads (photometric_loss.h), which are what others use.
+// Loops over image rows, compiled once per instruction set. They take plain pointers: this is the interface between
+// *.simd.cpp and the classes that own memory and threads (photometric_loss.h). Other code uses those classes.
 //
-// Images here have planes of height * width values, one after the other (image_shape.h). Each function handles rows
-// begin..end of one plane, writes only those rows of its outputs, and gives them the same bits however the rows are
-// divided into ranges. G is the window given by the taps of one axis, zero padded. Outputs must not overlap inputs.
+// Images have planes of height * width values, one after the other (image_shape.h). Each function processes rows
+// begin..end of one plane and writes only these rows of its outputs. The result is bit-identical for any division of
+// the rows into ranges. G is the blur with the window given by the taps of one axis, zero padded. Outputs must not
+// overlap inputs.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -13,39 +14,38 @@
 
 namespace vesta {
 
-// Rows to work on, and scratch memory for them.
+// A range of rows to process, and scratch memory for it.
 template <class S>
 struct RowRange {
   int width, height, plane;
   int begin, end;
   const S* taps;  // kWindowTaps weights, symmetric
-  S* scratch;     // kScratchRows rows of ScratchStride(width) values, aligned to 64 bytes, holding anything
+  S* scratch;     // kScratchRows rows of ScratchStride(width) values, aligned to 64 bytes, uninitialised
 
   static constexpr int kScratchRows = 176;
 };
 
-// Values from one scratch row to the next: the row's, rounded up to 64; 16 values of padding before and behind them;
-// and an odd number of cache lines in all, so that rows below each other do not compete for the same few lines of the
-// cache.
+// Values from one scratch row to the next. A row has its width rounded up to 64 and 16 values of padding on both sides.
+// The stride is an odd number of cache lines, so that rows below each other do not compete for the same cache sets.
 constexpr Index ScratchStride(int width) { return 16 * ((4 * ((Index{width} + 63) / 64) + 2) | 1); }
 
-// What the loss is made of.
+// Inputs of the loss.
 template <class S>
 struct LossTerms {
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
   S l1, ssim;        // weights
-  double* row_sums;  // three for each row of each plane: sums of |e|, the pixel's penalty, 1 - SSIM
+  double* row_sums;  // three per row of each plane: sums of |e|, of the pixel penalty and of 1 - SSIM
 };
 
-// The sums alone.
+// Computes only the sums.
 template <class S>
 struct ValueArgs {
   LossTerms<S> loss;
 };
 
-// Also the gradient, ssim * J^T 1 + l1 * derivative of the penalty, J the Jacobian of 1 - SSIM. What is null is not
-// wanted.
+// Also computes the gradient, ssim * J^T 1 + l1 * derivative of the penalty, with J the Jacobian of 1 - SSIM. Optional
+// outputs may be null.
 template <class S>
 struct GradientArgs {
   LossTerms<S> loss;
@@ -54,8 +54,8 @@ struct GradientArgs {
   S *diagonal = nullptr, *curvature = nullptr;
 };
 
-// The same with each score differentiated by its own pixel: J its own diagonal. diagonal (null: not wanted) =
-// ssim * J^2 * weight of the root + l1 * curvature of the penalty.
+// The same for kRootCenter, in which J is diagonal. diagonal (optional, may be null) = ssim * J^2 * weight of the root
+// + l1 * curvature of the penalty.
 template <class S>
 struct CenterArgs {
   LossTerms<S> loss;
@@ -78,7 +78,7 @@ struct ImageKernels {
   void (*curvature)(const RowRange<S>&, const CurvatureArgs<S>&);
 };
 
-// The kernels compiled for one instruction set, which the CPU must have. S is float or double.
+// The kernels compiled for one instruction set, which the CPU must support. S is float or double.
 template <class S>
 const ImageKernels<S>& ImageKernelsFor(Isa isa);
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layout of images in this room.
+// Memory layout of images in kernels/image.
 #pragma once
 
 #include "kernels/core/span.h"
 
 namespace vesta {
 
-// Three planes (red, green, blue), one after the other; a plane is `height` rows of `width` values without padding.
+// Three planes (red, green, blue), one after the other. A plane has `height` rows of `width` values without padding.
 // The value of channel c at row i, column j is at (c * height + i) * width + j.
 struct ImageShape {
   int width = 0;
   int height = 0;
 
   static constexpr int kChannels = 3;
-  // Values of one plane, and of all.
+  // Number of values in one plane, and in all three.
   Index PlaneSize() const { return static_cast<Index>(width) * height; }
   Index NumValues() const { return kChannels * PlaneSize(); }
   bool operator==(const ImageShape&) const = default;

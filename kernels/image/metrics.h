@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PSNR and SSIM of images, as 8-bit files have them.
+// PSNR and SSIM of images, quantised to 8 bits.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 
 namespace vesta {
 
-// Colours as an image file of 8 bits holds them.
+// Quantisation of colours to 8 bits.
 inline namespace VESTA_ISA {
 
-// x as an 8-bit value shows it: round(255 clamp(x, 0, 1)) / 255. Not a number stays not a number.
+// Rounds x to an 8-bit value: round(255 clamp(x, 0, 1)) / 255. NaN stays NaN.
 VESTA_HD inline float QuantizeTo8Bit(float x) {
   using std::clamp, std::floor;
   return floor(255.0f * clamp(x, 0.0f, 1.0f) + 0.5f) / 255.0f;
@@ -28,19 +28,19 @@ struct ImageQuality {
   double ssim = 0.0;  // mean over pixels and channels, with the window of the loss (zero padded)
 };
 
-// Of quantised images, from their sums over pixels and channels: of squared errors, and of 1 - SSIM.
+// Computes the quality of quantised images from two sums over pixels and channels: squared errors, and 1 - SSIM.
 ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
-// The quality of an image of which only this part of the pixels, in (0, 1], counts, from that of the whole in which the
-// others have no error of their own: the same sums over fewer pixels.
+// Converts the quality of a whole image to the quality of a masked image, in which the fraction `part` in (0, 1] of the
+// pixels counts. The masked pixels must have zero error, so the same sums are divided by fewer pixels.
 ImageQuality OfPart(const ImageQuality& whole, double part);
 
-// Measures views one after the other; keeps its working memory. Truth and rendered image are both quantised first.
+// Measures views one after the other and keeps its working memory. Both images are quantised first.
 class ImageQualityMeter {
  public:
-  // Of its images.
+  // Memory of its two images, in bytes.
   static double Bytes(double pixels) { return 2 * ImageShape::kChannels * sizeof(float) * pixels; }
-  // Sizes must be those of the shape, else throws Error.
+  // Throws Error if the sizes do not match the shape.
   ImageQuality Measure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape);
 
  private:

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The formulas of the photometric loss for one pixel and channel, templates on the scalar.
+// The formulas of the photometric loss for one pixel and channel, as templates on the scalar.
 //
-// Notation: x rendered, y truth, e = x - y, u = x + y; G the Gaussian window, G f the weighted sum of f under it.
-// Written in sums and differences, so that no quantity that is small when e is small is a difference of large numbers:
+// Notation: x rendered, y truth, e = x - y, u = x + y. G f is the sum of f weighted by the Gaussian window G. All
+// formulas use sums and differences, so that no quantity that is small for small e is a difference of large numbers:
 //   mx = (Gu + Ge)/2, my = (Gu - Ge)/2,  Var f = G f^2 - (G f)^2
 //   D1 = mx^2 + my^2 + C1,  D2 = sx^2 + sy^2 + C2 = (Var u + Var e)/2 + C2,  l = (2 mx my + C1) / D1
 //   1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2      exactly, C1 = 0.01^2, C2 = 0.03^2 for colours in 0..1.
-// In float, Var u carries an absolute error of some 1e-7 (Gu)^2, so D2 one of up to 1e-4 relative where a window is
-// flat and bright, and 1 - SSIM and its derivatives the same relative error; Var e errs by 1e-7 of G e^2. Everything is
-// finite for |x|, |y| up to 1e8.
+// In float, Var u has an absolute error of about 1e-7 (Gu)^2. For a flat and bright window the relative error of D2 is
+// then up to 1e-4; 1 - SSIM and its derivatives have the same relative error. The error of Var e is 1e-7 of G e^2. All
+// results are finite for |x|, |y| up to 1e8.
 //
-// l is clamped at zero, derivative included; with images that are nowhere negative it never is.
+// l is clamped at zero, and so is its derivative. For images without negative values l is never clamped.
 #pragma once
 
 #include "kernels/math/scalar.h"
@@ -18,13 +18,13 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// 1 - SSIM of one window, and the parts its derivatives are made of.
+// 1 - SSIM of one window, and the terms of its derivatives.
 template <class T>
 struct SsimWindow {
   T mean_x, mean_error, variance_error;
   T inverse_d1, inverse_d2;
   T luminance;        // l
-  T luminance_slope;  // dl by G dx
+  T luminance_slope;  // derivative of l with respect to Gx
 
   // From G u, G e, G u^2, G e^2.
   VESTA_HD SsimWindow(const T& sum, const T& error, const T& sum_squared, const T& error_squared) {
@@ -66,34 +66,34 @@ struct SsimSlopes {
   }
 };
 
-// Its transpose, pixel by pixel: from G(p v), G(q v), G(s v) to J^T v.
+// Its transpose, per pixel: maps G(p v), G(q v), G(s v) to J^T v.
 template <class T>
 VESTA_HD inline T SsimAdjoint(const T& x, const T& e, const T& blurred_p, const T& blurred_q, const T& blurred_s) {
   return Fma(x, blurred_q, Fma(e, blurred_s, blurred_p));
 }
 
-// With D1, D2 and l frozen, 1 - SSIM is a quadratic in e with the Hessian diag(G s) + G diag(c) G, where s is the slope
-// above and c this: 2 (1/D1 - l/D2).
+// With D1, D2 and l constant, 1 - SSIM is a quadratic in e with the Hessian diag(G s) + G diag(c) G. s is the slope
+// above; this returns c = 2 (1/D1 - l/D2).
 template <class T>
 VESTA_HD inline T SsimWindowCurvature(const SsimWindow<T>& w, const SsimSlopes<T>& slopes) {
   return w.inverse_d1 + w.inverse_d1 - slopes.s;
 }
 
-// Gauss-Newton on r = sqrt(d), d = 1 - SSIM, makes w j^2 of j = d(d)/dx: r^2 has the curvature 2 (j/2r)^2. This is
-// w = 1 / (2 d), with a floor under d at what a float resolves of it.
+// Gauss-Newton on r = sqrt(d), d = 1 - SSIM, has the curvature 2 (j/2r)^2 = w j^2, with j = d(d)/dx. This returns w = 1
+// / (2 d), with a floor under d at the accuracy of float.
 template <class T>
 VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
   const T floored = Max(dissimilarity, T(1e-6));
   return Reciprocal(floored + floored);
 }
 
-// Each score differentiated by its own pixel alone: d(1 - SSIM of the window) by its centre. centre: the window's
-// weight there, squared for the two axes.
+// Derivative of a window's 1 - SSIM with respect to its centre pixel. centre: the weight of that pixel, the squared
+// centre tap.
 template <class T>
 VESTA_HD inline T SsimCenterSlope(const T& centre, const T& x, const T& e, const SsimSlopes<T>& slopes) {
   return centre * SsimAdjoint(x, e, slopes.p, slopes.q, slopes.s);
 }
-// The contribution of that to the curvature of the root: ssim times its square times the weight.
+// Contribution of that derivative to the curvature of the root: ssim * derivative^2 * weight.
 template <class T>
 VESTA_HD inline T SsimCenterCurvature(const T& ssim, const T& by_center, const T& dissimilarity) {
   return ssim * (by_center * by_center) * SsimRootWeight(dissimilarity);

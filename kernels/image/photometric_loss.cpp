@@ -38,7 +38,7 @@ class QuadraticSsim final : public SsimStrategy<S> {
   }
 };
 
-// Gauss-Newton on the root of 1 - SSIM, each score differentiated by its own pixel alone (3DGS-LM).
+// kRootCenter of 3DGS-LM (loss_options.h).
 template <class S>
 class RootCenterSsim final : public SsimStrategy<S> {
  public:
@@ -80,9 +80,10 @@ void PhotometricValue::Weigh(const PhotometricWeights& weights) {
 }
 
 void CheckWeights(const PhotometricWeights& weights) {
-  VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
-              weights.l1, weights.ssim, weights.l1_floor);
-  VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
+  VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0,
+              "loss weights {} and {} and the L1 floor {} must not be negative", weights.l1, weights.ssim,
+              weights.l1_floor);
+  VESTA_CHECK(weights.huber_threshold > 0.0, "the Huber threshold is {}; it must be positive", weights.huber_threshold);
 }
 
 template <class S>
@@ -178,7 +179,7 @@ RowBands<S>::RowBands(Isa isa) : kernels_(ImageKernelsFor<S>(isa)) {
 
 template <class S>
 void RowBands<S>::Resize(const ImageShape& shape) {
-  VESTA_CHECK(shape.width >= 1 && shape.height >= 1, "an image of {} x {} pixels", shape.width, shape.height);
+  VESTA_CHECK(shape.width >= 1 && shape.height >= 1, "an image of {} x {} pixels is empty", shape.width, shape.height);
   shape_ = shape;
   bands_ = (shape.height + kBandRows - 1) / kBandRows;
   const int rows = (shape.height + bands_ - 1) / bands_;

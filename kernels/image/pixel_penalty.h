@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loss of one pixel and channel by itself (loss_options.h), its derivative and the curvature of its quadratic.
+// The penalty of one pixel and channel (loss_options.h), its derivative and the curvature of its quadratic.
 //
-// All choices are special cases of one form of Huber's function: with s = clamp(gain e, -limit, limit)
+// All penalties are special cases of one form of Huber's function. With s = clamp(gain e, -limit, limit):
 //   value = s (e - half_step s) + offset,   derivative = s,
 //   curvature = numerator / (slope max(|e|, least) + intercept).
-// So one vector code serves them all, without a branch.
+// One vectorised function without branches therefore computes all of them.
 #pragma once
 
 #include "kernels/image/loss_options.h"
@@ -18,8 +18,8 @@ struct PenaltyCoefficients {
   S numerator, least, slope, intercept;
 };
 
-// The coefficients of the chosen penalty. Where the absolute value has no floor, the value uses the smallest normal
-// number as the floor, and the curvature 1e-30. S is float or double.
+// Computes the coefficients of the chosen penalty. If l1_floor is 0, the value uses the smallest normal number as the
+// floor, and the curvature uses 1e-30. S is float or double.
 template <class S>
 PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights);
 

@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The separable Gaussian window over a few rows at a time, as a skeleton. The caller supplies the fields to blur and
-// takes the result, so every operator of the loss is two or three small lambdas. Included by image_kernels.simd.cpp.
+// A framework for the separable Gaussian window over a few rows at a time. The caller supplies the fields to blur and
+// receives the result, so every operator of the loss is two or three small lambdas. Included by image_kernels.simd.cpp.
 //
-// Rows stream through a ring that stays in cache: unblurred fields come in row by row, zero padded; four rows are
-// blurred down the columns together, so that one load serves several sums; the sums are transposed, so that the blur
-// along the rows needs no shifts within vectors. The result is transposed back and handed on, possibly into the ring of
-// a second blur. Each blurred value is one sum in the order of the taps, whichever rows are made together, so results
-// do not depend on where a range of rows begins or ends. Rows outside the image are a row of zeros: there is no branch
-// at borders.
+// Rows pass through a ring buffer that stays in cache. Unblurred fields enter row by row, zero padded. Four rows are
+// blurred along the columns together, so that each load serves several sums. The sums are transposed, so that the blur
+// along the rows needs no shifts within vectors. The result is transposed back and passed on, possibly to the ring of a
+// second blur. Each blurred value is one sum in the order of the taps, so it does not depend on where a range of rows
+// begins or ends. Rows outside the image are a row of zeros, so borders need no branch.
 #pragma once
 
 #include "kernels/image/block_access.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/image_kernels.h"
 
-// Inlines all that the function calls. The compiler's own measure of what is too large to inline would leave sums in
-// memory. It is off under the sanitizers, whose checks make such functions take minutes to compile.
+// Inlines all functions called inside. The compiler would otherwise find them too large and leave sums in memory. It is
+// off under the sanitizers, whose checks make such functions take minutes to compile.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define VESTA_FLATTEN
 #else
@@ -25,14 +24,15 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// Hands out the rows of a range's scratch memory.
+// Allocates rows of a range's scratch memory.
 template <class S>
 class ScratchRows {
  public:
   explicit ScratchRows(const RowRange<S>& rows)
       : width_(rows.width), stride_(ScratchStride(rows.width)), next_(rows.scratch) {}
 
-  // The next `count` rows: the address of the first row's first value. Zero around the `width` values of each row.
+  // Takes the next `count` rows and returns the address of the first row's first value. The padding of each row is
+  // zero.
   S* Take(int count) {
     S* const first = next_ + kPad;
     for (int row = 0; row < count; ++row, next_ += stride_) {
@@ -49,18 +49,18 @@ class ScratchRows {
   S* next_;
 };
 
-// Where pixel (row, column) of the range's plane lies in an image.
+// Position of pixel (row, column) of the range's plane in an image.
 template <class S>
 inline Index PositionOf(const RowRange<S>& rows, int row, int column) {
   return (Index{rows.plane} * rows.height + row) * rows.width + column;
 }
 
-// Blurs N fields that are computed from kStored ones.
+// Blurs N fields that are computed from kStored stored fields.
 template <int kStored, int N, class S>
 class WindowBlur {
  public:
   using V = xsimd::batch<S>;
-  // Rows made together.
+  // Rows computed together.
   static constexpr int kRows = kBlockRows<S>;
 
   WindowBlur(const RowRange<S>& rows, ScratchRows<S>& scratch)
@@ -74,8 +74,8 @@ class WindowBlur {
     for (int k = 0; k <= kWindowRadius; ++k) tap_[k] = V(rows.taps[kWindowRadius + k]);
   }
 
-  // Where row `row` of stored field n is to be written, in whole vectors, zero behind the width. The ring keeps the
-  // last 24 rows: those that a block needs (14), and those that a preceding blur makes ahead of time (3).
+  // Address to write row `row` of stored field n, in whole vectors, with zeros beyond the width. The ring keeps the
+  // last 24 rows: a block needs 14, and a preceding blur computes up to 3 rows ahead.
   S* Row(int row, int n) { return ring_ + Index{row % kRing * kStored + n} * stride_; }
   // Writes stored field n of a block.
   template <class Access>
@@ -84,13 +84,14 @@ class WindowBlur {
     for (int r = 0; r < access.rows(); ++r) used.v[r].store_aligned(Row(row + r, n) + column);
   }
 
-  // The rows that a window reaches: from InputBegin(row) on, and before InputEnd(end) for all rows before `end`.
+  // Range of input rows of the windows: starts at InputBegin(row), and ends before InputEnd(end) for output rows before
+  // `end`.
   static int InputBegin(int row) { return row > kWindowRadius ? row - kWindowRadius : 0; }
   int InputEnd(int end) const { return end + kWindowRadius < height_ ? end + kWindowRadius : height_; }
 
-  // Makes rows row..row + count - 1, count <= kRows, from the stored rows row - 5..row + count + 4.
-  // derive(stored) gives the N fields from the stored ones; out(row, column, access, blurred) takes them, block by
-  // block from left to right; end_rows(row, count) follows the last.
+  // Computes output rows row..row + count - 1, count <= kRows, from the stored rows row - 5..row + count + 4.
+  // derive(stored) returns the N fields of the stored ones. out(row, column, access, blurred) receives the result,
+  // block by block from left to right; end_rows(row, count) is called after the last block.
   template <class Derive, class Out, class EndRows>
   void Block(int row, int count, const Derive& derive, const Out& out, const EndRows& end_rows) {
     const S* source[kInputRows][kStored];
@@ -108,12 +109,13 @@ class WindowBlur {
   static constexpr int kRing = 24;
   static constexpr int kLanes = static_cast<int>(V::size);
   static constexpr int kInputRows = kRows + 2 * kWindowRadius;
-  // Fields summed together: as many sums as registers hold.
+  // Number of fields summed together: as many sums as fit into registers.
   static constexpr int kTogether = sizeof(V) == 64 && N <= 4 ? N : N < 2 ? N : 2;
   using Rows = Several<V, kRows>;
 
-  // First half, down the columns. The sums are stored by columns (Transposed): lane kRows g + r of stream j is row r of
-  // column kRows g + j. The neighbour of a column is then another stream, or the same stream some whole columns on.
+  // First step, along the columns. The sums are stored by columns (Transposed): lane kRows g + r of stream j is row r
+  // of column kRows g + j. The neighbour of a column is then in another stream, or in the same stream at an offset of
+  // whole columns.
   template <class Derive>
   VESTA_FLATTEN void Down(const S* const (&source)[kInputRows][kStored], const Derive& derive) {
     Unrolled<(N + kTogether - 1) / kTogether>([&](auto part) {
@@ -135,7 +137,7 @@ class WindowBlur {
     });
   }
 
-  // Second half, along the rows.
+  // Second step, along the rows.
   template <class Out>
   VESTA_FLATTEN void Along(int row, int count, const Out& out) {
     const auto blurred_at = [&](int column) {
@@ -157,7 +159,7 @@ class WindowBlur {
 
   S* Stream(int n, int j) const { return down_ + Index{n * kRows + j} * stride_; }
 
-  // sum (+)= the window's weight k * value; does nothing where there is no weight k.
+  // sum (+)= window weight k * value; does nothing if k is outside the window.
   template <int k>
   void Add(V& sum, const V& value) const {
     if constexpr (k >= 0 && k < kWindowTaps) {
@@ -176,15 +178,15 @@ class WindowBlur {
   V tap_[kWindowRadius + 1];
 };
 
-// The unblurred rows of a blur, read from images in order and as far as they are asked for. load(position, access)
-// gives the kStored fields at the vector of pixels that starts at `position` of the images.
+// Reads the unblurred rows of a blur from images, in order and on demand. load(position, access) returns the kStored
+// fields of the vector of pixels at `position` of the images.
 template <int kStored, int N, class S, class Load>
 class ImageRows {
  public:
   ImageRows(const RowRange<S>& rows, WindowBlur<kStored, N, S>& blur, int begin, const Load& load)
       : rows_(rows), blur_(blur), next_(begin), load_(load) {}
 
-  // Puts all rows before `end` into the blur's ring.
+  // Stores all rows before `end` in the blur's ring.
   VESTA_FLATTEN void MakeUpTo(int end) {
     for (; next_ < end; ++next_) {
       const Index position = PositionOf(rows_, next_, 0);
@@ -202,9 +204,9 @@ class ImageRows {
   const Load& load_;
 };
 
-// The blurred rows begin..end - 1 of a blur, made in order and as far as they are asked for, from `source` (ImageRows,
-// or BlurredRows that write into this blur's ring). derive, out, end_rows: see WindowBlur::Block. No block has rows
-// both of the range and outside it.
+// Computes the blurred rows begin..end - 1, in order and on demand, from `source` (ImageRows, or BlurredRows that write
+// to this blur's ring). derive, out, end_rows: see WindowBlur::Block. No block contains rows both inside and outside
+// the range.
 template <class Source, class Blur, class Derive, class Out, class EndRows>
 class BlurredRows {
  public:
@@ -219,7 +221,7 @@ class BlurredRows {
         out_(out),
         end_rows_(end_rows) {}
 
-  // Makes all rows before `end`, and perhaps a few more; none twice.
+  // Computes all rows before `end`, and perhaps a few more. Each row is computed once.
   void MakeUpTo(int end) {
     while (next_ < end) {
       int count = Blur::kRows;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of the loss and of the windows of SSIM, row by row, and the parts that the other loops share. Included by
+// Row loops for the value of the loss and the SSIM windows, and shared parts of the other loops. Included by
 // image_kernels.simd.cpp.
 #pragma once
 
-#include "kernels/image/block_lanes.h"  // before the formulas: they call what it declares
+#include "kernels/image/block_lanes.h"  // before the formulas, which call its functions
 #include "kernels/image/photometric_formula.h"
 #include "kernels/image/row_blur.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// One sum for each row of a block: accumulated as vectors in S, then over the lanes in double.
+// One sum for each row of a block, accumulated as vectors of S, then over the lanes in double.
 template <class S>
 struct RowSums {
   using V = xsimd::batch<S>;
@@ -18,7 +18,7 @@ struct RowSums {
   T lanes = T(S(0));
 
   void Add(const T& values) { lanes = lanes + values; }
-  // Writes the totals of the first `count` rows to every third value from `sums` on, and starts the next block.
+  // Writes the totals of the first `count` rows to every third element of `sums`, and resets them for the next block.
   void Take(int count, double* sums) {
     for (int r = 0; r < count; ++r) {
       alignas(64) S lane[V::size];
@@ -34,7 +34,7 @@ struct RowSums {
 constexpr auto kAsTheyAre = [](const auto& fields) { return fields; };
 constexpr auto kNothing = [](int, int) {};
 
-// u = x + y and e = x - y of two images; the four fields of a window are made from them.
+// Loads u = x + y and e = x - y of two images; the four fields of a window are computed from them.
 template <class S>
 auto SumAndDifference(const S* rendered, const S* truth) {
   return [=](Index i, const auto& access) {
@@ -51,7 +51,7 @@ SsimWindow<T> WindowOf(const Fields<4, T>& blurred) {
   return SsimWindow<T>(blurred.f[0], blurred.f[1], blurred.f[2], blurred.f[3]);
 }
 
-// The blurred rows of the range, from fields that `load` reads from images.
+// Computes the blurred rows of the range, from fields that `load` reads from images.
 template <int kStored, int N, class S, class Load, class Derive, class Out, class EndRows>
 void BlurRows(const RowRange<S>& rows, const Load& load, const Derive& derive, const Out& out,
               const EndRows& end_rows) {
@@ -62,7 +62,7 @@ void BlurRows(const RowRange<S>& rows, const Load& load, const Derive& derive, c
   blurred.MakeUpTo(rows.end);
 }
 
-// Sums of the penalty of each pixel.
+// Sums of the pixel penalties.
 template <class S>
 struct PenaltySums {
   RowSums<S> absolute, value;
@@ -78,7 +78,7 @@ struct PenaltySums {
   }
 };
 
-// The sums of a row, and behind them those of the rows after it.
+// Address of the sums of one row. The sums of the following rows are stored behind it.
 template <class S>
 double* SumsOf(const LossTerms<S>& loss, const RowRange<S>& rows, int row) {
   return loss.row_sums + 3 * (Index{rows.plane} * rows.height + row);

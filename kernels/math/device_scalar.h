@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operations on scalars for which a GPU has instructions of its own. Shared code differs between host and device here
-// only, and only in rounding.
+// Scalar operations for which a GPU has its own instructions. Shared code differs between host and device only here,
+// and only in rounding.
 #pragma once
 
 #include <bit>
@@ -13,8 +13,8 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// a * b + c. Scalars of the host round twice: std::fma without hardware support would cost fifty times as much. A GPU
-// rounds once.
+// a * b + c. The host rounds twice, because std::fma without hardware support would be fifty times slower. A GPU rounds
+// once.
 template <class T>
 VESTA_HD inline T MultiplyAdd(const T& a, const T& b, const T& c) {
   return a * b + c;
@@ -30,7 +30,7 @@ VESTA_HD inline double MultiplyAdd(const double& a, const double& b, const doubl
 }
 #endif
 
-// 2^x for x in [-126, 126]; on a GPU one instruction, relative error at most 2^-22 (PTX ISA, ex2.approx).
+// 2^x for x in [-126, 126]. One instruction on a GPU, with relative error at most 2^-22 (PTX ISA, ex2.approx).
 VESTA_HD inline float Exp2(float x) {
 #if defined(__CUDA_ARCH__)
   float result;
@@ -42,7 +42,7 @@ VESTA_HD inline float Exp2(float x) {
 }
 VESTA_HD inline double Exp2(double x) { return std::exp2(x); }
 
-// 1 / x for x in [2^-100, 2^100]; on a GPU one instruction, at most 1 unit in the last place off (rcp.approx).
+// 1 / x for x in [2^-100, 2^100]. One instruction on a GPU, with an error of at most 1 ulp (rcp.approx).
 VESTA_HD inline float FastReciprocal(float x) {
 #if defined(__CUDA_ARCH__)
   float result;
@@ -54,7 +54,7 @@ VESTA_HD inline float FastReciprocal(float x) {
 }
 VESTA_HD inline double FastReciprocal(double x) { return 1 / x; }
 
-// How many bits are set.
+// Number of set bits.
 VESTA_HD inline int PopCount(std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)
   return __popc(bits);
@@ -63,7 +63,7 @@ VESTA_HD inline int PopCount(std::uint32_t bits) {
 #endif
 }
 
-// The place of the lowest bit that is set; one must be.
+// Position of the lowest set bit. At least one bit must be set.
 VESTA_HD inline int LowestBit(std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)
   return __ffs(static_cast<int>(bits)) - 1;
@@ -72,7 +72,7 @@ VESTA_HD inline int LowestBit(std::uint32_t bits) {
 #endif
 }
 
-// The value of the bits of a binary16, which must be 0 or normal (half.h): exact; on a GPU one instruction.
+// Exact value of the bits of a binary16 number, which must be 0 or normal (half.h). One instruction on a GPU.
 VESTA_HD inline float FloatOfHalfBits(std::uint16_t bits) {
 #if defined(__CUDA_ARCH__)
   float result;

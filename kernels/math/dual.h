@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual numbers: a value and one directional derivative. The forward mode of every tangent in the project; unlike
-// ceres::Jet it compiles for the device and nests around SIMD batches.
+// Dual numbers: a value and one directional derivative, used for all forward-mode derivatives of the project. Unlike
+// ceres::Jet, they compile for the device and accept SIMD batches as scalars.
 #pragma once
 
 #include <type_traits>
@@ -10,15 +10,15 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// a + v * eps with eps^2 = 0. Comparisons, and questions such as isfinite, look at the value alone. The members have
-// the names of ceres::Jet's, so that templates that open a Jet (ceres::CubicInterpolator) take this too.
+// a + v * eps with eps^2 = 0. Comparisons and tests such as isfinite use only the value. The members are named as in
+// ceres::Jet, so that templates that access a Jet's members (ceres::CubicInterpolator) accept this type too.
 template <class T>
 struct Dual {
   T a;
   T v;
 
   Dual() = default;
-  // By value: device code may not take the address of a namespace constant, as Dual(kConstant) otherwise would.
+  // By value, because device code may not take the address of a namespace-scope constant, as in Dual(kConstant).
   VESTA_HD Dual(T value) : a(value), v(T(0)) {}
   VESTA_HD Dual(const T& value, const T& derivative) : a(value), v(derivative) {}
   // Constants: Dual<batch>(0.5f), Dual<double>(2).
@@ -107,12 +107,12 @@ struct Dual {
     return {atan2(y.a, x.a), (x.a * y.v - y.a * x.v) / (x.a * x.a + y.a * y.a)};
   }
   VESTA_HD friend Dual abs(const Dual& x) { return {Select(x.a < T(0), -x.a, x.a), Select(x.a < T(0), -x.v, x.v)}; }
-  // x^y for x > 0, for x = 0 with y > 0, or for a constant y and any x that std::pow takes.
+  // x^y for x > 0, for x = 0 with y > 0, or for constant y and any x in the domain of std::pow.
   VESTA_HD friend Dual pow(const Dual& x, const Dual& y) {
     using std::log, std::pow;
     const T value = pow(x.a, y.a);
     const T by_base = y.a * pow(x.a, y.a - T(1)) * x.v;
-    // At x = 0 the value is 0 for every y > 0, while the logarithm is not finite.
+    // At x = 0 the derivative with respect to y is 0 for every y > 0, but the logarithm is not finite.
     const T by_both = Select(y.v == T(0), by_base, by_base + value * log(x.a) * y.v);
     return {value, Select(x.a == T(0), by_base, by_both)};
   }
@@ -163,7 +163,7 @@ struct Dual {
     using std::atanh;
     return {atanh(x.a), x.v / ((T(1) - x.a) * (T(1) + x.a))};
   }
-  // Constant between whole numbers.
+  // Piecewise constant, so the derivative is 0.
   VESTA_HD friend Dual floor(const Dual& x) {
     using std::floor;
     return {floor(x.a), T(0)};
@@ -172,7 +172,7 @@ struct Dual {
     using std::ceil;
     return {ceil(x.a), T(0)};
   }
-  // Of a value that is NaN and one that is not, the one that is not.
+  // If one argument is NaN, the result is the other one.
   VESTA_HD friend Dual fmax(const Dual& x, const Dual& y) { return Select(x.a < y.a, y, Select(x.a == x.a, x, y)); }
   VESTA_HD friend Dual fmin(const Dual& x, const Dual& y) { return Select(y.a < x.a, y, Select(x.a == x.a, x, y)); }
   VESTA_HD friend auto isfinite(const Dual& x) {
@@ -199,7 +199,7 @@ struct Elementary<Dual<T>> {
   VESTA_HD static Dual<T> Select(const Mask& condition, const Dual<T>& a, const Dual<T>& b) {
     return {Elementary<T>::Select(condition, a.a, b.a), Elementary<T>::Select(condition, a.v, b.v)};
   }
-  // The value rounds as that of plain T does, so that a cut-off never flips between a function and its tangent.
+  // The value is rounded as in plain T, so a cut-off never differs between a function and its tangent.
   VESTA_HD static Dual<T> Fma(const Dual<T>& a, const Dual<T>& b, const Dual<T>& c) {
     using E = Elementary<T>;
     return {E::Fma(a.a, b.a, c.a), E::Fma(a.v, b.a, E::Fma(a.a, b.v, c.v))};

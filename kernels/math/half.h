@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of 16 bits in the layout of IEEE 754's binary16, without its subnormals, infinities and NaN.
+// 16-bit floating-point numbers in the layout of IEEE 754 binary16, without its subnormals, infinities and NaN.
 #pragma once
 
 #include <bit>
@@ -17,8 +17,9 @@ struct Half {
 
 inline constexpr float kSmallestHalf = 0x1p-14f, kLargestHalf = 65504.0f;
 
-// The nearest number of 16 bits, the even one of two equally near: relative error at most 2^-11 for kSmallestHalf <=
-// |x| <= kLargestHalf. Below that 0, above it (and for NaN, of either sign) +-kLargestHalf. The same on every machine.
+// Rounds to the nearest 16-bit number, ties to even. The relative error is at most 2^-11 for kSmallestHalf <= |x| <=
+// kLargestHalf. Smaller |x| gives 0; larger |x|, and NaN of either sign, gives +-kLargestHalf. The same on every
+// machine.
 VESTA_HD inline Half ToHalf(float x) {
   const auto all = std::bit_cast<std::uint32_t>(x);
   const std::uint32_t sign = all >> 16 & 0x8000u, magnitude = all & 0x7fffffffu;
@@ -28,7 +29,7 @@ VESTA_HD inline Half ToHalf(float x) {
   return {static_cast<std::uint16_t>(sign | ((rounded >> 13) - (112u << 10)))};
 }
 
-// Exact.
+// The conversion is exact.
 VESTA_HD inline float FromHalf(Half h) { return FloatOfHalfBits(h.bits); }
 
 }  // namespace VESTA_ISA

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIMD batches as a scalar type of the templates: xsimd's batch<float> in the width of the instruction set this file is
-// compiled for, and plain double as a batch of one. Included by *.simd.cpp and the headers they share only.
+// SIMD batches as a scalar type for the templates: xsimd's batch<float> in the width of the compiled instruction set,
+// and double as a batch of one. Only *.simd.cpp files and their shared headers may include this header.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct Elementary<FloatLanes> {
     return xsimd::select(m, a, b);
   }
 #if defined(__AVX512F__)
-  // xsimd 8.1 multiplies and adds in two instructions at this width.
+  // xsimd 8.1 uses separate multiply and add instructions at this width.
   static FloatLanes Fma(const FloatLanes& a, const FloatLanes& b, const FloatLanes& c) {
     return _mm512_fmadd_ps(a, b, c);
   }
@@ -33,17 +33,18 @@ struct Elementary<FloatLanes> {
 #endif
   static FloatLanes Max(const FloatLanes& a, const FloatLanes& b) { return xsimd::max(a, b); }
   static FloatLanes Min(const FloatLanes& a, const FloatLanes& b) { return xsimd::min(a, b); }
-  // 2^x where mask is set and x lies in [-126, 0], 0 where it is not. Relative error at most 5e-7 (a minimax polynomial
-  // of degree 5, 8e-8, and its rounding), with and without fused multiply-adds.
+  // 2^x where mask is set and x is in [-126, 0]; 0 where mask is not set. The relative error is at most 5e-7, with and
+  // without fused multiply-adds: 8e-8 from the minimax polynomial of degree 5, the rest from rounding.
   static FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512DQ__)
-    // 2^x = 2^floor(x) 2^f. The hardware gives f in [0, 1) and the scaling in one instruction each.
+    // 2^x = 2^floor(x) 2^f. The hardware computes f in [0, 1) and the scaling in one instruction each.
     const FloatLanes f = _mm512_reduce_ps(x, 0x01);
     const FloatLanes p = Quintic(f, 0.9999999250635514f, 0.6931530731988381f, 0.24015361705587057f,
                                  0.055826318019286086f, 0.008989340131009826f, 0.0018775766584552267f);
     return _mm512_maskz_scalef_ps(mask, p, x);
 #else
-    // Adding 1.5 * 2^23 leaves the rounded integer n in the low mantissa bits; shifted up by 23 they are the exponent.
+    // Adding 1.5 * 2^23 leaves the rounded integer n in the low mantissa bits. Shifted left by 23, n becomes the
+    // exponent.
     const FloatLanes magic(12582912.0f);
     const FloatLanes biased = x + magic;
     const FloatLanes f = x - (biased - magic);
@@ -64,7 +65,7 @@ struct Elementary<FloatLanes> {
 #endif
   }
 
-  // 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7 (an estimate of the hardware and one Newton step).
+  // 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7 (a hardware estimate and one Newton step).
   static FloatLanes Reciprocal(const FloatLanes& x) {
 #if defined(__AVX512F__)
     const FloatLanes guess = _mm512_rcp14_ps(x);
@@ -78,10 +79,10 @@ struct Elementary<FloatLanes> {
 #endif
   }
 
-  // sqrt(x) where mask is set, for x in [2^-100, 2^100]; 0 where it is not. Relative error at most 7e-5.
+  // sqrt(x) for x in [2^-100, 2^100] where mask is set, else 0. Relative error at most 7e-5.
   static FloatLanes MaskedSquareRoot(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512F__)
-    // The hardware's square root takes as long as twenty other instructions.
+    // The hardware's square root instruction takes the time of twenty other instructions.
     return _mm512_mul_ps(x, _mm512_maskz_rsqrt14_ps(mask, x));
 #else
     return xsimd::sqrt(Select(mask, x, FloatLanes(0)));
@@ -96,8 +97,8 @@ struct Elementary<FloatLanes> {
   }
 };
 
-// out[0..] = first + i for each bit i < 16 that is set in bits, ascending; returns their number. May write up to 16
-// elements.
+// Stores first + i for each set bit i < 16 of bits, ascending, and returns their number. May write up to 16 elements of
+// out.
 inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t* out) {
 #if defined(__AVX512F__)
   const __m512i iota = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -112,8 +113,8 @@ inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t*
 }
 
 #if defined(__SSE2__)
-// Adds the lanes of a and of b in pairs. Each level halves the number of lanes per sum; after the last one lane i holds
-// the sum of the i-th batch.
+// Adds the lanes of a and of b in pairs. Each level halves the number of lanes per sum. After the last level, lane i
+// holds the sum of the i-th batch.
 template <int kLevel>
 inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #if defined(__AVX512F__)
@@ -138,7 +139,7 @@ inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #endif
 }
 
-// v[0] = v[0..kCount) folded from kLevel on.
+// Folds v[0..kCount) into v[0], from level kLevel on.
 template <int kLevel, int kCount>
 inline void FoldAll(FloatLanes* v) {
   if constexpr ((1 << kLevel) < static_cast<int>(FloatLanes::size)) {

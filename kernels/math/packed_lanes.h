@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of which only some lanes are kept in memory, one after the other, as scalars or as Half.
+// SIMD vectors stored in compressed form: only selected lanes are in memory, one after the other, as float or Half.
 //
-// Load of PackedLanes<E, V> takes a pointer and bits: lane i is the next stored element where bit i is set, else 0; it
-// reads up to kPackedOverread elements, whatever the bits are. Store is its inverse and writes no more than there are
-// bits.
+// PackedLanes<E, V>::Load takes a pointer and a bit mask. Lane i is the next stored element if bit i is set, else 0. It
+// may read up to kPackedOverread elements for any mask. Store is the inverse and writes one element per set bit.
 #pragma once
 
 #include <array>
@@ -14,7 +13,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// Elements that must be readable from the last packed vector on.
+// Number of elements that must be readable from the start of the last packed vector.
 inline constexpr int kPackedOverread = 16;
 
 template <class E, class V>
@@ -36,7 +35,7 @@ struct PackedLanes<Half, double> {
   }
 };
 
-// to[k] = convert(lane), one for each set bit.
+// Stores convert(lane) of each lane with a set bit.
 template <class E, class Convert>
 inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Convert& convert) {
   alignas(64) float lane[FloatLanes::size];
@@ -46,7 +45,7 @@ inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Co
 
 #if defined(__AVX512F__)
 
-// The number of lanes with a set bit.
+// Mask of as many first lanes as bits are set.
 inline __mmask16 FirstLanes(std::uint32_t bits) { return static_cast<__mmask16>((1U << std::popcount(bits)) - 1); }
 
 template <>
@@ -55,7 +54,7 @@ struct PackedLanes<float, FloatLanes> {
     return _mm512_maskz_expandloadu_ps(static_cast<__mmask16>(bits), p);
   }
   static void Store(float* p, std::uint32_t bits, const FloatLanes& x) {
-    // In two steps, since compressing directly into memory is slow on some processors.
+    // Two steps, because compressing directly to memory is slow on some processors.
     _mm512_mask_storeu_ps(p, FirstLanes(bits), _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), x));
   }
 };
@@ -68,7 +67,7 @@ struct PackedLanes<Half, FloatLanes> {
   }
   static void Store(Half* p, std::uint32_t bits, const FloatLanes& x) {
     const __m512 packed = _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), x);
-    // As ToHalf.
+    // Rounds and clamps like ToHalf.
     const __m512 limit = _mm512_set1_ps(kLargestHalf);
     const __m512 bounded = _mm512_max_ps(_mm512_min_ps(packed, limit), _mm512_sub_ps(_mm512_setzero_ps(), limit));
     const __mmask16 counts = _mm512_cmp_ps_mask(_mm512_abs_ps(packed), _mm512_set1_ps(kSmallestHalf), _CMP_GE_OQ);
@@ -79,7 +78,7 @@ struct PackedLanes<Half, FloatLanes> {
 
 #elif defined(__AVX2__)
 
-// kSourceLane[bits], byte i: how many bits are set below bit i.
+// Byte i of kSourceLanes[bits] is the number of set bits below bit i.
 constexpr std::array<std::uint64_t, 256> SourceLanes() {
   std::array<std::uint64_t, 256> table{};
   for (std::uint32_t bits = 0; bits < 256; ++bits) {
@@ -92,7 +91,7 @@ constexpr std::array<std::uint64_t, 256> SourceLanes() {
 }
 inline constexpr std::array<std::uint64_t, 256> kSourceLanes = SourceLanes();
 
-// The first lanes of x, spread over those whose bit is set.
+// Spreads the first lanes of x over the lanes with a set bit; other lanes are 0.
 inline FloatLanes SpreadLanes(__m256 x, std::uint32_t bits) {
   const __m256i source = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(kSourceLanes[bits])));
   const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
@@ -112,7 +111,7 @@ template <>
 struct PackedLanes<Half, FloatLanes> {
   static FloatLanes Load(const Half* p, std::uint32_t bits) {
     const __m256i x = _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
-    // The exponent's bias is 112 less than a float's, which the product puts right; never a subnormal, see Half.
+    // The exponent bias is 112 smaller than for float; the product corrects this. Half has no subnormals.
     const __m256i magnitude = _mm256_slli_epi32(_mm256_and_si256(x, _mm256_set1_epi32(0x7fff)), 13);
     const __m256i sign = _mm256_slli_epi32(_mm256_and_si256(x, _mm256_set1_epi32(0x8000)), 16);
     const __m256 all = _mm256_or_ps(_mm256_mul_ps(_mm256_castsi256_ps(magnitude), _mm256_set1_ps(0x1p112f)),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Quaternions (w, x, y, z), and rotations from those that need not be normalised.
+// Quaternions (w, x, y, z), and rotations from quaternions that need not be normalised.
 #pragma once
 
 #include "kernels/math/scalar.h"
@@ -7,7 +7,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// out = a b; it must be neither of the two.
+// out = a b. out must not be a or b.
 template <class T>
 VESTA_HD inline void QuaternionProduct(const T a[4], const T b[4], T out[4]) {
   out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
@@ -22,12 +22,12 @@ VESTA_HD inline void QuaternionConjugate(const T q[4], T out[4]) {
   for (int i = 1; i < 4; ++i) out[i] = -q[i];
 }
 
-// exp of the pure quaternion (0, d) = (cos |d|, d sin |d| / |d|): turns about d by twice its length.
+// Exponential of the pure quaternion (0, d): (cos |d|, d sin |d| / |d|). It rotates about d by the angle 2 |d|.
 template <class T>
 VESTA_HD inline void QuaternionExponential(const T d[3], T out[4]) {
   using std::cos, std::sin, std::sqrt;
   const T square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  // Below this the next term of the series is under a rounding error.
+  // Below this bound the next term of the series is smaller than the rounding error.
   const auto small = square < T(1e-4);
   const T length = sqrt(Select(small, T(1), square));
   const T sinc = Select(small, T(1) - square * (T(1) - square * T(1.0 / 20)) * T(1.0 / 6), sin(length) / length);
@@ -43,7 +43,7 @@ VESTA_HD inline void NormalizeQuaternion(const T q[4], T out[4]) {
   for (int i = 0; i < 4; ++i) out[i] = scale * q[i];
 }
 
-// 2 / |q|^2, or 0 for a quaternion too small to have a direction (the rotation is then the identity).
+// 2 / |q|^2, or 0 if q is too short to define a direction (the rotation is then the identity).
 template <class T>
 VESTA_HD inline T QuaternionScale(const T q[4]) {
   const T norm2 = Fma(q[0], q[0], Fma(q[1], q[1], Fma(q[2], q[2], q[3] * q[3])));
@@ -51,7 +51,7 @@ VESTA_HD inline T QuaternionScale(const T q[4]) {
   return Select(tiny, T(0), T(2) / Select(tiny, T(1), norm2));
 }
 
-// R, row-major 3 x 3, of q / |q|: R = I + (2 / |q|^2) P(q) with P quadratic, so no square root is needed.
+// R (row-major 3 x 3) of q / |q|: R = I + (2 / |q|^2) P(q), with P quadratic, so no square root is needed.
 template <class T>
 VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
   const T n = QuaternionScale(q);
@@ -67,7 +67,7 @@ VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
   R[8] = T(1) - n * (x * x + y * y);
 }
 
-// The unit quaternion, with w >= 0, of an orthonormal R, row-major. Divides by the largest of its four components
+// Converts an orthonormal row-major R to the unit quaternion with w >= 0. Divides by the largest of its four components
 // (Shepperd 1978).
 template <class T>
 inline void QuaternionFromRotation(const T R[9], T q[4]) {
@@ -90,7 +90,7 @@ inline void QuaternionFromRotation(const T R[9], T q[4]) {
   for (int n = 3; n >= 0; --n) q[n] = q[0] < T(0) ? -q[n] : q[n];
 }
 
-// Adjoint of RotationFromQuaternion: q_bar from R_bar. R does not change along q, so the result is orthogonal to q.
+// Adjoint of RotationFromQuaternion: R_bar to q_bar. R is constant along q, so q_bar is orthogonal to q.
 template <class T>
 VESTA_HD inline void RotationFromQuaternionAdjoint(const T q[4], const T R_bar[9], T q_bar[4]) {
   const T n = QuaternionScale(q);

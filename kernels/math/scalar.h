@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions that mean the same on a scalar, a dual number, a ceres::Jet and a SIMD batch, and how such types
+// Elementary functions with the same meaning for scalars, dual numbers, ceres::Jet and SIMD batches, and how such types
 // are loaded, stored and summed.
 //
-// Templates below kernels/math and kernels/gaussian_splatting never branch on values: they Select. Other scalar types
-// // provide overloads (dual.h, lanes.h); anything with operator?: and comparison to bool, such as ceres::Jet, uses
-// these.
+// Templates in kernels/math and kernels/gaussian_splatting never branch on values; they use Select. Other scalar types
+// provide overloads (dual.h, lanes.h). Types with operator?: and comparison to bool, such as ceres::Jet, use the ones
+// here.
 #pragma once
 
 #include <bit>
@@ -19,8 +19,8 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
-// How the functions below act on one scalar type. Specialised for duals (dual.h) and SIMD batches (lanes.h); as a class
-// template it is found whatever the order of the includes.
+// Implements the functions below for one scalar type. Specialised for duals (dual.h) and SIMD batches (lanes.h). As a
+// class template it is found in any order of includes.
 template <class T>
 struct Elementary {
   template <class Mask>
@@ -44,12 +44,12 @@ template <class Mask, class T>
 VESTA_HD inline T Select(const Mask& condition, const T& a, const T& b) {
   return Elementary<T>::Select(condition, a, b);
 }
-// a * b + c, fused where the type has it in hardware.
+// a * b + c, fused if the type has it in hardware.
 template <class T>
 VESTA_HD inline T Fma(const T& a, const T& b, const T& c) {
   return Elementary<T>::Fma(a, b, c);
 }
-// c - a * b, likewise.
+// c - a * b, fused if the type has it in hardware.
 template <class T>
 VESTA_HD inline T Fnma(const T& a, const T& b, const T& c) {
   return Elementary<T>::Fnma(a, b, c);
@@ -91,8 +91,7 @@ VESTA_HD inline T Reciprocal(const T& x) {
   return Elementary<T>::Reciprocal(x);
 }
 
-// How a lane type is loaded, stored and summed. A plain scalar counts as a vector of one lane; lanes.h has SIMD
-// batches.
+// How a lane type is loaded, stored and summed. A plain scalar is a vector of one lane; lanes.h has SIMD batches.
 template <class V>
 struct Lanes {
   using Scalar = V;
@@ -107,7 +106,7 @@ struct Lanes {
     for (int i = 0; i < kCount; ++i) out[i] = v[i];
   }
   VESTA_HD static bool Any(bool m) { return m; }
-  // Lane i in bit i.
+  // Bit i is lane i.
   VESTA_HD static std::uint32_t Bits(bool m) { return m ? 1 : 0; }
   VESTA_HD static void StoreMask(bool* p, bool m) { *p = m; }
   VESTA_HD static bool LoadMask(const bool* p) { return *p; }

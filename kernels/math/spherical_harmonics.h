@@ -24,7 +24,7 @@ inline constexpr double k3d = 0.37317633259011540;  // sqrt(7 / (16 pi))
 inline constexpr double k3e = 1.4453057213202770;   // sqrt(105 / (16 pi))
 }  // namespace sh
 
-// basis[0 .. (Degree+1)^2) at the unit direction (x, y, z).
+// Computes basis[0 .. (Degree+1)^2) at the unit direction (x, y, z).
 template <int Degree, class T>
 VESTA_HD inline void ShBasis(const T& x, const T& y, const T& z, T* basis) {
   basis[0] = T(sh::k0);
@@ -52,7 +52,7 @@ VESTA_HD inline void ShBasis(const T& x, const T& y, const T& z, T* basis) {
   }
 }
 
-// g = sum_k w[k] * d basis[k] / d(x, y, z), the polynomials taken as functions of three free variables.
+// g = sum_k w[k] * d basis[k] / d(x, y, z). The polynomials are differentiated as functions of three free variables.
 template <int Degree, class T>
 VESTA_HD inline void ShBasisAdjoint(const T& x, const T& y, const T& z, const T* w, T g[3]) {
   g[0] = g[1] = g[2] = T(0);

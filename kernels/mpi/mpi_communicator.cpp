@@ -19,7 +19,7 @@
 namespace vesta {
 namespace {
 
-// Why a rank goes on no more, as it is sent.
+// Message that a rank sends when it stops.
 constexpr int kAbandonTag = 1;
 constexpr std::size_t kMostWords = 2000;
 using Words = std::array<char, kMostWords>;
@@ -32,7 +32,7 @@ void CheckMpi(int code, const char* what) {
   Fail(kUnavailable, "MPI failed in {}: {}", what, std::string(words.data(), static_cast<std::size_t>(length)));
 }
 
-// MPI counts in int: in units of four bytes, where all sizes are such.
+// MPI counts in int. If possible the unit is four bytes.
 struct Units {
   MPI_Datatype type = MPI_BYTE;
   std::size_t bytes = 1;
@@ -42,7 +42,7 @@ Units UnitsOf(std::span<const std::size_t> sizes) {
   return in_words ? Units{MPI_UINT32_T, 4} : Units{};
 }
 
-// Counts and displacements of pieces that lie one after another.
+// Counts and displacements of pieces that are stored one after another.
 struct Pieces {
   Pieces(std::span<const std::size_t> sizes, const Units& units) {
     counts.reserve(sizes.size());
@@ -56,8 +56,8 @@ struct Pieces {
   }
   static int Count(std::size_t count) {
     if (count > INT_MAX)
-      Fail(kUnsupported, "a message of {} values between processes; MPI takes {}: the problem is too large", count,
-           INT_MAX);
+      Fail(kUnsupported, "a message of {} values between processes exceeds MPI's limit of {}: the problem is too large",
+           count, INT_MAX);
     return static_cast<int>(count);
   }
   std::vector<int> counts, offsets;
@@ -69,9 +69,9 @@ class MpiCommunicator final : public Communicator {
     int provided = 0;
     CheckMpi(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
     if (provided < MPI_THREAD_FUNNELED)
-      Fail(kUnavailable, "this MPI allows no threads beside the one that calls it; use another");
+      Fail(kUnavailable, "this MPI library does not support programs with several threads; use another one");
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
-    // News of abandonment on a communicator of their own, so that they never meet other messages.
+    // Abandon messages have their own communicator, so that they never match other messages.
     CheckMpi(MPI_Comm_dup(MPI_COMM_WORLD, &news_), "MPI_Comm_dup");
     MPI_Comm_set_errhandler(news_, MPI_ERRORS_RETURN);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
@@ -80,7 +80,7 @@ class MpiCommunicator final : public Communicator {
              "MPI_Irecv");
   }
   ~MpiCommunicator() override {
-    if (is_abandoned_) return;  // with calls of others pending MPI_Finalize would wait for ever
+    if (is_abandoned_) return;  // while other ranks wait in a call, MPI_Finalize would never return
     MPI_Cancel(&abandoned_by_);
     MPI_Wait(&abandoned_by_, MPI_STATUS_IGNORE);
     MPI_Comm_free(&news_);
@@ -101,7 +101,7 @@ class MpiCommunicator final : public Communicator {
       if (r == rank_) continue;
       MPI_Isend(words.data(), kMostWords, MPI_CHAR, r, kAbandonTag, news_, &sends[static_cast<std::size_t>(r)]);
     }
-    // Those that are gone will not take it.
+    // Ranks that have died never receive the message.
     const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
     for (int done = 0; done == 0 && std::chrono::steady_clock::now() < patience;) {
       if (MPI_Testall(size_, sends.data(), &done, MPI_STATUSES_IGNORE) != MPI_SUCCESS) break;
@@ -149,7 +149,7 @@ class MpiCommunicator final : public Communicator {
     Wait(request);
   }
 
-  // Until it is done, or some rank has abandoned the others. Does not take the processor from ranks that work.
+  // Waits until the request is complete; throws if a rank abandoned the others. Leaves the CPU to ranks that compute.
   void Wait(MPI_Request request) {
     using Clock = std::chrono::steady_clock;
     constexpr int kBusyPolls = 2000;
@@ -195,8 +195,9 @@ void CheckSameInstructions(Communicator& ranks) {
   for (std::size_t r = 1; r < names.size(); ++r) {
     if (names[r] != names[0]) {
       Fail(kUnavailable,
-           "process 0 runs {} and process {} {}: their results would differ; set VESTA_SIMD to what all have", names[0],
-           r, names[r]);
+           "process 0 runs {} and process {} {}: their results would differ; set VESTA_SIMD to an instruction set of "
+           "all machines",
+           names[0], r, names[r]);
     }
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Communicator over MPI: the only place that knows of it. Open MPI and MPICH do.
+// Communicator over MPI (Open MPI or MPICH). No other file uses MPI.
 #pragma once
 
 #include <memory>
@@ -10,16 +10,17 @@
 namespace vesta {
 
 struct MpiOptions {
-  // Where others are silent for so long, a word about it goes to `warn`; seconds.
+  // If another rank does not answer for this time, in seconds, a message is passed to `warn`.
   double warn_after = 60;
   void (*warn)(const std::string& line) = nullptr;
 };
 
-// All processes of MPI_COMM_WORLD. MPI is initialised here, once a process, and ended with this object, unless a rank
-// abandoned the others: then the process must end without MPI_Finalize, by _exit.
+// Starts MPI and returns the communicator of all processes of MPI_COMM_WORLD. May be called once per process. The
+// destructor finalizes MPI, unless a rank abandoned the others: the process must then end by _exit, without
+// MPI_Finalize.
 //
-// Throws Error where MPI cannot start, and where the ranks do not run the same instruction set: their results would not
-// be the same bits (VESTA_SIMD chooses one that all have).
+// Throws Error if MPI cannot start, or if the ranks use different instruction sets, because their results would not be
+// bit-identical (VESTA_SIMD selects a common one).
 std::unique_ptr<Communicator> StartMpi(const MpiOptions& options = {});
 
 }  // namespace vesta

@@ -17,7 +17,7 @@ namespace vesta {
 template <class Exchange>
 void Communicator::Count(std::span<const std::size_t> sizes, const Exchange& exchange) {
   const ScopedPhase phase("exchange");
-  VESTA_CHECK(static_cast<int>(sizes.size()) == size(), "{} pieces for {} ranks", sizes.size(), size());
+  VESTA_CHECK(static_cast<int>(sizes.size()) == size(), "got {} pieces for {} ranks", sizes.size(), size());
   ++traffic_.exchanges;
   for (std::size_t r = 0; r < sizes.size(); ++r) {
     if (static_cast<int>(r) != rank()) traffic_.bytes += static_cast<std::int64_t>(sizes[r]);
@@ -40,15 +40,15 @@ void Communicator::AllToAll(ConstBytes send, std::span<const std::size_t> send_s
 
 void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                           std::span<const std::size_t> receive_sizes) {
-  VESTA_CHECK(send_sizes[0] == receive_sizes[0], "a rank sends itself {} bytes and receives {}", send_sizes[0],
+  VESTA_CHECK(send_sizes[0] == receive_sizes[0], "a rank sends {} bytes to itself but receives {}", send_sizes[0],
               receive_sizes[0]);
   std::copy_n(send.begin(), send_sizes[0], receive.begin());
 }
 
 namespace {
 
-// The numbers in the first of these variables of the environment that begins with one: those of
-// "2(x3),1" are 2 and 1, since what is in brackets says how often.
+// Returns the numbers in the first of these environment variables that starts with a number. "2(x3),1" gives 2 and 1;
+// the repeat count in parentheses is ignored.
 std::vector<int> NumbersFrom(std::initializer_list<const char*> names) {
   for (const char* name : names) {
     const char* at = std::getenv(name);
@@ -69,7 +69,7 @@ std::vector<int> NumbersFrom(std::initializer_list<const char*> names) {
 
 }  // namespace
 
-// Of Open MPI; of MPICH and whatever speaks PMI; of Slurm with PMIx.
+// The variables of Open MPI, of MPICH and other launchers with PMI, and of Slurm with PMIx.
 bool IsStartedInRanks() {
   const auto names = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"};
   return std::ranges::any_of(names, [](const char* name) { return std::getenv(name) != nullptr; });
@@ -81,7 +81,7 @@ int NumStartedRanks() {
 
 int NumRanksOnThisMachine() {
   if (!IsStartedInRanks()) return 1;
-  // Slurm says it of each machine of the step, and not which of them this one is.
+  // Slurm lists the number for each machine of the step, but not which of them this machine is.
   const auto names = {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_TASKS_PER_NODE"};
   return std::ranges::max(NumbersFrom(names));
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Processes that work on one task together, each its part: MPI's ranks, as the rest of vesta sees them.
+// Communication between the processes that work on one task: MPI's ranks, as the rest of vesta sees them.
 //
-// What is asked of them only moves bytes. Sums are formed by vesta itself, in an order that does not depend on how many
-// ranks there are (sum_tree.h), and so all results are the same bits for any number of them.
+// The communicator only moves bytes. vesta forms all sums itself, in an order that does not depend on the number of
+// ranks (sum_tree.h). All results are therefore bit-identical for any number of ranks.
 #pragma once
 
 #include <cstddef>
@@ -15,22 +15,22 @@
 
 namespace vesta {
 
-// What calls throw where another rank gave up: its words, "process 2 of 4: no room".
+// Thrown by calls after another rank failed. Contains that rank's message: "process 2 of 4: no room".
 class OthersGaveUp : public Error {
  public:
   explicit OthersGaveUp(const std::string& words) : Error(kUnavailable, words) {}
 };
 
-// What a rank has received from others.
+// Statistics of the data that a rank has received.
 struct RankTraffic {
   std::int64_t exchanges = 0;  // calls of AllGather and AllToAll
   std::int64_t bytes = 0;
-  std::int64_t gathered = 0;  // of these bytes, by AllGather
-  double seconds = 0;         // in these calls, waiting for others among them
+  std::int64_t gathered = 0;  // part of `bytes` received by AllGather
+  double seconds = 0;         // time in these calls, including the wait for other ranks
 };
 
-// All ranks call the same functions in the same order, each from one thread. Where a rank has called Abandon, or is
-// gone, the others' calls throw OthersGaveUp with its words.
+// Collective: all ranks must call the same functions in the same order, each from one thread. If a rank has called
+// Abandon or has died, the calls of the others throw OthersGaveUp with its message.
 class Communicator {
  public:
   using Bytes = std::span<std::byte>;
@@ -40,17 +40,17 @@ class Communicator {
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
-  // all: the pieces of all ranks one after another, of the sizes given (the same on all ranks); that of this rank is
-  // filled in, the others become those of their ranks.
+  // Gathers the pieces of all ranks. `all` holds the pieces one after another, with the given sizes (the same on all
+  // ranks). On entry it contains only this rank's piece, on return all pieces.
   void AllGather(Bytes all, std::span<const std::size_t> sizes);
-  // Sends rank r the r-th piece of `send`, and receives its piece for this rank as the r-th of `receive`. All
-  // sizes are multiples of 4 bytes.
+  // Sends the r-th piece of `send` to rank r, and stores the piece that rank r sent to this rank as the r-th of
+  // `receive`. All sizes must be multiples of 4 bytes.
   void AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                 std::span<const std::size_t> receive_sizes);
-  // Says why this rank goes on no more. The others' pending and later calls throw OthersGaveUp. Never throws.
+  // Tells the other ranks why this rank stops. Their pending and later calls throw OthersGaveUp. Never throws.
   virtual void Abandon(const std::string& why) noexcept = 0;
-  // Whether another rank has just abandoned this one with the same words, as where all find the same file missing: then
-  // it need not be said again. Waits for it half a second, but for the first rank.
+  // Whether another rank has just called Abandon with the same message, for instance because all ranks miss the same
+  // file. The message then need not be printed again. Waits up to half a second, except on rank 0.
   virtual bool IsKnown(const std::string& /*why*/) noexcept { return false; }
 
   const RankTraffic& traffic() const { return traffic_; }
@@ -59,14 +59,14 @@ class Communicator {
   virtual void DoAllGather(Bytes all, std::span<const std::size_t> sizes) = 0;
   virtual void DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                           std::span<const std::size_t> receive_sizes) = 0;
-  // Counts what exchange() receives, pieces of such sizes.
+  // Runs exchange() and updates the statistics.
   template <class Exchange>
   void Count(std::span<const std::size_t> sizes, const Exchange& exchange);
 
   RankTraffic traffic_;
 };
 
-// One process alone.
+// Communicator of a single process.
 class SoloRank final : public Communicator {
  public:
   int rank() const override { return 0; }
@@ -79,29 +79,29 @@ class SoloRank final : public Communicator {
                   std::span<const std::size_t> receive_sizes) override;
 };
 
-// Whether mpirun or alike started this process, by the environment that it gives its processes; how many it started, as
-// far as that says so; and how many of them run on this machine, 1 where it does not say, the most on any where it does
-// not say of which.
+// Information from the environment variables that mpirun and similar launchers set: whether a launcher started this
+// process, the number of started processes, and the number of them on this machine. The last two are 1 if unknown. If
+// the number is only known per machine and not which machine this is, NumRanksOnThisMachine returns the largest.
 bool IsStartedInRanks();
 int NumStartedRanks();
 int NumRanksOnThisMachine();
 
-// The k-th of `parts` pieces of [0, count), all of about the same size.
+// The k-th of `parts` pieces of [0, count). All pieces have about the same size.
 struct Share {
   std::int64_t begin, end;
   std::int64_t size() const { return end - begin; }
 };
 inline Share ShareOf(std::int64_t count, int parts, int k) { return {count * k / parts, count * (k + 1) / parts}; }
 
-// Of values of one type. mine: this rank's; the result has the values of all ranks, rank by rank.
+// Gathers values of one type. mine: this rank's values. The result has the values of all ranks, in rank order.
 template <class T>
 std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine);
-// The same where all know how many there are of each: `all` holds this rank's already.
+// The same if all ranks know the number of values of each rank. On entry `all` contains this rank's values.
 template <class T>
 void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts);
-// This rank's words and those of the others.
+// Gathers one string per rank, in rank order.
 std::vector<std::string> GatherWords(Communicator& ranks, const std::string& mine);
-// Whether any rank says so.
+// Logical or over all ranks.
 bool OnAnyRank(Communicator& ranks, bool mine);
 
 template <class T>

@@ -9,7 +9,7 @@
 namespace vesta {
 namespace {
 
-// The supports of all terms, which their ranks know.
+// Gathers the supports of all terms. Each rank only knows its own terms.
 std::vector<Support> GatherSupports(Communicator& ranks, Index terms, const std::vector<Support>& mine) {
   std::vector<Index> counts;
   counts.reserve(mine.size());
@@ -20,7 +20,7 @@ std::vector<Support> GatherSupports(Communicator& ranks, Index terms, const std:
   }
   counts = GatherValues(ranks, counts);
   ranges = GatherValues(ranks, ranges);
-  VESTA_CHECK(static_cast<Index>(counts.size()) == terms, "supports of {} terms of {}", counts.size(), terms);
+  VESTA_CHECK(static_cast<Index>(counts.size()) == terms, "got supports of {} terms, want {}", counts.size(), terms);
   std::vector<Support> all;
   auto at = ranges.begin();
   for (const Index count : counts) {
@@ -34,7 +34,8 @@ std::vector<Support> GatherSupports(Communicator& ranks, Index terms, const std:
 
 void CheckTerms(Index terms, const Communicator& ranks) {
   if (ranks.size() > terms) {
-    Fail(kBadArgument, "{} processes for a problem of {} parts; start at most {}", ranks.size(), terms, terms);
+    Fail(kBadArgument, "{} processes are too many for a problem of {} parts; start at most {}", ranks.size(), terms,
+         terms);
   }
 }
 
@@ -117,7 +118,7 @@ void SumOverRanks<S>::PushTerm(TreeSum<HostBuffer<S>>& sum, Index term, HostBuff
 
 template <class S>
 void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
-  VESTA_CHECK(out.size() == plan_.size(), "a sum of {} entries into {}", plan_.size(), out.size());
+  VESTA_CHECK(out.size() == plan_.size(), "the sum has {} entries, the output {}", plan_.size(), out.size());
   const Support& root = plan_.Of({0, plan_.terms()});
   const int size = plan_.ranks().size();
   HostBuffer<S> finished = Collect(sum);
@@ -126,7 +127,7 @@ void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
     free_.push_back(std::move(finished));
     return;
   }
-  // What each finished, one after another, is the compact vector of the sum.
+  // The finished shares of all ranks, one after another, form the compact vector of the sum.
   const std::vector<std::size_t>& counts = plan_.whole_counts();
   const std::size_t before = std::accumulate(counts.begin(), counts.begin() + plan_.ranks().rank(), std::size_t{0});
   const bool is_all = root.IsAll(out.size());
@@ -142,13 +143,13 @@ void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
 template <class S>
 void SumOverRanks<S>::FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
   const Support& share = plan_.FinishedBy(plan_.ranks().rank());
-  VESTA_CHECK(out.size() == share.size(), "a share of {} entries into {}", share.size(), out.size());
+  VESTA_CHECK(out.size() == share.size(), "the share has {} entries, the output {}", share.size(), out.size());
   HostBuffer<S> finished = Collect(sum);
   Spread<S>(plan_.places_in_share(), std::as_const(finished).view(), out);
   free_.push_back(std::move(finished));
 }
 
-// The sum of all terms at the entries that this rank finishes, compact.
+// Returns the sum of all terms at the entries that this rank finishes, as a compact vector.
 template <class S>
 HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
   Communicator& ranks = plan_.ranks();

@@ -6,7 +6,7 @@
 namespace vesta {
 namespace {
 
-// The terms that a node of the level covers that begins here.
+// The terms of the node that begins here. size: number of terms of a full node of the level.
 TreeNode NodeAt(Index begin, Index size, Index count) { return {begin, std::min(begin + size, count)}; }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums in an order that does not depend on who forms them: a binary tree over the terms 0 .. count - 1.
+// Summation in an order that does not depend on the distribution of the terms: a binary tree over terms 0 .. count - 1.
 //
-// A node of level k covers 2^k terms, the i-th those from i 2^k on (the last of a level fewer), and is the sum of its
-// two halves, the left one first. Any run of terms is made up of few nodes, at most two a level; who holds those of all
-// runs adds them up to the same bits, wherever the runs begin.
+// A node of level k covers 2^k terms; the i-th node starts at term i 2^k, and the last of a level may be shorter. Its
+// value is the sum of its two halves, the left one first. Any contiguous range of terms splits into few nodes, at most
+// two per level. Adding the nodes of all ranges gives bit-identical sums wherever the ranges begin.
 #pragma once
 
 #include <algorithm>
@@ -15,30 +15,31 @@
 
 namespace vesta {
 
-// Terms begin .. end - 1.
+// The terms begin .. end - 1.
 struct TreeNode {
   Index begin = 0, end = 0;
   friend bool operator==(const TreeNode&, const TreeNode&) = default;
 };
 
-// Whether a tree over `count` terms has this node.
+// Whether `node` is a node of a tree over `count` terms.
 bool IsNode(const TreeNode& node, Index count);
-// Whether the two are the halves of a node of a tree over `count` terms.
+// Whether left and right are the two halves of a node of a tree over `count` terms.
 bool AreHalves(const TreeNode& left, const TreeNode& right, Index count);
-// The nodes that the terms begin .. end - 1 add up to, from the left; at most two a level.
+// The nodes that the terms begin .. end - 1 split into, from the left; at most two per level.
 std::vector<TreeNode> NodesOf(Index begin, Index end, Index count);
 
-// Adds up terms, and nodes that were added up elsewhere, as far as the tree allows, in whatever order they come.
+// Adds terms, and nodes summed elsewhere, as far as the tree allows. They may arrive in any order.
 template <class T>
 class TreeSum {
  public:
   using Part = std::pair<TreeNode, T>;
 
-  // count: of the terms, at least one.
+  // count: number of terms, at least one.
   explicit TreeSum(Index count) : count_(count) { VESTA_CHECK(count > 0, "a sum of {} terms", count); }
 
-  // add(node, a, other, b): a += b, of the left and the right half of a node. Called as often as halves meet. Where
-  // terms come from the first to the last no more of them are held than the tree has levels.
+  // Adds a term or node. add(node, a, other, b) computes a += b for the left and right half of a node; it is called
+  // whenever both halves have arrived. If terms arrive in ascending order, at most one value per level of the tree is
+  // stored.
   template <class Add>
   void Push(TreeNode node, T value, const Add& add) {
     CheckIsNew(node);
@@ -52,13 +53,13 @@ class TreeSum {
     const auto after = std::ranges::find_if(parts_, [&](const Part& part) { return part.first.begin > node.begin; });
     parts_.emplace(after, node, std::move(value));
   }
-  // What is there so far, from the left.
+  // The nodes summed so far, from the left.
   const std::vector<Part>& parts() const { return parts_; }
   std::vector<Part> TakeParts() { return std::exchange(parts_, {}); }
   bool is_whole() const { return parts_.size() == 1 && parts_[0].first == (TreeNode{0, count_}); }
-  // Needs is_whole().
+  // is_whole() must be true.
   T TakeWhole() {
-    VESTA_CHECK(is_whole(), "a sum of {} terms that lacks some", count_);
+    VESTA_CHECK(is_whole(), "some of the {} terms of the sum are missing", count_);
     return std::move(TakeParts()[0].second);
   }
 
@@ -69,7 +70,8 @@ class TreeSum {
     });
   }
   void CheckIsNew(const TreeNode& node) const {
-    VESTA_CHECK(IsNode(node, count_), "no part {} to {} in a sum of {} terms", node.begin, node.end, count_);
+    VESTA_CHECK(IsNode(node, count_), "terms {} to {} are not a node of a sum of {} terms", node.begin, node.end,
+                count_);
     const auto overlaps = [&](const Part& part) { return part.first.begin < node.end && node.begin < part.first.end; };
     VESTA_CHECK(std::ranges::none_of(parts_, overlaps), "terms {} to {} were added twice", node.begin, node.end - 1);
   }
@@ -78,7 +80,7 @@ class TreeSum {
   std::vector<Part> parts_;  // from the left
 };
 
-// Of numbers.
+// Sums numbers in the order of the tree.
 double SumByTree(const std::vector<double>& terms);
 
 }  // namespace vesta

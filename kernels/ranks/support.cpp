@@ -51,7 +51,7 @@ Support Intersection(const Support& a, const Support& b) {
 
 std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in) {
   std::vector<EntryRange> places;
-  Index before = 0;  // of the ranges of `in` before `range`
+  Index before = 0;  // total size of the ranges of `in` before `range`
   auto range = in.ranges().begin();
   const Support both = Intersection(entries, in);
   for (const EntryRange& part : both.ranges()) {
@@ -68,7 +68,8 @@ std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in) {
 
 namespace {
 
-// to, a compact vector over `both`, at the entries of `part`: body(entries of `to`, of `from`), run by run.
+// Calls body(entries of `to`, entries of `from`) for each range of `part`. `from` is a compact vector over `part`, `to`
+// one over `both`.
 template <class S, class Body>
 void ForRuns(const Support& part, HostSpan<const S> from, const Support& both, HostSpan<S> to, const Body& body) {
   Index from_at = 0, to_before = 0;
@@ -87,8 +88,8 @@ template <class S>
 void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
                 HostBuffer<S>& spare) {
   CpuBackend<S> backend;
-  VESTA_CHECK(left.size() == a.size() && right.size() == b.size(), "vectors of {} and {} over {} and {} entries",
-              left.size(), right.size(), a.size(), b.size());
+  VESTA_CHECK(left.size() == a.size() && right.size() == b.size(),
+              "vectors of {} and {} entries, but supports of {} and {}", left.size(), right.size(), a.size(), b.size());
   if (both.size() != a.size()) {
     spare.Resize(both.size());
     ForRuns<S>(a, std::as_const(left).view(), both, spare.view(),

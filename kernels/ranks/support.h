@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the entries of a vector may differ from zero: a sorted list of ranges.
+// The support of a vector: a sorted list of the ranges of entries that may differ from zero.
 #pragma once
 
 #include <vector>
@@ -8,25 +8,26 @@
 
 namespace vesta {
 
-// Entries begin .. end - 1.
+// The entries begin .. end - 1.
 struct EntryRange {
   Index begin = 0, end = 0;
   Index size() const { return end - begin; }
   friend bool operator==(const EntryRange&, const EntryRange&) = default;
 };
 
-// Ascending, none empty, none touching the next. The entries within, in this order, are a compact vector of size().
+// Ascending, non-empty ranges with gaps between them. The values at these entries, in this order, form a compact vector
+// of size().
 class Support {
  public:
   Support() = default;
-  // In any order, of any size, and they may overlap.
+  // Ranges may be in any order, empty, or overlapping.
   explicit Support(std::vector<EntryRange> ranges);
   static Support All(Index size) { return Support({{0, size}}); }
 
   const std::vector<EntryRange>& ranges() const { return ranges_; }
   Index size() const { return size_; }
   bool IsAll(Index size) const { return size_ == size; }
-  // How many of its entries lie before this one.
+  // Number of entries of the support before this one.
   Index CountBefore(Index entry) const;
   friend bool operator==(const Support&, const Support&) = default;
 
@@ -37,15 +38,15 @@ class Support {
 
 Support Union(const Support& a, const Support& b);
 Support Intersection(const Support& a, const Support& b);
-// Of the entries of both, where they lie in a compact vector over `in`: ascending, none touching the next.
+// Positions of the entries of both supports in a compact vector over `in`: ascending ranges with gaps between them.
 std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in);
 
-// left += right: compact vectors over a and b, `both` their union. Where that is more than a, `left` and `spare` change
-// places, and the sum is in what was `spare`. What lies outside of one of them is the other's alone.
+// left += right: compact vectors over a and b; `both` is the union of a and b. If `both` is larger than a, the sum is
+// formed in `spare`, which is then swapped with `left`. Entries in only one of the supports are copied.
 template <class S>
 void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
                 HostBuffer<S>& spare);
-// whole = the compact vector at its entries, zeros elsewhere.
+// whole = the compact vector at the support, zero elsewhere.
 template <class S>
 void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
 

@@ -18,13 +18,13 @@
 namespace vesta::bundle {
 namespace {
 
-// Numbers from the front of a text, counting lines as it goes.
+// Reads numbers from a text one after the other and counts lines.
 class Reader {
  public:
   explicit Reader(std::string path) : path_(std::move(path)), text_(ReadFile(path_)) {
     next_ = text_.data();
     end_ = next_ + text_.size();
-    // Such files are handed round compressed.
+    // These files are usually distributed compressed.
     for (const std::string_view packed : {"BZh", "\37\213", "PK\3\4", "\3757zXZ"}) {
       if (text_.starts_with(packed))
         Fail(kUnsupported, "{}: compressed; unpack it first (bunzip2, gunzip, unzip, unxz)", path_);
@@ -35,13 +35,13 @@ class Reader {
   T Read(const char* what) {
     SkipSpace();
     if (next_ == end_) {
-      Fail(kBadFile, "{}: line {}: the file ends where {} should stand; it is cut short, copy it again", path_, line_,
+      Fail(kBadFile, "{}: line {}: the file ends where {} should follow; it is truncated, copy it again", path_, line_,
            what);
     }
     T value{};
     const auto [after, error] = std::from_chars(next_ + (*next_ == '+' ? 1 : 0), end_, value);
     if (error != std::errc() || (after != end_ && !IsSpace(*after))) {
-      Refuse(what, "it must be a number of ordinary size");
+      Refuse(what, "it must be a number that fits its type");
     }
     if constexpr (std::is_same_v<T, double>) {
       if (!std::isfinite(value)) Refuse(what, "it must be finite");
@@ -50,7 +50,7 @@ class Reader {
     next_ = after;
     return value;
   }
-  // A whole number within [0, limit).
+  // Reads a whole number in [0, limit).
   std::int32_t ReadIndex(Index limit, const char* what) {
     const auto value = Read<Index>(what);
     if (value < 0 || value >= limit) {
@@ -74,7 +74,7 @@ class Reader {
   }
   [[noreturn]] void Refuse(const char* what, const char* rule) const {
     std::string_view rest(next_, static_cast<std::size_t>(end_ - next_));
-    Fail(kBadFile, "{}: line {}: '{}' where {} should stand; {}", path_, line_, Printable(NextWord(&rest)), what, rule);
+    Fail(kBadFile, "{}: line {}: found '{}' instead of {}; {}", path_, line_, Printable(NextWord(&rest)), what, rule);
   }
 
   std::string path_, text_;
@@ -100,12 +100,12 @@ BundleData ReadBal(const std::string& path) {
   data.num_points = ReadCount(in, "the number of points");
   const Index observations = ReadCount(in, "the number of observations");
   const Index parameters = kCameraSize * data.num_cameras + kPointSize * data.num_points;
-  // Every number takes at least one digit and one space. No memory is allocated for a count before it has passed this
-  // check.
+  // Every number takes at least one digit and one space. This check comes before any allocation whose size depends on
+  // the counts.
   if (4 * observations + parameters > (in.bytes() + 1) / 2) {
     Fail(kBadFile,
-         "{}: line {}: {} cameras, {} points and {} observations do not fit into {} bytes; the file is cut short or no "
-         "BAL file",
+         "{}: line {}: {} cameras, {} points and {} observations do not fit into {} bytes; the file is truncated or "
+         "is not a BAL file",
          path, in.line(), data.num_cameras, data.num_points, observations, in.bytes());
   }
   data.observations.resize(static_cast<std::size_t>(observations));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bundle adjustment as data, and its text files.
+// Bundle adjustment data and its text file format.
 //
-// The files are those of "Bundle adjustment in the large": a line `cameras points observations`, a line `camera point x
-// y` for each observation, then the parameters, one a line (projection.h has their meaning).
+// The format is BAL, from "Bundle adjustment in the large": a line `cameras points observations`, a line `camera point
+// x y` per observation, then one parameter per line (see projection.h for their meaning).
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace vesta::bundle {
 struct Observation {
   std::int32_t camera = 0;
   std::int32_t point = 0;
-  // Pixels from the centre of the image, as projection.h has them.
+  // Pixels from the centre of the image, as in projection.h.
   double pixel[2] = {0, 0};
 };
 
@@ -28,17 +28,17 @@ struct BundleData {
   Index num_cameras = 0;
   Index num_points = 0;
   std::vector<Observation> observations;
-  // The cameras, nine parameters each (angle-axis 3, translation 3, f, k1, k2), then the points, three each.
+  // Nine parameters per camera (angle-axis 3, translation 3, f, k1, k2), then three per point.
   std::vector<double> x;
 };
 
-// Throws Error, one line that names the file and the line at fault: not such a file, cut short, indices out of range,
-// counts that the file cannot hold, numbers that are not finite, something after the last parameter.
+// Throws Error with one line that names the file and the line at fault: not a BAL file, truncated, index out of range,
+// counts too large for the file, a number that is not finite, or text after the last parameter.
 BundleData ReadBal(const std::string& path);
 
-// Written whole or not at all; reads back bit for bit. Throws Error where the file cannot be written.
+// Writes the complete file or none; it reads back bit for bit. Throws Error if the file cannot be written.
 void WriteBal(const std::string& path, const BundleData& data);
-// The same into a file that is open, and stays so.
+// The same into an open file, which stays open.
 void WriteBal(AtomicFile& file, const BundleData& data);
 
 }  // namespace vesta::bundle

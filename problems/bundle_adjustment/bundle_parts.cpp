@@ -11,12 +11,12 @@ namespace vesta::bundle {
 
 BundleParts::BundleParts(const BundleData& data, int num_parts, BundleProblemOptions options)
     : data_(data), options_(std::move(options)) {
-  if (num_parts < 1) Fail(kBadArgument, "a bundle adjustment in {} parts; choose at least 1", num_parts);
+  if (num_parts < 1) Fail(kBadArgument, "num_parts is {}; it must be at least 1", num_parts);
   const auto points = static_cast<std::size_t>(data.num_points);
   first_.assign(points + 1, 0);
   for (const Observation& o : data.observations) {
     if (o.point < 0 || o.point >= data.num_points)
-      Fail(kBadArgument, "an observation of point {} of {}", o.point, data.num_points);
+      Fail(kBadArgument, "an observation refers to point {}, but there are {} points", o.point, data.num_points);
     ++first_[static_cast<std::size_t>(o.point) + 1];
   }
   for (std::size_t i = 0; i < points; ++i) first_[i + 1] += first_[i];
@@ -30,10 +30,10 @@ BundleParts::BundleParts(const BundleData& data, int num_parts, BundleProblemOpt
   const auto observations = static_cast<Index>(data.observations.size());
   first_point_.reserve(static_cast<std::size_t>(parts) + 1);
   for (Index part = 0; part <= parts; ++part) {
-    // At least one point each, and the rest after it.
+    // Every part gets at least one point.
     const auto cut = std::lower_bound(first_.begin(), first_.end() - 1, observations * part / parts) - first_.begin();
     const Index least = part == 0 ? 0 : first_point_.back() + 1;
-    const Index most = data.num_points - (parts - part);  // a point is left for each part to come
+    const Index most = data.num_points - (parts - part);  // leaves one point for each later part
     first_point_.push_back(part == 0 ? 0 : part == parts ? data.num_points : std::clamp<Index>(cut, least, most));
   }
 }
@@ -53,7 +53,7 @@ ProblemPart<CpuBackend<double>> BundleParts::Make(int part) {
   data.num_points = end - begin;
   std::vector<Index> of_part(by_point_.begin() + first_[static_cast<std::size_t>(begin)],
                              by_point_.begin() + first_[static_cast<std::size_t>(end)]);
-  std::sort(of_part.begin(), of_part.end());  // in their own order
+  std::sort(of_part.begin(), of_part.end());  // the original order
   data.observations.reserve(of_part.size());
   for (const Index k : of_part) {
     Observation observation = data_.observations[static_cast<std::size_t>(k)];
@@ -62,7 +62,7 @@ ProblemPart<CpuBackend<double>> BundleParts::Make(int part) {
   }
   const Index cameras = kCameraSize * data.num_cameras, points = kPointSize * data.num_points;
   data.x.resize(static_cast<std::size_t>(cameras + points));
-  // Its rows of the reduced matrix are summed with others', so they are never formed or factorised alone.
+  // The reduced matrix is the sum over all parts, so a part never forms or factorises its own.
   BundleProblemOptions options = options_;
   options.reduced_form = ReducedForm::kImplicit;
   options.factorize_reduced = false;

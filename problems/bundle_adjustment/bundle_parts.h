@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bundle adjustment cut into runs of points, to be spread over processes: each part has all cameras, its points and
-// their observations. Cameras are what parts share; points are eliminated part by part.
+// Divides a bundle adjustment into parts for several processes. Each part has a range of points, their observations and
+// all cameras. The parts share the cameras; each part eliminates its own points.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ namespace vesta::bundle {
 
 class BundleParts final : public ProblemParts<CpuBackend<double>> {
  public:
-  // Parts of about as many observations each; no more than there are points. data must outlive this object. Throws
-  // Error for num_parts < 1.
+  // Parts have about the same number of observations; there are at most as many parts as points. data must outlive this
+  // object. Throws Error for num_parts < 1.
   BundleParts(const BundleData& data, int num_parts, BundleProblemOptions options = {});
 
   int num_parts() const override { return static_cast<int>(first_point_.size()) - 1; }
@@ -25,8 +25,9 @@ class BundleParts final : public ProblemParts<CpuBackend<double>> {
  private:
   const BundleData& data_;
   BundleProblemOptions options_;
-  std::vector<Index> first_point_;  // of each part, and the end
-  // Observations by point, as numbers of data's: those of point i are by_point_[first_[i]] and what follows.
+  std::vector<Index> first_point_;  // first point of each part, then num_points
+  // Observations sorted by point, as indices into data.observations: point i has by_point_[first_[i]] up to, but not
+  // including, by_point_[first_[i + 1]].
   std::vector<Index> by_point_, first_;
 };
 

@@ -14,8 +14,8 @@ namespace vesta::bundle {
 namespace internal {
 namespace {
 
-// Let p be the pairs of observations per observation. Forming the reduced matrix takes the time of about 2 p implicit
-// products; the inner solves take some tens of products. So it pays where tracks are not too long.
+// Let p be the number of observation pairs per observation. Forming the reduced matrix takes the time of about 2 p
+// implicit products; the inner solves need some tens of products. So forming it pays off unless tracks are long.
 constexpr Index kPairsPerObservation = 12;
 
 bool FormReducedMatrix(ReducedForm form, const Structure& structure) {
@@ -42,10 +42,10 @@ HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVec
 LmOptions BundleLmOptions() {
   LmOptions options;
   options.normal_system.linear_solver = LinearSolverKind::kReducedPcg;
-  // Chosen by measurements on the BAL problems and generated ones. Products with the reduced matrix are cheap beside
-  // the linearization, so each system is solved rather well.
+  // Chosen by measurements on BAL problems and generated ones. Products with the reduced matrix are cheap compared with
+  // the linearization, so each system is solved rather accurately.
   options.normal_system.pcg.model_tolerance = 0.01;
-  // With a factorised reduced matrix this is met after one iteration.
+  // One iteration reaches this if the reduced matrix is factorised.
   options.normal_system.pcg.relative_tolerance = 1e-8;
   return options;
 }
@@ -63,10 +63,11 @@ const Structure& BundleProblem::structure() const { return context_->structure; 
 template <class Term>
 double BundleProblem::SumOverSlices(ConstVectorView x, const Term& term) {
   const Structure& s = structure();
-  VESTA_CHECK(x.size() == s.num_parameters(), "x has {} entries, the problem {}", x.size(), s.num_parameters());
+  VESTA_CHECK(x.size() == s.num_parameters(), "x has {} entries, but the problem has {} parameters", x.size(),
+              s.num_parameters());
   const HostBuffer<Camera<double>> cameras = internal::MakeCameras(s, x);
   const double* points = x.data() + s.num_camera_parameters();
-  // The passes in double and float share this kernel.
+  // Cost uses the double kernel for either storage.
   const auto squared_norms = KernelsFor<double>(context_->options.isa).squared_norms;
   return ParallelSum<double>(s.num_slices(), 1, [&](Index begin, Index end) {
     double sum = 0;
@@ -107,7 +108,7 @@ std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(Cons
   return internal::MakeLinearization<double>(*context_, x);
 }
 
-// The kernels of an instruction set.
+// Kernels compiled for each instruction set.
 VESTA_DECLARE_PER_ISA(template <class S> const Kernels<S>& CompiledKernels();
                       SymmetricProduct CompiledSymmetricProduct();)
 

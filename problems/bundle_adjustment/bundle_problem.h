@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment as a problem of the engine: x is the cameras, nine parameters each, then the points, three each.
+// Bundle adjustment as a least-squares problem: x holds nine parameters per camera, then three per point.
 #pragma once
 
 #include <memory>
@@ -13,29 +13,28 @@
 
 namespace vesta::bundle {
 
-// The precision in which the Jacobian is stored. Arithmetic, residuals and gradient are in double with either.
+// Precision of the stored Jacobian. Arithmetic, residuals and gradient are always in double.
 enum class JacobianStorage { kDouble, kFloat };
 
-// How products with the reduced system (cameras alone, points eliminated) are made.
+// How products with the reduced system are computed (the system of the cameras, with points eliminated).
 enum class ReducedForm {
-  kAuto,      // explicit where forming the matrix costs no more than some twenty implicit products
-  kImplicit,  // through the Jacobian, one pass over the observations a product
-  kExplicit,  // by the blocks of the matrix, formed once for each damping
+  kAuto,      // explicit if forming the matrix costs no more than some twenty implicit products
+  kImplicit,  // through the Jacobian, with one pass over the observations per product
+  kExplicit,  // with the blocks of the matrix, formed once per damping value
 };
 
 struct BundleProblemOptions {
-  // The loss on each observation's squared reprojection error; null: plain least squares.
+  // Loss of each observation's squared reprojection error; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   JacobianStorage storage = JacobianStorage::kDouble;
   ReducedForm reduced_form = ReducedForm::kAuto;
-  // Whether the explicit form is factorised, where that costs no more than some hundred products with it.
+  // Factorises the explicit form if that costs no more than about a hundred products with it.
   bool factorize_reduced = true;
-  // Instruction set of the passes; the CPU must have it.
+  // Instruction set of the passes; the CPU must support it.
   Isa isa = ActiveIsa();
 };
 
-// Options of the engine that suit bundle adjustments: points eliminated, conjugate gradients on the cameras, a soft
-// rule for the damping.
+// Solver options that suit bundle adjustment: points are eliminated, and conjugate gradients solve for the cameras.
 LmOptions BundleLmOptions();
 
 namespace internal {
@@ -44,21 +43,22 @@ struct BundleContext;
 
 class BundleProblem final : public Problem<CpuBackend<double>> {
  public:
-  // Copies what it needs of data. Throws Error where the data do not fit together.
+  // Copies the data. Throws Error if the data are inconsistent.
   explicit BundleProblem(const BundleData& data, BundleProblemOptions options = {});
   ~BundleProblem() override;
 
   Index num_parameters() const override;
   double Cost(ConstVectorView x) override;
-  // The problem must outlive what it returns. Residuals are in the order of points, then cameras, two each.
+  // The problem must outlive the result. Residuals are sorted by track (kernels.h), then by camera, two per
+  // observation.
   std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
 
   const Structure& structure() const;
-  // Sum of squared reprojection errors over all observations, pixels squared, without the loss.
+  // Sum of squared reprojection errors over all observations, in pixels squared, without the loss.
   double SquaredError(ConstVectorView x);
 
  private:
-  // The sum over all observations, in a fixed order, of term(count, squared norms), called with some of them at a time.
+  // Sums term(count, squared norms) over slices of the observations, in a fixed order.
   template <class Term>
   double SumOverSlices(ConstVectorView x, const Term& term);
 

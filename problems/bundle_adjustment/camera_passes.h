@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection and linearization of a camera's observations, four side by side (kernels.h).
+// Projects and linearises the observations of one camera, four at a time in SIMD lanes (kernels.h).
 #pragma once
 
 #include "problems/bundle_adjustment/kernels.h"
@@ -20,7 +20,7 @@ inline Camera<Quad> Broadcast(const Camera<double>& camera) {
   return out;
 }
 
-// Four observations from number `first` of a slice on; lanes beyond its end repeat the last one.
+// Four observations of a slice, starting at number `first`; lanes beyond the end repeat the last observation.
 struct Four {
   Index lane[4];
   int count;
@@ -52,19 +52,19 @@ inline void SquaredNorms(const Camera<double>& camera, const double* points, con
   }
 }
 
-// Rounds to the 24 bits of a float, but stays a double (Veltkamp's splitting).
+// Rounds to the 24 significant bits of a float, but stays a double (Veltkamp's splitting).
 inline Quad RoundToFloat(const Quad& x) {
   const Quad c = Quad(536870913.0) * x;
   return c - (c - x);
 }
 
-// Residuals and Jacobian of four observations: two and 24 Quads.
+// Residuals (two Quads) and Jacobian (24 Quads) of four observations.
 struct LinearizedFour {
   Quad residual[2];
   Quad jacobian[kRecordSize];
 };
 
-// Runs the loss on four observations, and sets those beyond `count` to zero: they then add nothing to sums.
+// Applies the loss to four observations. Sets lanes beyond `count` to zero, so that they add nothing to sums.
 inline void CorrectAndClear(const Loss* loss, CorrectLanes correct, int count, LinearizedFour& four) {
   if (loss == nullptr && count == 4) return;
   double lanes[4 * (2 + kRecordSize)];
@@ -78,7 +78,7 @@ inline void CorrectAndClear(const Loss* loss, CorrectLanes correct, int count, L
   for (int k = 0; k < kRecordSize; ++k) four.jacobian[k] = Quad::Load(lanes + 8 + 4 * k);
 }
 
-// Gradient and Gram matrix of a camera, one partial sum a lane.
+// Gradient and Gram matrix of one camera, with a partial sum per lane.
 struct CameraSums {
   Quad gradient[kCameraSize];
   Quad gram[kCameraGramSize];
@@ -97,7 +97,7 @@ struct CameraSums {
   }
 };
 
-// out[i] = the sum of q[i]'s lanes.
+// out[i] = the sum of the lanes of q[i].
 inline void SumLanes(const Quad* q, int count, double* out) {
   for (int i = 0; i < count; i += 4) {
     double sums[4];
@@ -148,8 +148,8 @@ void Linearize(const Camera<double>& camera, const double* points, const CameraS
     CorrectAndClear(loss, correct, four.count, linearized);
     sums.AddGradient(linearized);
     StoreFour(slice, four, linearized, out);
-    // The Gram matrix has to be that of the Jacobian as it is stored: only then is the reduced matrix, in exact
-    // arithmetic, a Schur complement, and positive definite.
+    // The Gram matrix must belong to the Jacobian as it is stored. Only then is the reduced matrix, in exact
+    // arithmetic, a Schur complement and positive definite.
     if (sizeof(S) == sizeof(float)) {
       for (Quad& entry : linearized.jacobian) entry = RoundToFloat(entry);
     }

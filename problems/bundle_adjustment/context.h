@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a bundle problem and its linearizations share: arrays, and the cameras' parts of vectors.
+// Data that a bundle problem shares with its linearizations, and sums over the cameras' parts of vectors.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ template <class S>
 struct LinearizationArrays {
   HostBuffer<S> records;
   HostBuffer<double> residuals, gradient, point_products;
-  HostBuffer<double> camera_gram;  // kCameraGramSize a camera
-  HostBuffer<double> point_gram;   // entry k of point i at k * num_points + i: as BlockDiagonal has it
+  HostBuffer<double> camera_gram;  // kCameraGramSize entries per camera
+  HostBuffer<double> point_gram;   // entry k of point i at k * num_points + i, as in BlockDiagonal
 };
 
 template <class S>
@@ -57,17 +57,17 @@ struct BundleContext {
 
   BundleProblemOptions options;
   Structure structure;
-  // The blocks of the reduced matrix that are formed: the diagonal ones, for the preconditioner, or all.
+  // The blocks of the reduced matrix to form: the diagonal ones for the preconditioner, or all.
   ReducedPattern pattern;
   std::shared_ptr<ReducedCholeskyPlan> cholesky;  // null: conjugate gradients with the diagonal blocks
   ArrayPool<float> float_pool;
   ArrayPool<double> double_pool;
 };
 
-// The cameras of x, ready for projection.
+// The cameras of x, prepared for projection.
 HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVectorView x);
 
-// The linearization at x, the Jacobian stored in S.
+// The linearization at x, with the Jacobian stored in type S.
 template <class S>
 std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cpu::ConstVectorView x);
 
@@ -77,19 +77,21 @@ namespace vesta::bundle {
 
 inline constexpr Index kCamerasPerTask = 256;
 
-// padded: twelve entries a camera, of which the first three stay as they are.
+// padded: twelve entries per camera; the first three are not changed.
 inline void PadCameras(Index num_cameras, const double* x, double* padded) {
   ParallelFor(num_cameras, kCamerasPerTask,
               [&](Index i) { std::copy_n(x + kCameraSize * i, kCameraSize, padded + kRowSize * i + kPointSize); });
 }
 
-// Padded sums by camera over all points: one partial sum for each of a fixed number of chunks, added in order.
+// Padded sums per camera over all points. Each of a fixed number of chunks has its own partial sum; they are added in
+// order.
 class CameraSums {
  public:
   CameraSums(Index num_cameras, Index num_chunks)
       : num_cameras_(num_cameras), num_chunks_(num_chunks), sums_(num_cameras * kRowSize * num_chunks) {}
 
-  // Calls add(chunk, sums) for all chunks, sums zero, in parallel; then finish(camera, nine sums) for all cameras.
+  // Calls add(chunk, sums) for all chunks in parallel, with sums zeroed; then finish(camera, nine sums) for all
+  // cameras.
   template <class Add, class Finish>
   void Run(const Add& add, const Finish& finish) {
     const Index size = num_cameras_ * kRowSize;

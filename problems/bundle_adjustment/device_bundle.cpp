@@ -11,7 +11,7 @@
 namespace vesta::bundle {
 
 std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const BundleData& data) {
-  const Structure checked(data);  // throws where the data do not fit together
+  const Structure checked(data);  // throws if the data are inconsistent
   ObservationBlocks blocks(data);
   return std::make_unique<DeviceBlockProblem<double>>(blocks.num_parameters, MakeDeviceResiduals(blocks.functors),
                                                       blocks.index, std::move(blocks.groups));

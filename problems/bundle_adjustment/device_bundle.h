@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment on a GPU: the Jacobian of all observations is in the memory of the device; conjugate gradients run
-// on cameras and points together, with their diagonal blocks as the preconditioner.
+// Bundle adjustment on a GPU. The Jacobian of all observations is in device memory. Conjugate gradients solve for
+// cameras and points together, preconditioned by their diagonal blocks.
 #pragma once
 
 #include <memory>
@@ -11,10 +11,10 @@
 
 namespace vesta::bundle {
 
-// x as in BundleProblem: the cameras, nine parameters each, then the points. Plain least squares.
+// x as in BundleProblem: nine parameters per camera, then three per point. Plain least squares.
 std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const BundleData& data);
 
-// The options to solve it with: nothing is eliminated.
+// Solver options for it, without elimination.
 LmOptions DeviceBundleLmOptions();
 
 }  // namespace vesta::bundle

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The residuals of a bundle adjustment on a GPU.
+// Residuals of a bundle adjustment on a GPU.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bundle adjustment at one x.
+// Linearization of a bundle adjustment at one x.
 #include <algorithm>
 
 #include "kernels/core/check.h"
@@ -19,7 +19,7 @@ void CorrectForLoss(const Loss& loss, double* lanes) {
   }
 }
 
-// Makes room; the contents do not matter.
+// Resizes the buffer; its contents are undefined afterwards.
 template <class T>
 void Size(HostBuffer<T>& buffer, Index size) {
   if (buffer.size() != size) buffer.Resize(size);
@@ -44,7 +44,7 @@ class BundleLinearization final : public Linearization<Cpu>,
     Size(arrays_->gradient, num_parameters());
     Size(arrays_->camera_gram, kCameraGramSize * structure_.num_cameras());
     Size(arrays_->point_gram, kPointGramSize * structure_.num_points());
-    // A Jacobian in float would give a gradient in float only, so the points' part of the gradient is kept for each
+    // A gradient computed from a float Jacobian would only have float precision. So Jp' r is stored in double for each
     // observation.
     if (kRounded) Size(arrays_->point_products, kPointSize * structure_.num_observations());
     order_ = {structure_.track_first(), structure_.track_point(), structure_.camera(), arrays_->records.data()};
@@ -115,8 +115,8 @@ class BundleLinearization final : public Linearization<Cpu>,
   double* Points(VectorView v) const { return v.data() + structure_.num_camera_parameters(); }
   void CheckSizes(Index parameters, Index residuals) const {
     VESTA_CHECK(parameters == num_parameters() && residuals == num_residuals(),
-                "vectors of {} and {} entries for a Jacobian of {} x {}", parameters, residuals, num_residuals(),
-                num_parameters());
+                "vectors of {} and {} entries do not match a Jacobian of {} x {}", parameters, residuals,
+                num_residuals(), num_parameters());
   }
   static auto StoreCamera(VectorView out) {
     return [out](Index i, const double* sums) { std::copy_n(sums, kCameraSize, out.data() + kCameraSize * i); };

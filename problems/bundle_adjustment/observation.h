@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Observations of points in images, and the blocks that kernels take them in.
+// Observations of points in images, as functors and as blocks for the kernels.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace vesta::bundle {
 
-// One observation of a bundle adjustment as a functor of its twelve parameters. Residual: predicted less observed,
-// pixels. Parameters: the point's three, then the camera's nine.
+// One observation of a bundle adjustment as a functor of twelve parameters: three of the point, then nine of the
+// camera. Residual: predicted minus observed position, pixels.
 struct BundleObservation {
   static constexpr int kResiduals = 2, kParameters = kRowSize;
   double u, v;
@@ -24,10 +24,10 @@ struct BundleObservation {
   }
 };
 
-// A bundle adjustment as like blocks of rows (kernels/core/row_blocks.h): one for each observation.
+// A bundle adjustment as uniform row blocks (kernels/core/row_blocks.h), one per observation.
 struct ObservationBlocks {
   std::vector<BundleObservation> functors;
-  std::vector<Index> index;        // [12 * observations], as in RowBlocks: the point's, then the camera's
+  std::vector<Index> index;        // [12 * observations], as in RowBlocks: point, then camera
   std::vector<BlockGroup> groups;  // cameras, points
   Index num_parameters;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the stored Jacobian, track after track (kernels.h).
+// Products with the stored Jacobian, track by track (kernels.h).
 #pragma once
 
 #include "kernels/core/span.h"
@@ -9,10 +9,10 @@
 
 namespace vesta::bundle {
 
-// A row of the Jacobian, or a padded camera vector, in three Quads.
 inline namespace VESTA_ISA {
 
-// Twelve entries: a point's three, a camera's nine. The first Quad holds the point's and one of the camera's.
+// A row of the Jacobian or a padded camera vector: twelve entries, three of a point and nine of a camera, in three
+// Quads. The first Quad holds the point's entries and one of the camera's.
 struct Row {
   Quad q[3];
 
@@ -27,7 +27,7 @@ struct Row {
   }
 };
 
-// A point's vector; its fourth lane is 0.
+// A point's vector; the fourth lane is 0.
 inline Quad LoadPoint(const double* p) { return Quad(p[0], p[1], p[2], 0.0); }
 inline void StorePoint(const Quad& q, double* p) {
   double lanes[4];
@@ -35,7 +35,7 @@ inline void StorePoint(const Quad& q, double* p) {
   for (int i = 0; i < kPointSize; ++i) p[i] = lanes[i];
 }
 
-// To be summed over the lanes: the products of a row and a vector.
+// Elementwise products of a row and a vector; the sum over the lanes is their scalar product.
 inline Quad Products(const Row& row, const Row& x) {
   return MultiplyAdd(row.q[0], x.q[0], MultiplyAdd(row.q[1], x.q[1], row.q[2] * x.q[2]));
 }
@@ -55,14 +55,14 @@ struct Record {
     Sums(p0, p1, p0, p1).Store(sums);
     u[0] = sums[0], u[1] = sums[1];
   }
-  // The rows' point parts times y, whose fourth lane is 0.
+  // Multiplies the point columns of the rows by y, whose fourth lane is 0.
   void MultiplyPoint(const Quad& y, double u[2]) const {
     const Quad p0 = row[0].q[0] * y, p1 = row[1].q[0] * y;
     double sums[4];
     Sums(p0, p1, p0, p1).Store(sums);
     u[0] = sums[0], u[1] = sums[1];
   }
-  // sum + the rows' point parts weighted by u; the fourth lane is meaningless.
+  // sum + the point columns of the rows weighted by u; the fourth lane is undefined.
   Quad AddPoint(const double u[2], const Quad& sum) const {
     return MultiplyAdd(row[0].q[0], u[0], MultiplyAdd(row[1].q[0], u[1], sum));
   }
@@ -80,13 +80,13 @@ Record LoadRecord(const TrackOrder<S>& order, Index observation) {
   return Record::Load(order.records + kRecordSize * observation);
 }
 
-// Where a camera's twelve entries begin.
+// Offset of the twelve entries of the observation's camera.
 template <class S>
 Index CameraOffset(const TrackOrder<S>& order, Index observation) {
   return kRowSize * static_cast<Index>(order.camera[observation]);
 }
 
-// The parameters that an observation sees, as one row: its camera's, padded, and its point's.
+// The parameters of an observation as one row: its padded camera and its point.
 inline Row Parameters(const double* camera, const Quad& point) {
   Row x = Row::Load(camera);
   x.q[0] = x.q[0] + point;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera of "Bundle adjustment in the large" (Agarwal, Snavely, Seitz, Szeliski, ECCV 2010), and its derivatives.
+// The camera model of "Bundle adjustment in the large" (Agarwal, Snavely, Seitz, Szeliski, ECCV 2010), and its
+// derivatives.
 //
-// Nine parameters: angle-axis vector w, translation t, focal length f, radial distortion k1, k2. A point X is seen at
-//   P = R(w) X + t,  p = -(P_x, P_y) / P_z,  prediction = f (1 + k1 |p|^2 + k2 |p|^4) p   [pixels],
-// the camera looking along its negative z axis, the origin of the image at its centre.
+// Nine parameters: angle-axis vector w, translation t, focal length f, radial distortion k1, k2. A point X is projected
+// to
+//   P = R(w) X + t,  p = -(P_x, P_y) / P_z,  prediction = f (1 + k1 |p|^2 + k2 |p|^4) p   [pixels].
+// The camera looks along its negative z axis; the origin of the image is at its centre.
 //
-// Templates on the scalar: double, ceres::Jet, and four observations side by side.
+// Templates on the scalar type: double, ceres::Jet, or four observations in SIMD lanes.
 #pragma once
 
 #include <cmath>
@@ -17,10 +19,10 @@ namespace vesta::bundle {
 
 inline constexpr int kCameraSize = 9;
 inline constexpr int kPointSize = 3;
-// Columns of an observation's Jacobian: its point's first, then its camera's.
+// Columns of an observation's Jacobian: the point's first, then the camera's.
 inline constexpr int kRowSize = kPointSize + kCameraSize;
 
-// What every observation of a camera needs, computed once for each camera. Matrices are row-major.
+// Values that all observations of a camera share, computed once per camera. Matrices are row-major.
 template <class T>
 struct Camera {
   T rotation[9];
@@ -30,7 +32,7 @@ struct Camera {
   T focal, k1, k2;
 };
 
-// The stages of a projection that its derivative uses again.
+// Intermediate values of a projection that its derivative reuses.
 template <class T>
 struct Projection {
   T rotated[3];    // R X
@@ -43,8 +45,8 @@ struct Projection {
 
 inline namespace VESTA_ISA {
 
-// sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of the angle whose square is given: smooth functions of that
-// square, by their power series where the quotients would cancel or be 0 / 0.
+// sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 for the angle a with the given square. These are smooth functions
+// of the square; power series replace the quotients where those would cancel or be 0 / 0.
 template <class T>
 VESTA_HD void AngleCoefficients(const T& square, T coefficients[3]) {
   using std::cos;

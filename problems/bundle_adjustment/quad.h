@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Four doubles side by side: the SIMD type of this problem, the same width on every instruction set.
+// Four doubles in one SIMD register: the vector type of this problem, with the same width on every instruction set.
 //
-// A row of the Jacobian has 12 entries, three Quads; so wider registers would not help, and an AVX-512 object may not
-// instantiate xsimd's 256-bit batches (tools/check_isa_symbols.py). Included by kernels.simd.cpp alone.
+// A row of the Jacobian has 12 entries, which are three Quads, so wider registers would not help. Intrinsics are used
+// because an AVX-512 object may not instantiate xsimd's 256-bit batches (tools/check_isa_symbols.py). Included only by
+// kernels.simd.cpp.
 #pragma once
 
 #if defined(__AVX2__)
@@ -26,7 +27,7 @@ struct Quad {
   static Quad Load(const double* p) { return _mm256_loadu_pd(p); }
   static Quad Load(const float* p) { return _mm256_cvtps_pd(_mm_loadu_ps(p)); }
   void Store(double* p) const { _mm256_storeu_pd(p, v); }
-  // Rounded to nearest.
+  // Rounds to nearest.
   void Store(float* p) const { _mm_storeu_ps(p, _mm256_cvtpd_ps(v)); }
 };
 
@@ -43,7 +44,7 @@ inline Quad Sums(const Quad& a, const Quad& b, const Quad& c, const Quad& d) {
   return _mm256_add_pd(_mm256_permute2f128_pd(ab, cd, 0x20), _mm256_permute2f128_pd(ab, cd, 0x31));
 }
 
-// Rows become columns.
+// Transposes four Quads as a 4 x 4 matrix.
 inline void Transpose(Quad* q) {
   const __m256d a = _mm256_unpacklo_pd(q[0].v, q[1].v), b = _mm256_unpackhi_pd(q[0].v, q[1].v);
   const __m256d c = _mm256_unpacklo_pd(q[2].v, q[3].v), d = _mm256_unpackhi_pd(q[2].v, q[3].v);

@@ -15,12 +15,12 @@ namespace vesta::bundle::internal {
 namespace {
 
 constexpr Index kPointsPerTask = 1024;
-// Blocks of the matrix in one task of a product.
+// Number of matrix blocks per task of a product.
 constexpr Index kBlocksPerTask = 2048;
 
 constexpr double kMaxBytes = 0x1p32;
-// Multiplications to factorise for each entry of the matrix. A front does about ten in a nanosecond, a product with the
-// matrix about one, so 1000 take as long as a hundred products.
+// Limit for the cost of factorising, in multiplications per entry of the matrix. Factorising a front does about ten
+// multiplications per nanosecond, a product with the matrix about one. So 1000 take the time of a hundred products.
 constexpr double kMultiplicationsPerEntry = 1000;
 
 std::vector<BlockGroup> PointBlocks(Index num_points) { return {{kPointSize, num_points, 0, 1, kPointSize}}; }
@@ -56,7 +56,7 @@ void ReducedCholesky::Factorize(const ReducedPattern& pattern, const double* blo
   ParallelFor(pattern.row_first.size() - 1, 16, [&](Index i) {
     for (Index k = pattern.row_first[i]; k < pattern.row_first[i + 1]; ++k) {
       const double* from = blocks + kBlockSize * k;
-      // Pairs are numbered without the diagonal blocks, one before each row's others.
+      // The numbering of pairs omits the diagonal block, which is the first block of each row.
       double* to = pattern.column[k] == i ? matrix_.diagonal(i)
                                           : matrix_.block(block_of_pair[static_cast<std::size_t>(k - i - 1)]);
       for (int r = 0; r < kCameraSize; ++r) {
@@ -93,8 +93,8 @@ BundleReducedSystem<S>::BundleReducedSystem(const BundleContext& context, const 
 
 template <class S>
 void BundleReducedSystem<S>::SetDamping(double lambda, ConstVectorView metric) {
-  VESTA_CHECK(metric.size() == structure_.num_parameters(), "a metric of {} entries, {} parameters", metric.size(),
-              structure_.num_parameters());
+  VESTA_CHECK(metric.size() == structure_.num_parameters(), "the metric has {} entries for {} parameters",
+              metric.size(), structure_.num_parameters());
   formed_ = false;
   for (Index k = 0; k < size(); ++k) damping_[k] = lambda * metric[k];
   InvertPointBlocks(lambda, metric.subspan(size(), kPointSize * structure_.num_points()));
@@ -108,7 +108,7 @@ void BundleReducedSystem<S>::InvertPointBlocks(double lambda, ConstVectorView me
   point_blocks_.Factorize();
   ParallelFor(n, kPointsPerTask, [&](Index p) {
     const double* factor = point_blocks_.all_values().data() + p;
-    // M = L^-1; the factor's diagonal holds reciprocals.
+    // M = L^-1; the diagonal of the factor holds reciprocals.
     const double m00 = factor[0], m11 = factor[2 * n], m22 = factor[5 * n];
     const double m10 = -m11 * factor[n] * m00, m21 = -m22 * factor[4 * n] * m11;
     const double m20 = -m22 * (factor[3 * n] * m00 + factor[4 * n] * m10);
@@ -143,8 +143,8 @@ void BundleReducedSystem<S>::ReduceRhs(ConstVectorView rhs, VectorView reduced) 
 
 template <class S>
 void BundleReducedSystem<S>::Apply(ConstVectorView x, VectorView y) {
-  VESTA_CHECK(x.size() == size() && y.size() == size(), "vectors of {} and {} entries, matrix of {}", x.size(),
-              y.size(), size());
+  VESTA_CHECK(x.size() == size() && y.size() == size(), "vectors of {} and {} entries do not match a matrix of size {}",
+              x.size(), y.size(), size());
   PadCameras(structure_.num_cameras(), x.data(), padded_.data());
   if (!explicit_form()) {
     Reduce(padded_.data(), nullptr, [&](Index i, const double* sums) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The damped system of a bundle adjustment with the points eliminated, and the sparse Cholesky factor of its matrix.
+// The damped system of a bundle adjustment with points eliminated, and the sparse Cholesky factor of its matrix.
 #pragma once
 
 #include <memory>
@@ -14,11 +14,11 @@
 
 namespace vesta::bundle::internal {
 
-// What all sparse Cholesky factors of one problem share: the order of elimination, and memory.
+// Data that all sparse Cholesky factors of one problem share: the elimination order, and memory.
 class ReducedCholeskyPlan {
  public:
-  // Null where only the diagonal blocks are formed, and where factorising would take longer than some hundred products
-  // with the matrix: conjugate gradients with its diagonal blocks need fewer as a rule.
+  // Null if only the diagonal blocks are formed, or if factorising would take longer than about a hundred products with
+  // the matrix: conjugate gradients with the diagonal blocks usually need fewer.
   static std::shared_ptr<ReducedCholeskyPlan> Make(const ReducedPattern& pattern);
 
   std::string description() const;
@@ -27,35 +27,35 @@ class ReducedCholeskyPlan {
   friend class ReducedCholesky;
   ReducedCholeskyPlan() = default;
 
-  std::shared_ptr<const BlockPattern> pattern_;  // of the lower triangle; the reduced matrix has the upper one
+  std::shared_ptr<const BlockPattern> pattern_;  // of the lower triangle; the reduced matrix stores the upper one
   std::shared_ptr<SparseCholesky> cholesky_;
 };
 
-// One factor of the reduced matrix: with it conjugate gradients take one or two iterations, whatever the size of the
-// problem.
+// A factor of the reduced matrix. With it conjugate gradients take one or two iterations at any problem size.
 class ReducedCholesky final : public LinearOperator<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
   explicit ReducedCholesky(const ReducedCholeskyPlan& plan);
 
-  // Factorises the matrix of these blocks, laid out by the pattern that was planned for as kernels.h has it.
+  // Factorises the matrix with these blocks, whose layout is described at SymmetricProduct (kernels.h). pattern must be
+  // the one that was planned for.
   void Factorize(const ReducedPattern& pattern, const double* blocks);
   Index size() const override { return matrix_.size(); }
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
 
  private:
   BlockMatrix matrix_;
-  HostBuffer<double> no_damping_;  // the blocks have it
+  HostBuffer<double> no_damping_;  // zero: the blocks already include the damping
   std::shared_ptr<BlockCholesky> factor_;
 };
 
-// Nine parameters a camera, one after the other.
+// Nine consecutive parameters per camera.
 inline BlockGroup CameraBlocks(const Structure& structure) {
   return {kCameraSize, structure.num_cameras(), 0, 1, kCameraSize};
 }
 
-// Borrows the context and the arrays. Where the context has a pattern for the whole matrix, it is formed at the first
-// use after SetDamping. Otherwise only its diagonal blocks are formed, and a product is one pass over the observations.
+// References the context and the arrays. If the context's pattern has all blocks, the matrix is formed at the first use
+// after SetDamping. Otherwise only its diagonal blocks are formed, and a product is one pass over the observations.
 template <class S>
 class BundleReducedSystem final : public ReducedSystem<Cpu> {
  public:
@@ -76,10 +76,10 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   Index End(Index chunk) const { return structure_.chunk_first(chunk + 1); }
   bool explicit_form() const { return !context_.pattern.diagonal_only; }
   void InvertPointBlocks(double lambda, ConstVectorView metric);
-  // The pass behind ReduceRhs and Apply (kernels.h).
+  // The pass that ReduceRhs and Apply use (kernels.h).
   template <class Finish>
   void Reduce(const double* cameras, const double* b, const Finish& finish);
-  // Camera i's Gram matrix and damping into a padded block.
+  // Writes camera i's Gram matrix plus damping into a padded block.
   void StartDiagonalBlock(Index i, double* block) const;
   void FormBlocks();
 
@@ -89,15 +89,15 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   const Kernels<S>& kernels_;
   TrackOrder<S> order_;
   BlockDiagonal<Cpu> point_blocks_;
-  HostBuffer<double> inverse_;  // of the points' blocks, kPointGramSize each
+  HostBuffer<double> inverse_;  // inverses of the points' blocks, kPointGramSize each
   HostBuffer<double> damping_;  // lambda D of the cameras
   HostBuffer<double> padded_, scratch_;
   CameraSums camera_sums_;
-  HostBuffer<double> blocks_;  // of the matrix, as the pattern has them
+  HostBuffer<double> blocks_;  // blocks of the matrix, in the order of the pattern
   std::vector<Index> row_chunks_;
   std::optional<CameraSums> row_sums_;
   std::optional<ReducedCholesky> factor_;
-  bool formed_ = false;  // blocks_, for the present damping
+  bool formed_ = false;  // true if blocks_ is valid for the current damping
 };
 
 }  // namespace vesta::bundle::internal

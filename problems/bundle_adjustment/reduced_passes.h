@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with, and blocks of, the reduced matrix S = B - E C^-1 E' (kernels.h).
+// Products with the reduced matrix S = B - E C^-1 E', and its blocks (kernels.h).
 #pragma once
 
 #include "problems/bundle_adjustment/point_passes.h"
@@ -58,13 +58,13 @@ void BackSubstitute(const TrackOrder<S>& order, Index begin, Index end, const do
   }
 }
 
-// A pair of observations on its way into a block: the block gets a' t, a the first one's camera columns.
+// Factors of one pair's contribution a' t to a block, where a holds the camera columns of the pair's own observation.
 struct PairProduct {
   double own[kRecordSize];
   double t[kRecordSize];
 };
 
-// block += sum of a' t, three rows at a time, so that they stay in registers.
+// block += sum of a' t, three rows at a time so that they stay in registers.
 inline void AddProducts(const PairProduct* pairs, int count, double* block) {
   constexpr int kRows = 3;
   for (int first = 0; first < kCameraSize; first += kRows) {
@@ -103,7 +103,7 @@ void ReducedRow(const TrackOrder<S>& order, const CameraSlice& own, const double
     for (Index first = pair_first[b]; first < pair_first[b + 1]; first += kBatch) {
       const int count = static_cast<int>(pair_first[b + 1] - first < kBatch ? pair_first[b + 1] - first : kBatch);
       for (int i = 0; i < count; ++i) {
-        // With K for the other one's rows, the block gets -Jc' (Jp C^-1 Kp') Kc = Jc' t, t = (Z' Kp') Kc.
+        // With K for the rows of the other observation, the block gets -Jc' (Jp C^-1 Kp') Kc = Jc' t, t = (Z' Kp') Kc.
         const ObservationPair& pair = pairs[first + i];
         const Record other = LoadRecord(order, pair.other);
         const Quad z0 = Quad::Load(scratch + 8 * pair.own), z1 = Quad::Load(scratch + 8 * pair.own + 4);

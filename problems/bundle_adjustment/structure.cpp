@@ -11,7 +11,7 @@
 namespace vesta::bundle {
 namespace {
 
-// first[k]..first[k + 1] - 1 are the places of key k among `count` items; next(first) hands them out in order.
+// Offsets for a counting sort: items with key k get the places first[k]..first[k + 1] - 1.
 template <class KeyOf>
 HostBuffer<Index> FirstPlaces(Index keys, Index count, const KeyOf& key_of) {
   HostBuffer<Index> first(keys + 1);
@@ -20,7 +20,7 @@ HostBuffer<Index> FirstPlaces(Index keys, Index count, const KeyOf& key_of) {
   return first;
 }
 
-// The items sorted by key, equal keys in their order.
+// Indices of the items sorted by key; items with equal keys keep their order.
 template <class KeyOf>
 std::vector<std::int32_t> SortByKey(const HostBuffer<Index>& first, Index count, const KeyOf& key_of) {
   std::vector<Index> next(first.begin(), first.end() - 1);
@@ -37,23 +37,24 @@ Structure::Structure(const BundleData& data) : num_cameras_(data.num_cameras), n
   const auto& observations = data.observations;
   const Index count = static_cast<Index>(observations.size());
   if (num_cameras_ < 0 || num_points_ < 0 || static_cast<Index>(data.x.size()) != num_parameters()) {
-    Fail(kBadArgument, "a bundle adjustment of {} cameras and {} points with {} parameters", num_cameras_, num_points_,
-         data.x.size());
+    Fail(kBadArgument, "bundle adjustment: {} cameras and {} points do not match {} parameters", num_cameras_,
+         num_points_, data.x.size());
   }
   if (count > std::numeric_limits<std::int32_t>::max())
-    Fail(kUnsupported, "{} observations are more than 2^31 - 1", count);
+    Fail(kUnsupported, "bundle adjustment: {} observations are more than the limit of 2^31 - 1", count);
   for (const Observation& o : observations) {
     if (o.camera < 0 || o.camera >= num_cameras_ || o.point < 0 || o.point >= num_points_) {
-      Fail(kBadArgument, "an observation of point {} by camera {}, of {} points and {} cameras", o.point, o.camera,
-           num_points_, num_cameras_);
+      Fail(kBadArgument, "an observation of point {} by camera {} is out of range: there are {} points and {} cameras",
+           o.point, o.camera, num_points_, num_cameras_);
     }
   }
-  // By camera, then stably by track: track order. Going through that by camera again: camera order, tracks ascending.
+  // Sorting by camera, then stably by track gives track order. Sorting that by camera gives camera order, tracks
+  // ascending.
   const auto at = [&](Index i) -> const Observation& { return observations[static_cast<std::size_t>(i)]; };
   camera_first_ = FirstPlaces(num_cameras_, count, [&](Index i) { return at(i).camera; });
   const auto by_camera = SortByKey(camera_first_, count, [&](Index i) { return at(i).camera; });
   const auto item = [&](Index i) -> const Observation& { return at(by_camera[static_cast<std::size_t>(i)]); };
-  // Tracks in the order of their first cameras; points without an observation come last.
+  // Tracks are in the order of their first cameras; points without observations come last.
   std::vector<std::int32_t> track_of(static_cast<std::size_t>(num_points_), -1);
   track_point_.Resize(num_points_);
   std::int32_t tracks = 0;
@@ -86,7 +87,7 @@ Structure::Structure(const BundleData& data) : num_cameras_(data.num_cameras), n
     longest_track_ = std::max(longest_track_, length);
     num_pairs_ += length * (length + 1) / 2;
   }
-  // Each chunk clears and adds sums of its own for all cameras, so a chunk has many more observations than there are
+  // Each chunk clears and adds its own sums for all cameras, so a chunk needs many more observations than there are
   // cameras.
   const Index chunks = std::clamp<Index>(count / std::max<Index>(2048, 8 * num_cameras_), 1, 32);
   chunk_first_.push_back(0);
@@ -123,7 +124,7 @@ template <class Body>
 void Structure::ForEachPair(Index camera, bool diagonal_only, const Body& body) const {
   const CameraSlice own = camera_observations(camera);
   for (Index i = 0; i < own.count; ++i) {
-    // Cameras ascend along a track; one of them may see the point more than once.
+    // Cameras ascend along a track; a camera may observe the point more than once.
     const Index begin = track_first_[own.track[i]], end = track_first_[own.track[i] + 1];
     Index o = own.position[i];
     while (o > begin && camera_[o - 1] == camera) --o;

@@ -12,18 +12,19 @@
 
 namespace vesta::bundle {
 
-// Blocks of the reduced matrix at and right of the diagonal: (i, j), i <= j, is there when some point is seen by both.
+// Blocks of the reduced matrix on and right of the diagonal: (i, j), i <= j, exists if both cameras observe a common
+// point.
 struct ReducedPattern {
   bool diagonal_only = true;
-  HostBuffer<Index> row_first;      // of row i: row_first[i]..row_first[i + 1] - 1, the diagonal first, then ascending
-  HostBuffer<std::int32_t> column;  // of each block
-  // Pairs of observations behind block k: pair_first[k]..pair_first[k + 1] - 1, counted over all rows.
+  HostBuffer<Index> row_first;      // row i: row_first[i]..row_first[i + 1] - 1, the diagonal first, then ascending
+  HostBuffer<std::int32_t> column;  // column of each block
+  // Block k is a sum over the pairs of observations pair_first[k]..pair_first[k + 1] - 1, numbered across all rows.
   HostBuffer<Index> pair_first;
 };
 
 class Structure {
  public:
-  // Throws Error for indices out of range and sizes that do not fit one another.
+  // Throws Error for indices out of range and for inconsistent sizes.
   explicit Structure(const BundleData& data);
 
   Index num_cameras() const { return num_cameras_; }
@@ -32,40 +33,40 @@ class Structure {
   Index num_camera_parameters() const { return kCameraSize * num_cameras_; }
   Index num_parameters() const { return num_camera_parameters() + kPointSize * num_points_; }
   Index longest_track() const { return longest_track_; }
-  // Sum over the points of k (k + 1) / 2, k the observations of the point.
+  // Sum of k (k + 1) / 2 over the points, where k is the number of observations of the point.
   Index num_pairs() const { return num_pairs_; }
 
   // Track order.
   const Index* track_first() const { return track_first_.data(); }
   const std::int32_t* track_point() const { return track_point_.data(); }
   const std::int32_t* camera() const { return camera_.data(); }
-  // Chunks of tracks of about the same number of observations, their number does not depend on the number of threads:
-  // chunk k is tracks chunk_first(k)..chunk_first(k + 1) - 1.
+  // Chunks of tracks with about the same number of observations. Chunk k has tracks chunk_first(k)..chunk_first(k + 1)
+  // - 1. The number of chunks does not depend on the number of threads.
   Index num_chunks() const { return static_cast<Index>(chunk_first_.size()) - 1; }
   Index chunk_first(Index chunk) const { return chunk_first_[static_cast<std::size_t>(chunk)]; }
 
-  // Camera order: slices of at most kSliceSize observations, those of one camera next to each other.
+  // Camera order: slices of at most kSliceSize observations; slices of one camera are consecutive.
   static constexpr Index kSliceSize = 1024;
   Index num_slices() const { return static_cast<Index>(slice_camera_.size()); }
   Index slice_camera(Index slice) const { return slice_camera_[static_cast<std::size_t>(slice)]; }
   CameraSlice slice(Index slice) const;
-  // Slices of a camera: first_slice(i)..first_slice(i + 1) - 1.
+  // Camera i has slices first_slice(i)..first_slice(i + 1) - 1.
   Index first_slice(Index camera) const { return first_slice_[static_cast<std::size_t>(camera)]; }
   // All observations of a camera.
   CameraSlice camera_observations(Index camera) const;
 
-  // Which blocks the reduced matrix has; its diagonal ones alone on request. Costs about num_pairs() steps.
+  // The block pattern of the reduced matrix, or only its diagonal. Costs about num_pairs() steps.
   ReducedPattern MakeReducedPattern(bool diagonal_only) const;
-  // The pairs of observations of one point, the first by this camera, that make up row `camera` of the matrix: those
-  // of block k of the pattern are first[k - row_first[camera]] and what follows, as many as its pair_first says.
+  // Lists the pairs of observations for row `camera` of the matrix: two observations of one point, the first by this
+  // camera. Block k of the pattern has the pairs first[b]..first[b + 1] - 1, where b = k - row_first[camera].
   void ListPairs(Index camera, const ReducedPattern& pattern, std::vector<Index>& first,
                  std::vector<ObservationPair>& pairs) const;
 
  private:
   CameraSlice Range(Index begin, Index end) const;
-  // block_of_camera[j] = the number within row `camera` of the block of camera j.
+  // block_of_camera[j] = index, within row `camera`, of the block in column j.
   void NumberBlocks(Index camera, const ReducedPattern& pattern, std::vector<std::int32_t>& block_of_camera) const;
-  // Calls body(number in the camera's slice, position) for each pair of row `camera`.
+  // Calls body(index in the camera's slice, position) for each pair of row `camera`.
   template <class Body>
   void ForEachPair(Index camera, bool diagonal_only, const Body& body) const;
 

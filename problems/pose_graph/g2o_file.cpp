@@ -15,8 +15,8 @@
 namespace vesta::pose_graph {
 namespace {
 
-// Order of a pose's numbers in a file, by their place in memory: quaternions are (w, x, y, z) here and (x, y, z, w)
-// there.
+// Order of a pose's numbers in a file, as indices into memory: quaternions are (w, x, y, z) in memory, but (x, y, z, w)
+// in files.
 constexpr std::array<int, 3> kFileOrderSe2 = {0, 1, 2};
 constexpr std::array<int, 7> kFileOrderSe3 = {0, 1, 2, 4, 5, 6, 3};
 
@@ -34,15 +34,15 @@ class Reader {
       if (!tag.empty() && tag.front() != '#') ReadRecord(tag);
     }
     if (!space_)
-      Fail(kBadFile, "{}: holds no vertices; give a g2o file with VERTEX_SE2 or VERTEX_SE3:QUAT lines", path_);
+      Fail(kBadFile, "{}: contains no vertices; give a g2o file with VERTEX_SE2 or VERTEX_SE3:QUAT lines", path_);
     Resolve();
-    semidefinite_.Note("are only semidefinite: they say nothing of some direction", graph_.notes);
-    clipped_.Note("were indefinite, and are replaced by the nearest semidefinite ones", graph_.notes);
+    semidefinite_.Note("are only semidefinite: they do not constrain some direction", graph_.notes);
+    clipped_.Note("were indefinite and have been replaced by the nearest semidefinite ones", graph_.notes);
     return std::move(graph_);
   }
 
  private:
-  // Lines with something in common.
+  // Counts lines with a common property and remembers the first.
   struct Lines {
     Index count = 0, first = 0;
     void Add(Index line) {
@@ -53,7 +53,7 @@ class Reader {
         notes.push_back(fmt::format("{} information matrices {}; the first on line {}", count, what, first));
     }
   };
-  // An id to be looked up when all vertices are known, and the line it stands on.
+  // A vertex id, looked up after all vertices have been read, and the line that refers to it.
   struct Reference {
     Index id, line;
   };
@@ -83,7 +83,7 @@ class Reader {
     SetSpace(space);
     const Index id = Whole("the vertex's id");
     if (!positions_.try_emplace(id, graph_.num_poses()).second)
-      Fail(kBadFile, "{}: vertex {} comes twice", Where(), id);
+      Fail(kBadFile, "{}: vertex {} is defined twice", Where(), id);
     graph_.ids.push_back(id);
     ReadPose(&graph_.poses);
   }
@@ -105,7 +105,7 @@ class Reader {
     if (spectrum.semidefinite) return semidefinite_.Add(number_);
     if (!options_.clip_indefinite) {
       Fail(kBadFile,
-           "{}: the information matrix is indefinite: eigenvalues from {:.3g} to {:.3g}; mend it, or read with "
+           "{}: the information matrix is indefinite: eigenvalues from {:.3g} to {:.3g}; correct it, or read with "
            "clip_indefinite",
            Where(), spectrum.least, spectrum.largest);
     }
@@ -125,14 +125,14 @@ class Reader {
     for (int k = 0; k < size; ++k) pose[FileOrder(*space_)[k]] = Number("the pose");
     if (*space_ == PoseSpace::kSe2) return;
     const double norm = std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6]));
-    if (!(norm > 1e-3 && norm < 1e3)) Fail(kBadFile, "{}: the quaternion is not of unit length, nor near it", Where());
+    if (!(norm > 1e-3 && norm < 1e3)) Fail(kBadFile, "{}: the quaternion is far from unit length", Where());
     for (int k = 3; k < size; ++k) pose[k] /= norm;
   }
   void SetSpace(PoseSpace space) {
     if (!space_) space_ = graph_.space = space;
-    if (*space_ != space) Fail(kUnsupported, "{}: poses of the plane and of space in one file; split it", Where());
+    if (*space_ != space) Fail(kUnsupported, "{}: the file mixes 2D and 3D poses; split it", Where());
   }
-  // Replaces ids by positions.
+  // Replaces vertex ids by indices into the poses.
   void Resolve() {
     for (std::size_t k = 0; k < ends_.size(); k += 2) {
       graph_.edges.push_back({PositionOf(ends_[k]), PositionOf(ends_[k + 1])});
@@ -166,7 +166,7 @@ class Reader {
     const std::string_view word = Word(what);
     Index value = 0;
     if (!ParseNumber(word, &value))
-      Fail(kBadFile, "{}: {} as {} is not a whole number", Where(), Printable(word), what);
+      Fail(kBadFile, "{}: {} is not a whole number, as {} must be", Where(), Printable(word), what);
     return value;
   }
   void SkipSpace() { line_.remove_prefix(std::min(line_.find_first_not_of(" \t\r"), line_.size())); }
@@ -228,12 +228,12 @@ Matrix Full(const double* upper, int size) {
   return full;
 }
 
-// false where it is not positive definite; L then holds no meaning.
+// Returns false if the matrix is not positive definite; `lower` is then undefined.
 bool Cholesky(const double* upper, int size, double* lower) {
   for (int row = 0; row < size; ++row) {
     for (int col = 0; col < size; ++col) lower[row * size + col] = 0;
   }
-  // Row by row of the upper triangle is column by column of L.
+  // The rows of the upper triangle are the columns of L.
   for (int col = 0; col < size; ++col) {
     for (int row = col; row < size; ++row, ++upper) {
       double value = *upper;

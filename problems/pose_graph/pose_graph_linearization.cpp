@@ -11,7 +11,7 @@
 namespace vesta::pose_graph {
 namespace {
 
-// out = W in, for in of D rows and kColumns columns.
+// out = W in, where `in` has D rows and kColumns columns.
 template <int D, int kColumns>
 void Whiten(const double* W, const double* in, double* out) {
   for (int i = 0; i < D; ++i) {
@@ -23,7 +23,7 @@ void Whiten(const double* W, const double* in, double* out) {
   }
 }
 
-// One edge with the types of its poses.
+// One edge, with pointers to its poses.
 template <class Space>
 struct Edge {
   static constexpr int D = Space::kTangent;
@@ -34,7 +34,7 @@ struct Edge {
         measurement(terms.measurements.data() + e * Space::kPose),
         whitening(terms.whitening.data() + e * D * D) {}
 
-  // Returns the squared norm.
+  // Computes the whitened residual and returns its squared norm.
   double Residual(double* whitened) const {
     double plain[D];
     Space::Residual(from, to, measurement, plain);
@@ -88,7 +88,7 @@ namespace {
 
 std::size_t At(Index i) { return static_cast<std::size_t>(i); }
 
-// Turns counts, each one place to the right of its owner, into first positions.
+// Converts counts to offsets. Each count is stored one place after its owner.
 void AccumulateCounts(std::vector<std::size_t>* counts) {
   std::partial_sum(counts->begin(), counts->end(), counts->begin());
 }
@@ -146,7 +146,7 @@ namespace {
 
 constexpr Index kGrain = 128;
 
-// sum += A^T B for D x D blocks within rows of 2 D.
+// sum += A^T B for D x D blocks in rows of length 2 D.
 template <int D>
 void AddProduct(const double* a, const double* b, double* sum) {
   for (int k = 0; k < D; ++k) {

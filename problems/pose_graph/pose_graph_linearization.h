@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pose graph at one x: its edges as the solver evaluates them, where they lie in vectors and matrices, and residuals,
-// Jacobian blocks and H = J^T J as a sparse matrix.
+// Linearization of a pose graph at one x: whitened residuals, Jacobian blocks, and H = J^T J as a sparse block matrix.
 #pragma once
 
 #include <memory>
@@ -15,12 +14,12 @@
 
 namespace vesta::pose_graph {
 
-// The edges of a pose graph in the form the solver evaluates: whitened residuals and Jacobian blocks.
+// The edges of a pose graph in the form that the solver evaluates: whitened residuals and Jacobian blocks.
 struct EdgeTerms {
   PoseSpace space = PoseSpace::kSe2;
   std::vector<PoseGraph::Edge> edges;
   std::vector<double> measurements;
-  std::vector<double> whitening;  // row-major TangentSize x TangentSize for each edge
+  std::vector<double> whitening;  // row-major TangentSize x TangentSize per edge
   std::shared_ptr<const Loss> loss;
 
   Index num_edges() const { return static_cast<Index>(edges.size()); }
@@ -28,26 +27,26 @@ struct EdgeTerms {
 
   // 1/2 rho(|whitened residual|^2) of one edge.
   double Cost(Index edge, const double* x) const;
-  // The whitened residual, TangentSize values, and its Jacobian by the steps of both poses, row-major
-  // TangentSize x 2 TangentSize, both corrected for the loss.
+  // The whitened residual (TangentSize values) and its Jacobian with respect to the steps of both poses (row-major,
+  // TangentSize x 2 TangentSize). Both are corrected for the loss.
   void Linearize(Index edge, const double* x, double* residual, double* jacobian) const;
 };
 
-// One end of an edge: side 0 is `from`, 1 is `to`.
+// One end of an edge: side 0 is `from`, side 1 is `to`.
 struct EdgeEnd {
   Index edge;
   int side;
 };
 
-// Where the parts of a pose graph lie in vectors and matrices: made once for a problem.
+// Positions of poses and edges in vectors and matrices, computed once per problem.
 struct PoseGraphLayout {
   EdgeTerms terms;
-  std::vector<Index> row_of_pose;  // block row in the tangent space, -1 for held poses
+  std::vector<Index> row_of_pose;  // block row in the tangent space, -1 for fixed poses
   std::vector<Index> pose_of_row;
-  std::shared_ptr<const BlockPattern> pattern;  // of H
-  std::vector<std::size_t> first_end;           // into ends, for each row, and the end
+  std::shared_ptr<const BlockPattern> pattern;  // block pattern of H
+  std::vector<std::size_t> first_end;           // offsets into ends, per row, and the end
   std::vector<EdgeEnd> ends;                    // the edges at each row, ascending
-  std::vector<std::size_t> first_edge;          // into edges_of_block, for each block of the pattern, and the end
+  std::vector<std::size_t> first_edge;          // offsets into edges_of_block, per block of the pattern, and the end
   std::vector<Index> edges_of_block;            // ascending
 
   int tangent() const { return terms.tangent(); }
@@ -67,7 +66,7 @@ struct PoseGraphLayout {
   }
 };
 
-// held: positions of the poses that do not move.
+// held: indices of the fixed poses.
 PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> held);
 
 class PoseGraphLinearization final : public Linearization<CpuBackend<double>>,
@@ -87,7 +86,7 @@ class PoseGraphLinearization final : public Linearization<CpuBackend<double>>,
   void ApplyJT(ConstVectorView u, VectorView g) override;
   void DiagJTJ(VectorView d) override;
   void ApplyH(ConstVectorView v, VectorView Hv) override { hessian_.Apply(v, Hv); }
-  // One block for each pose that moves.
+  // One block per pose that is not fixed.
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
 
@@ -104,7 +103,7 @@ class PoseGraphLinearization final : public Linearization<CpuBackend<double>>,
 
   const PoseGraphLayout& layout_;
   HostBuffer<double> residuals_;
-  HostBuffer<double> jacobian_;  // row-major tangent() x 2 tangent() for each edge
+  HostBuffer<double> jacobian_;  // row-major tangent() x 2 tangent() per edge
   BlockMatrix hessian_;
 };
 

@@ -25,18 +25,20 @@ void CheckSizes(const PoseGraph& graph) {
   if (graph.poses.size() != poses * pose_size || graph.measurements.size() != edges * pose_size ||
       graph.information.size() != edges * information_size) {
     Fail(kBadArgument,
-         "pose graph: {} numbers for {} poses, {} for {} measurements, {} for their information; each pose takes {}, "
+         "pose graph: {} values for {} poses, {} for {} measurements, {} for their information; each pose needs {}, "
          "each information matrix {}",
          graph.poses.size(), poses, graph.measurements.size(), edges, graph.information.size(), pose_size,
          information_size);
   }
   for (const Index pose : graph.fixed) {
-    if (pose < 0 || pose >= graph.num_poses()) Fail(kBadArgument, "pose graph: fixed pose {} of {}", pose, poses);
+    if (pose < 0 || pose >= graph.num_poses())
+      Fail(kBadArgument, "pose graph: fixed pose {} is out of range: there are {} poses", pose, poses);
   }
   for (std::size_t e = 0; e < edges; ++e) {
     const auto [from, to] = graph.edges[e];
     if (std::min(from, to) < 0 || std::max(from, to) >= graph.num_poses() || from == to) {
-      Fail(kBadArgument, "pose graph: edge {} joins poses {} and {} of {}", e, from, to, poses);
+      Fail(kBadArgument, "pose graph: edge {} joins poses {} and {}, which must differ and be less than {}", e, from,
+           to, poses);
     }
   }
 }
@@ -98,7 +100,7 @@ class PoseGraphProblem::Impl {
       Fail(kBadArgument, "pose graph: max_factor_gib is {}; it must be positive", max_factor_gib);
   }
 
-  // Null where the factor would be too large. Planned once.
+  // Null if the factor would be too large. Planned only once.
   const std::shared_ptr<SparseCholesky>& Cholesky() {
     if (!planned) cholesky = SparseCholesky::Plan(*layout.pattern, max_factor_gib * 0x1p30);
     planned = true;
@@ -157,7 +159,7 @@ std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakePrecon
 std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakeSparseCholesky() {
   auto made = MakePreconditioner();
   if (!made)
-    Fail(kOutOfMemory, "pose graph: its factor would take more than max_factor_gib = {}; raise that",
+    Fail(kOutOfMemory, "pose graph: the Cholesky factor would take more than max_factor_gib={}; increase it",
          impl_->max_factor_gib);
   return made;
 }
@@ -185,7 +187,8 @@ std::string PoseGraphProblem::DescribeDegenerate(ConstVectorView x) {
   for (const Index pose : impl_->layout.pose_of_row) {
     const double* q = x.data() + pose * Se3::kPose + 3;
     if (std::any_of(q, q + 4, [](double value) { return value != 0; })) continue;
-    return fmt::format("the quaternion of pose {} is all zeros, and no step turns it; start it at length 1", pose);
+    return fmt::format(
+        "the quaternion of pose {} is all zeros, so no step can change it; initialise it with unit length", pose);
   }
   return "";
 }
@@ -199,7 +202,8 @@ LmOptions PoseGraphOptions() {
   options.step_control.lambda_after_first_reject = 1;
   options.normal_system.linear_solver = LinearSolverKind::kPcg;
   options.normal_system.preconditioner = PreconditionerKind::kProblem;
-  // The second test is for problems whose factor is too large: with a factor the first one is met at once.
+  // The second test matters for problems without a factor, which would be too large. A factor meets the first test in
+  // one iteration.
   options.normal_system.pcg = {.max_iterations = 500, .relative_tolerance = 1e-10, .model_tolerance = 1e-2};
   return options;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose-graph optimisation as a least-squares problem: poses that agree best with their relative measurements.
+// Pose-graph optimisation as a least-squares problem: finds the poses that agree best with relative measurements.
 #pragma once
 
 #include <memory>
@@ -13,24 +13,24 @@
 
 namespace vesta::pose_graph {
 
-// The square root of an edge's information matrix that its residual is multiplied by, Lambda = L L^T.
+// Which square root of the information matrix Lambda = L L^T multiplies an edge's residual e.
 enum class Whitening {
   kUpper,  // L^T e: the cost is 1/2 e^T Lambda e
-  kLower,  // L e, as in Ceres's pose-graph example; the same where Lambda is diagonal
+  kLower,  // L e, as in Ceres's pose-graph example; identical if Lambda is diagonal
 };
 
 struct PoseGraphModel {
   Whitening whitening = Whitening::kUpper;
-  // Applied to each edge's squared norm; none: plain least squares.
+  // Applied to each edge's squared norm; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
-  // Holds the first pose where the graph fixes none, since otherwise all poses together could move at no cost.
+  // Fixes the first pose if the graph fixes none. Otherwise moving all poses together would not change the cost.
   bool hold_first = true;
-  // Largest Cholesky factor that MakePreconditioner makes, in GiB; > 0.
+  // Size limit of the Cholesky factor that MakePreconditioner computes, in GiB; > 0.
   double max_factor_gib = 4;
 };
 
-// x: PoseSize numbers for each pose, fixed ones included; a step: TangentSize numbers for each pose that moves, in the
-// order of the poses. Residuals: TangentSize for each edge, poses.h. A unit is an edge; there is one batch.
+// x: PoseSize values per pose, including fixed ones. A step: TangentSize values per pose that is not fixed, in the
+// order of the poses. Residuals: TangentSize per edge (poses.h). A unit is an edge; there is one batch.
 class PoseGraphProblem final : public Problem<CpuBackend<double>>,
                                public OnManifold<CpuBackend<double>>,
                                public InUnits<CpuBackend<double>>,
@@ -41,9 +41,9 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
  public:
   using B = CpuBackend<double>;
 
-  // Copies what it needs. Throws Error, one line, for sizes that do not agree, edges or fixed poses out of range, edges
-  // from a pose to itself, indefinite information matrices. Semidefinite ones are whitened by their symmetric square
-  // root: they say nothing of some direction.
+  // Copies the graph. Throws Error with one line for inconsistent sizes, edges or fixed poses out of range, edges from
+  // a pose to itself, and indefinite information matrices. Semidefinite ones, which do not constrain some direction,
+  // are whitened by their symmetric square root.
   explicit PoseGraphProblem(const PoseGraph& graph, const PoseGraphModel& model = {});
   ~PoseGraphProblem() override;
 
@@ -53,18 +53,18 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
-  // The exact sparse Cholesky factor of the damped H: conjugate gradients then take an iteration or two. Null where it
-  // would be larger than the model allows; the engine then goes on with the diagonal blocks.
+  // The exact sparse Cholesky factor of the damped H: conjugate gradients then need one or two iterations. Null if it
+  // would be larger than the model allows; the solver then uses the diagonal blocks.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
-  // The same; throws Error where it would be larger.
+  // The same, but throws Error if it would be too large.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
-  // In the terms of poses and edges.
+  // Names for messages, in terms of poses and edges.
   std::string NameTangent(Index k) override;
   std::string NameResidual(int batch, Index row) override;
   std::string DescribeDegenerate(ConstVectorView x) override;
 
-  // The poses of the graph it was made from, a start for the solver.
+  // The poses of the graph: a starting point for the solver.
   const std::vector<double>& start() const;
 
  private:
@@ -72,11 +72,11 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
   std::unique_ptr<Impl> impl_;
 };
 
-// Options that suit pose graphs: the problem's own preconditioner, linear systems solved to rounding, and a first
-// damping of 1e-6 (a radius of 1e6 in Ceres's terms), since the residuals are close to linear. On graphs that start
-// near their minimum this takes fewer iterations than 1e-4, and ends in the same minima. Where the first step is
-// refused the start is far, and the damping begins anew at 1: torus3D and sphere_bignoise then reach their lowest known
-// minima (docs/decisions/pose-graph-damping.md).
+// Solver options that suit pose graphs. They use the problem's own preconditioner and solve linear systems to rounding.
+// The initial damping is 1e-6 (a radius of 1e6 in Ceres), since the residuals are close to linear. On graphs that start
+// near their minimum this takes fewer iterations than 1e-4 and reaches the same minima. A rejected first step means a
+// start far from the minimum; the damping is then reset to 1. With this, torus3D and sphere_bignoise reach their lowest
+// known minima (docs/decisions/pose-graph-damping.md).
 LmOptions PoseGraphOptions();
 
 }  // namespace vesta::pose_graph

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses of the plane and of space, and the residual of a measurement between two of them.
+// Poses in 2D and 3D, and the residual of a relative measurement between two poses.
 #pragma once
 
 #include <cmath>
@@ -10,12 +10,12 @@
 
 namespace vesta::pose_graph {
 
-// Poses of the plane: (x, y, yaw), and the residual of a measurement between two of them.
+// 2D poses: (x, y, yaw).
 struct Se2 {
   static constexpr int kPose = 3;
   static constexpr int kTangent = 3;
 
-  // The same angle within [-pi, pi).
+  // The equivalent angle in [-pi, pi).
   template <class T>
   static T NormalizeAngle(const T& angle) {
     using std::floor;
@@ -23,7 +23,7 @@ struct Se2 {
     return angle - T(kTurn) * floor((angle + T(std::numbers::pi)) / T(kTurn));
   }
 
-  // out = x (+) delta: position and yaw move by delta, the yaw modulo a turn.
+  // out = x (+) delta: adds delta to position and yaw, and normalises the yaw.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     out[0] = x[0] + delta[0];
@@ -31,7 +31,8 @@ struct Se2 {
     out[2] = NormalizeAngle(x[2] + delta[2]);
   }
 
-  // r = (R_a^T (p_b - p_a) - p_m, yaw_b - yaw_a - yaw_m within [-pi, pi)) for the measurement m of b as seen from a.
+  // r = (R_a^T (p_b - p_a) - p_m, yaw_b - yaw_a - yaw_m in [-pi, pi)), where m is the measured pose of b in the frame
+  // of a.
   template <class T>
   static void Residual(const T* a, const T* b, const double* m, T* r) {
     using std::cos, std::sin;
@@ -42,7 +43,7 @@ struct Se2 {
     r[2] = NormalizeAngle(b[2] - a[2] - T(m[2]));
   }
 
-  // Row-major 3 x 6: derivative of the residual by the steps of a, then of b.
+  // Row-major 3 x 6: derivative of the residual with respect to the steps of a, then of b.
   template <class T>
   static void Jacobian(const T* a, const T* b, const double* /*m*/, T* jacobian) {
     using std::cos, std::sin;
@@ -58,13 +59,13 @@ struct Se2 {
   }
 };
 
-// Poses of space: position and unit quaternion (w, x, y, z), and the residual of a measurement between two of them.
+// 3D poses: position and unit quaternion (w, x, y, z).
 struct Se3 {
   static constexpr int kPose = 7;
   static constexpr int kTangent = 6;
 
-  // out = x (+) delta: the position moves by delta[0..3); the orientation is turned in the world's frame by twice the
-  // vector delta[3..6), that is q' = (cos |d|, d sin |d| / |d|) q, brought back to unit length against rounding.
+  // out = x (+) delta: adds delta[0..3) to the position. Rotates the orientation in the world frame by twice the vector
+  // d = delta[3..6): q' = (cos |d|, d sin |d| / |d|) q, normalised against rounding.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     for (int i = 0; i < 3; ++i) out[i] = x[i] + delta[i];
@@ -74,7 +75,7 @@ struct Se3 {
     NormalizeQuaternion(q, out + 3);
   }
 
-  // r = (R_a^T (p_b - p_a) - p_m, 2 vec(q_m (q_a^-1 q_b)^-1)) for the measurement m of b as seen from a.
+  // r = (R_a^T (p_b - p_a) - p_m, 2 vec(q_m (q_a^-1 q_b)^-1)), where m is the measured pose of b in the frame of a.
   template <class T>
   static void Residual(const T* a, const T* b, const double* m, T* r) {
     T rotation[9];
@@ -89,10 +90,10 @@ struct Se3 {
     for (int i = 0; i < 3; ++i) r[3 + i] = T(2) * error[1 + i];
   }
 
-  // Row-major 6 x 12: derivative of the residual by the steps of a, then of b. With d = p_b - p_a and p = q_m q_b^-1:
+  // Row-major 6 x 12: derivative of the residual with respect to the steps of a, then of b.
+  // Let d = p_b - p_a and p = q_m q_b^-1, and let da, db be the position steps and ta, tb the orientation steps. Then
   //   dr_p = R_a^T (db - da + 2 [d]x ta),   dr_q = 2 vec(p (0, ta - tb) q_a) = 2 M (ta - tb),
-  //   M = (p_w q_w + p_v.q_v) I + [q_w p_v - p_w q_v]x - (p_v q_v^T + q_v p_v^T),
-  // where da, db are the steps of the positions and ta, tb those of the orientations.
+  //   M = (p_w q_w + p_v.q_v) I + [q_w p_v - p_w q_v]x - (p_v q_v^T + q_v p_v^T).
   template <class T>
   static void Jacobian(const T* a, const T* b, const double* m, T* jacobian) {
     T rotation[9], p[4];
@@ -109,7 +110,7 @@ struct Se3 {
       T* turn = jacobian + 12 * (3 + i);
       for (int k = 0; k < 3; ++k) {
         const int next = (k + 1) % 3, last = (k + 2) % 3;
-        // Column k of the rotation's transpose, and of its product with [d]x.
+        // Column k of the transposed rotation, and of its product with [d]x.
         position[k] = -rotation[3 * k + i];
         position[6 + k] = rotation[3 * k + i];
         position[3 + k] = T(2) * (rotation[3 * next + i] * d[last] - rotation[3 * last + i] * d[next]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curve fits on a GPU: an example of how to write a problem for it (solver/device_functors.cuh).
+// Curve fitting on a GPU: an example of a device problem (solver/device_functors.cuh).
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace vesta {
 
-// Residuals of a fit, for DeviceBlockProblem; every functor reads the same two parameters.
+// Residuals of the fit, for DeviceBlockProblem. All functors read the same two parameters.
 std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<ExponentialFit>& samples);
 
 }  // namespace vesta

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small problems: a fit of an exponential, Powell's singular function, and Rosenbrock's valley.
+// Small test problems: an exponential fit, Powell's singular function, and Rosenbrock's valley.
 #pragma once
 
 #include <cmath>
@@ -11,8 +11,7 @@
 
 namespace vesta {
 
-// Fitting exp(m t + c) to samples of a noisy exponential, on request with outliers. The residual is that of one
-// observation, in units of y.
+// Fits exp(m t + c) to a sample of a noisy exponential. The residual of one sample is in units of y.
 struct ExponentialFit {
   static constexpr int kResiduals = 1;
   static constexpr int kParameters = 2;  // m, c
@@ -25,10 +24,10 @@ struct ExponentialFit {
   }
 };
 
-// Truth of the samples below.
+// True parameters of the samples below.
 inline constexpr double kExponentialFitTruth[2] = {0.3, 0.1};
 
-// `count` samples at t within [0, 5) with noise of up to +-0.1; every outlier_period-th is 3 too high (0: none).
+// `count` samples at t in [0, 5) with noise of up to +-0.1; every outlier_period-th sample is 3 too high (0: none).
 inline std::vector<ExponentialFit> ExponentialSamples(int count, int outlier_period = 0) {
   std::vector<ExponentialFit> samples;
   std::uint32_t state = 2463534242u;
@@ -75,7 +74,7 @@ struct Rosenbrock {
   }
 };
 
-// Index map of the chain over n variables: functor i reads x_i and x_{i+1}. Minimum 0 at all ones.
+// Index map of a chain over n variables: functor i reads x_i and x_{i+1}. The minimum is 0, at all ones.
 inline std::vector<Index> RosenbrockChain(Index n) {
   std::vector<Index> index;
   for (Index i = 0; i + 1 < n; ++i) {

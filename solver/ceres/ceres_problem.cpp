@@ -27,7 +27,7 @@ class LossOf final : public Loss {
   const ceres::LossFunction& loss_;
 };
 
-// Sizes in a common spelling for Ceres's two kinds.
+// Common functions for Ceres's Manifold and LocalParameterization.
 int AmbientSize(const ceres::Manifold& manifold) { return manifold.AmbientSize(); }
 int TangentSize(const ceres::Manifold& manifold) { return manifold.TangentSize(); }
 bool PlusJacobianOf(const ceres::Manifold& manifold, const double* x, double* jacobian) {
@@ -48,7 +48,7 @@ class ManifoldOf final : public Manifold {
   int ambient_size() const override { return AmbientSize(kind_); }
   int tangent_size() const override { return TangentSize(kind_); }
   void Plus(const double* x, const double* delta, double* out) const override {
-    // Ceres does not promise to work in place.
+    // Ceres does not guarantee that Plus works in place.
     std::vector<double> from(x, x + ambient_size());
     if (!kind_.Plus(from.data(), delta, out))
       std::fill_n(out, ambient_size(), std::numeric_limits<double>::quiet_NaN());
@@ -94,7 +94,7 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
     block_of_[values] = block;
     if (fixed) problem_.SetConstant(block);
     for (int entry = 0; entry < size; ++entry) {
-      // Ceres says "none" by the largest double.
+      // Ceres represents an absent bound by the largest double.
       constexpr double kNone = std::numeric_limits<double>::max(), kInfinity = std::numeric_limits<double>::infinity();
       const double lower = problem.GetParameterLowerBound(values, entry);
       const double upper = problem.GetParameterUpperBound(values, entry);
@@ -128,7 +128,7 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
     problem.GetParameterBlocksForResidualBlock(id, &arguments);
     blocks.clear();
     for (const double* values : arguments) blocks.push_back(block_of_.at(values));
-    // Owned here: a pointer without a count of its own.
+    // costs_ owns the cost function, so this pointer does not count references.
     problem_.AddResidualBlock({std::shared_ptr<const CostFunction>(), &cost}, std::move(our_loss), blocks);
   }
 }
@@ -151,7 +151,7 @@ void CeresProblem::Scatter(CpuBackend<double>::ConstVectorView x) const {
 
 int CeresProblem::block(const double* values) const {
   const auto found = block_of_.find(values);
-  VESTA_CHECK(found != block_of_.end(), "the address is no parameter block of the problem");
+  VESTA_CHECK(found != block_of_.end(), "this address is not a parameter block of the problem");
   return found->second;
 }
 

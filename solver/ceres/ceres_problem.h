@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An existing ceres::Problem as a vesta Problem, unchanged: its cost functions, losses, manifolds, constant blocks and
-// bounds. Needs Ceres 2.1.
+// Converts an existing ceres::Problem to a vesta Problem: cost functions, losses, manifolds, constant blocks and
+// bounds. The ceres::Problem is not changed. Needs Ceres 2.1.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -15,26 +15,25 @@
 
 namespace vesta::ceres_bridge {
 
-// The problem is walked once, here: residual blocks added to it later are not seen. Its cost functions are evaluated
-// directly, several at a time: they must be safe to call from several threads, as with
-// ceres::Solver::Options::num_threads above 1. The ceres::Problem must outlive this object. Both of Ceres's ways to say
-// what a step is are understood: Manifold and LocalParameterization. Not carried over, for ceres::Problem does not
-// tell: Problem::Options::evaluation_callback (SetEvaluationCallback).
+// The constructor reads the problem once; residual blocks added later are ignored. Cost functions are called from
+// several threads at once, as with ceres::Solver::Options::num_threads > 1. The ceres::Problem must outlive this
+// object. Both Manifold and LocalParameterization are supported. The evaluation callback of Problem::Options cannot be
+// read from a ceres::Problem; pass it to SetEvaluationCallback.
 class CeresProblem {
  public:
   explicit CeresProblem(ceres::Problem& problem, BlockProblem::Options options = {});
 
   BlockProblem& problem() { return problem_; }
-  // The values the parameter blocks hold, as one x.
+  // Returns the current values of the parameter blocks as one x.
   CpuBackend<double>::Vector Gather() const;
   // Writes x to the parameter blocks.
   void Scatter(CpuBackend<double>::ConstVectorView x) const;
-  // Called before each evaluation as Ceres does, the parameter blocks holding x. Null: none. The callback must outlive
-  // this object, which must not move afterwards.
+  // Calls `callback` before each evaluation, as Ceres does; the parameter blocks then hold x. Null removes it. The
+  // callback must outlive this object, and this object must not be moved afterwards.
   void SetEvaluationCallback(ceres::EvaluationCallback* callback);
-  // What is wrong with a constant block that lies outside of its bounds, which Ceres refuses; empty: nothing.
+  // Error message if a constant block violates its bounds, which Ceres refuses too; empty otherwise.
   const std::string& infeasible_constant() const { return infeasible_constant_; }
-  // The number in problem() of the parameter block at this address.
+  // Index in problem() of the parameter block at this address. Throws Error for other addresses.
   int block(const double* values) const;
 
  private:
@@ -47,9 +46,9 @@ class CeresProblem {
     const ceres::CostFunction& cost_;
   };
 
-  std::deque<Cost> costs_;  // of each residual block
+  std::deque<Cost> costs_;  // one per residual block
   BlockProblem problem_;
-  std::vector<double*> values_;  // of each block
+  std::vector<double*> values_;  // one per parameter block
   std::unordered_map<const double*, int> block_of_;
   std::string infeasible_constant_;
 };

@@ -135,7 +135,7 @@ LmOptions FromCeres(const ceres::Solver::Options& from) {
     case ceres::SPARSE_NORMAL_CHOLESKY:
       system.linear_solver = LinearSolverKind::kPcg;
       system.preconditioner = PreconditionerKind::kSparseCholesky;
-      // To rounding, as a direct solver; the second test is for systems whose rounding is above the first.
+      // Solve to rounding, like a direct solver. The second test ends solves whose rounding error exceeds the first.
       system.pcg.relative_tolerance = 1e-10;
       system.pcg.model_tolerance = 1e-4;
       break;
@@ -160,21 +160,23 @@ std::vector<std::string> IgnoredOptions(const ceres::Solver::Options& options) {
   note(options.trust_region_strategy_type != ceres::LEVENBERG_MARQUARDT, "trust_region_strategy_type = DOGLEG",
        "the steps are Levenberg-Marquardt's");
   changed(&Options::use_nonmonotonic_steps, "use_nonmonotonic_steps", "no step may raise the cost");
-  changed(&Options::use_inner_iterations, "use_inner_iterations", "there are none");
-  changed(&Options::check_gradients, "check_gradients", "call solver/derivative_check.h in a test");
+  changed(&Options::use_inner_iterations, "use_inner_iterations", "they are not supported");
+  changed(&Options::check_gradients, "check_gradients", "use solver/derivative_check.h in a test");
   changed(&Options::num_threads, "num_threads", "all cores are used; call vesta::SetNumThreads");
   changed(&Options::max_num_consecutive_invalid_steps, "max_num_consecutive_invalid_steps",
-          "set max_consecutive_rejects of what FromCeres gives");
+          "set max_consecutive_rejects in the result of FromCeres");
   changed(&Options::minimizer_progress_to_stdout, "minimizer_progress_to_stdout", "the library prints nothing");
-  note(options.linear_solver_ordering != nullptr, "linear_solver_ordering", "the group to eliminate is found");
-  changed(&Options::use_explicit_schur_complement, "use_explicit_schur_complement", "it is always implicit");
+  note(options.linear_solver_ordering != nullptr, "linear_solver_ordering",
+       "the group to eliminate is found automatically");
+  changed(&Options::use_explicit_schur_complement, "use_explicit_schur_complement",
+          "the Schur complement is never formed");
   const bool iterative =
       options.linear_solver_type == ceres::CGNR || options.linear_solver_type == ceres::ITERATIVE_SCHUR;
   note(iterative && options.preconditioner_type != ceres::IDENTITY && options.preconditioner_type != ceres::JACOBI &&
            options.preconditioner_type != ceres::SCHUR_JACOBI,
        "preconditioner_type", "block Jacobi, or Schur-Jacobi, is used");
-  changed(&Options::dynamic_sparsity, "dynamic_sparsity", "the sparsity is that of the blocks");
-  changed(&Options::use_mixed_precision_solves, "use_mixed_precision_solves", "all is in double");
+  changed(&Options::dynamic_sparsity, "dynamic_sparsity", "the sparsity pattern follows from the blocks");
+  changed(&Options::use_mixed_precision_solves, "use_mixed_precision_solves", "all computations use double");
   changed(&Options::max_num_refinement_iterations, "max_num_refinement_iterations", "PCG refines by its own tests");
   note(!options.trust_region_minimizer_iterations_to_dump.empty(), "trust_region_minimizer_iterations_to_dump",
        "nothing is written");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our residual functors inside ceres::AutoDiffCostFunction: the same formula solved by both engines. Needs Ceres;
-// nothing else of solver/ does.
+// Uses residual functors of vesta in ceres::AutoDiffCostFunction, so both solvers can minimise the same formula. Needs
+// Ceres.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -9,7 +9,7 @@
 
 namespace vesta {
 
-// What AutoDiffCostFunction calls: one parameter block of F::kParameters numbers.
+// The functor that AutoDiffCostFunction calls, with one parameter block of F::kParameters numbers.
 template <class F>
 struct CeresFunctor {
   F functor;
@@ -19,7 +19,7 @@ struct CeresFunctor {
   }
 };
 
-// The caller owns the result, as Ceres expects.
+// Returns a cost function that the caller owns, as Ceres expects.
 template <class F>
 ceres::CostFunction* ToCeres(const F& functor) {
   return new ceres::AutoDiffCostFunction<CeresFunctor<F>, F::kResiduals, F::kParameters>(new CeresFunctor<F>{functor});

@@ -9,7 +9,7 @@
 namespace vesta {
 namespace {
 
-// Where each parameter block's entries begin in a step.
+// Position of each parameter block's first entry in a step; -1 for constant blocks.
 std::vector<Index> TangentOffsets(const BlockStructure& structure, int num_blocks) {
   std::vector<Index> offsets(static_cast<std::size_t>(num_blocks), -1);
   for (const FreeBlock& free : structure.free_blocks()) offsets[static_cast<std::size_t>(free.parameter)] = free.offset;
@@ -19,10 +19,11 @@ std::vector<Index> TangentOffsets(const BlockStructure& structure, int num_block
 }  // namespace
 
 BlockParts::BlockParts(BlockProblem& whole, int num_parts) : whole_(whole) {
-  if (num_parts < 1) Fail(kBadArgument, "a problem in {} parts; choose at least 1", num_parts);
+  if (num_parts < 1) Fail(kBadArgument, "num_parts is {}; choose 1 or more", num_parts);
   if (whole.options_.evaluation_callback) {
     Fail(kUnsupported,
-         "a problem with an evaluation callback has no parts: they are evaluated each by itself; leave it out");
+         "a problem with an evaluation callback cannot be split, because parts are evaluated separately; remove the "
+         "callback");
   }
   num_parts_ = static_cast<int>(std::clamp<Index>(num_parts, 1, std::max<Index>(whole.num_units(), 1)));
   tangent_offset_ = TangentOffsets(whole.Structure(), whole.num_parameter_blocks());
@@ -40,7 +41,7 @@ ProblemPart<CpuBackend<double>> BlockParts::Make(int part) {
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
 
-  // In the order of the whole's, without a group set apart at the end.
+  // Parameter blocks keep their order in the whole problem. No group is moved to the end.
   auto problem = std::make_unique<BlockProblem>(BlockProblem::Options{.eliminate = false});
   ProblemPart<B> made;
   for (const int block : used) {

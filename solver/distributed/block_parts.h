@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem of residual blocks cut into parts, to be spread over processes.
+// Splits a BlockProblem into parts that can be distributed over processes.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,14 @@
 
 namespace vesta {
 
-// Each part has a run of the residual blocks, as they were added, and the parameter blocks that those use: what it
-// evaluates, its Jacobian and its products are its own. All processes make the same whole problem, which holds
-// parameter blocks, cost functions and the order of steps. Bounds, manifolds and constant blocks are the whole's.
+// Each part has a consecutive range of the residual blocks and the parameter blocks that they use. It evaluates only
+// these and has its own Jacobian. Every process creates the whole problem, which holds parameter blocks, cost functions
+// and the order of a step. Bounds, manifolds and constant blocks belong to the whole problem.
 class BlockParts final : public ProblemParts<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
-  // No more parts than there are residual blocks. whole must outlive this object, and stay as it is. Throws Error for
-  // num_parts < 1, and where it has an evaluation callback: parts are evaluated each by itself.
+  // The number of parts is at most the number of residual blocks. `whole` must outlive this object and must not change.
+  // Throws Error if num_parts < 1 or if `whole` has an evaluation callback, because parts are evaluated separately.
   BlockParts(BlockProblem& whole, int num_parts);
 
   int num_parts() const override { return num_parts_; }
@@ -29,7 +29,7 @@ class BlockParts final : public ProblemParts<CpuBackend<double>> {
  private:
   BlockProblem& whole_;
   int num_parts_;
-  std::vector<Index> tangent_offset_;  // of each parameter block of the whole; -1 where it is constant
+  std::vector<Index> tangent_offset_;  // per parameter block of `whole`; -1 if it is constant
 };
 
 }  // namespace vesta

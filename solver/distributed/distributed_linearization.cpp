@@ -24,7 +24,7 @@ DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& pro
 template <Backend B>
 auto DistributedLinearization<B>::residuals() const -> ConstVectorView {
   Fail(kUnsupported,
-       "no process has all residuals of a distributed problem: choose PCG, and check derivatives part by part");
+       "no process has all residuals of a distributed problem; choose PCG, and check derivatives part by part");
 }
 
 template <Backend B>
@@ -60,8 +60,8 @@ void DistributedLinearization<B>::SumParts(const Give& give, VectorView out) {
   problem_.tangent_sum().Sum(Term(give), out);
 }
 
-// Where the descent is of both, gradients and their squares in one pass, as one vector: so a part need not keep the one
-// while the other is summed.
+// If the right-hand side is the problem's own, it needs the gradients and the sums of their squares. Both are summed in
+// one pass, as one vector, so a part need not store one while the other is summed.
 template <Backend B>
 void DistributedLinearization<B>::SumGradients() {
   const Index n = num_parameters();
@@ -103,7 +103,7 @@ void DistributedLinearization<B>::Gradient(VectorView g) {
 
 template <Backend B>
 void DistributedLinearization<B>::RightHandSide(VectorView d) {
-  VESTA_CHECK(has_own_right_hand_side_, "the descent of parts without one of their own");
+  VESTA_CHECK(has_own_right_hand_side_, "RightHandSide needs parts with their own right-hand side");
   if (gradient_.empty()) SumGradients();
   B().Copy(squares_, d);
   linearizations_.front()->RightHandSideOf(problem_.num_units(), gradient_, d);
@@ -134,7 +134,7 @@ template <Backend B>
 void DistributedLinearization<B>::ShardOfBlocks(BlockDiagonal<B>& blocks) {
   if (!blocks_) return SumBlocks(problem_.shards().BlockValuesOfRanks(), blocks.all_values());
   B().Copy(blocks_->all_values(), blocks.all_values());
-  blocks_.reset();  // nobody asks again unless a step is refused
+  blocks_.reset();  // needed again only after a rejected step
 }
 
 template <Backend B>
@@ -189,7 +189,7 @@ std::unique_ptr<ReducedSystem<B>> DistributedLinearization<B>::MakeReducedSystem
 
 template <Backend B>
 std::unique_ptr<ShardedSystem<B>> DistributedLinearization<B>::MakeShardedSystem() {
-  problem_.tangent_sum().Release();  // from here on sums are of shards
+  problem_.tangent_sum().Release();  // later sums are over shards
   return std::make_unique<DistributedShards<B>>(*this);
 }
 
@@ -200,13 +200,15 @@ DistributedReducedSystem<B>::DistributedReducedSystem(DistributedLinearization<B
   for (Index term = terms.begin; term < terms.end; ++term) {
     auto system = linearization.of(term).MakeReducedSystem();
     if (!system)
-      Fail(kUnsupported, "part {} has no group to eliminate; ProblemParts::eliminates says that all have", term);
+      Fail(kUnsupported, "part {} has no group to eliminate, but ProblemParts::eliminates is true; return false there",
+           term);
     if (term == terms.begin) kept_ = system->size();
     const Support& support = problem_.part(term).tangent.support();
     const bool keeps_first =
         system->size() == kept_ && support.CountBefore(kept_) == kept_ && problem_.part(term).tangent.is_compact();
     if (!keeps_first)
-      Fail(kBadArgument, "part {} keeps {} parameters that are not the first of the problem", term, system->size());
+      Fail(kBadArgument, "part {} keeps {} parameters, which are not the first ones of the problem; order them first",
+           term, system->size());
     systems_.push_back(std::move(system));
   }
   kept_sum_ = std::make_unique<SumOverRanks<S>>(problem_.ranks(), problem_.parts().num_parts(), kept_,
@@ -251,7 +253,7 @@ void DistributedReducedSystem<B>::Apply(ConstVectorView x, VectorView y) {
 
 template <Backend B>
 void DistributedReducedSystem<B>::BackSubstitute(ConstVectorView rhs, VectorView step) {
-  // What each part eliminated is its own: processes hand round what they have, and nothing is summed.
+  // Each eliminated parameter belongs to one part, so the processes exchange these entries and sum nothing.
   std::vector<S> mine;
   for (std::size_t k = 0; k < systems_.size(); ++k) {
     const PartMap& map = problem_.own()[k].tangent;
@@ -287,7 +289,7 @@ void DistributedReducedSystem<B>::DiagonalBlocks(BlockDiagonal<B>& blocks) {
   blocks.AddToDiagonal(lambda_, metric_.subspan(0, kept_));
 }
 
-// In host memory.
+// For host memory.
 template class DistributedLinearization<CpuBackend<double>>;
 template class DistributedLinearization<CpuBackend<float>>;
 template class DistributedReducedSystem<CpuBackend<double>>;

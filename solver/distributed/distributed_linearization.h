@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A distributed problem at one x: the linearizations of this process's parts, their sums over all processes, and its
-// systems, in shards or with a group eliminated.
+// A distributed problem linearized at one x. It holds the linearizations of this process's parts and sums over all
+// processes. It creates systems in shards, or with a group eliminated.
 #pragma once
 
 #include <memory>
@@ -29,14 +29,14 @@ class DistributedLinearization final : public Linearization<B>,
 
   DistributedLinearization(DistributedProblem<B>& problem, ConstVectorView x);
 
-  // Of all parts, wherever they are.
+  // Number of residuals of all parts on all processes.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return problem_.num_tangent(); }
-  // No process has all residuals: these throw Error.
+  // No process has all residuals, so these throw Error.
   ConstVectorView residuals() const override;
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
-  // weighted(), so that no solver asks for them.
+  // weighted() is true, so no solver calls this.
   void ApplyW(ConstVectorView u, VectorView Wu) override;
 
   void Gradient(VectorView g) override;
@@ -49,7 +49,7 @@ class DistributedLinearization final : public Linearization<B>,
   void BlockGram(BlockDiagonal<B>& blocks) override;
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
   std::unique_ptr<ShardedSystem<B>> MakeShardedSystem() override;
-  // Of H v and of the blocks, what lies in this process's shard.
+  // This process's shard of H v, and of the diagonal blocks.
   void ApplyHToShard(ConstVectorView v, VectorView shard);
   void ShardOfBlocks(BlockDiagonal<B>& blocks);
 
@@ -59,38 +59,40 @@ class DistributedLinearization final : public Linearization<B>,
   }
 
  private:
-  // out = the sum over all parts of what give(linearization, part, to) writes, all of the part's own entries.
+  // out = sum over all parts of the vector that give(linearization, part, to) writes. It must write all entries of the
+  // part.
   template <class Give>
   void SumParts(const Give& give, VectorView out);
-  // What writes a term of it, for SumOverRanks.
+  // Makes the function that writes one term of this sum, for SumOverRanks.
   template <class Give>
   auto Term(const Give& give);
-  // What gives a part's product with v.
+  // Makes the function that computes a part's product with v.
   auto ProductWith(ConstVectorView v) {
     return [this, v](LinearizationAdaptor<B>& linearization, const OwnPart<B>& part, VectorView to) {
       linearization.ApplyH(part.tangent.template Local<S>(v, local_in_), to);
     };
   }
   void SumGradients();
-  // finished: as SumOverRanks has it. The sum's values: all, or those of this process's shard.
+  // finished: as in SumOverRanks. values: all values of the sum, or this process's shard of them.
   void SumBlocks(std::vector<Support> finished, VectorView values);
 
   DistributedProblem<B>& problem_;
-  std::vector<typename B::Vector> x_;  // of parts that do not see all of x
+  std::vector<typename B::Vector> x_;  // entries of x per part, unless the part has all of x
   std::vector<std::unique_ptr<LinearizationAdaptor<B>>> linearizations_;
   Index num_residuals_ = 0;
   bool has_own_right_hand_side_ = false;
-  typename B::Vector gradient_, squares_;  // until someone asks for them; the second: of the units' gradients
-  // In this process's shard, between the diagonal and the blocks, where they come from one pass.
+  typename B::Vector gradient_,
+      squares_;  // stored until they are read; squares_ sums the squared gradients of the units
+  // This process's shard of the blocks. Stored from DiagJTJ until ShardOfBlocks if one pass computes both.
   std::optional<BlockDiagonal<B>> blocks_;
   typename B::Vector local_in_, local_out_;
 };
 
-// A distributed problem with a group eliminated: each process eliminates the parameters of its parts, and only vectors
-// of the kept ones go between processes.
+// The reduced system of a distributed problem. Each process eliminates the parameters of its parts. Only vectors of the
+// kept parameters are exchanged.
 //
-// With parts p that share the kept parameters alone, H + lambda D = [B E; E^T C], B = sum B_p, and E, C of part p stand
-// in rows and columns of its own. So S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
+// The parts p share the kept parameters only. In H + lambda D = [B E; E^T C] we have B = sum B_p, and E_p and C_p
+// occupy separate rows and columns. So S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
 template <Backend B>
 class DistributedReducedSystem final : public ReducedSystem<B> {
  public:
@@ -99,7 +101,7 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
   using typename Base::VectorView;
   using S = typename B::Scalar;
 
-  // Borrows the linearization. Throws Error where the parts do not eliminate as ProblemParts::eliminates says.
+  // Borrows the linearization. Throws Error if the parts do not satisfy ProblemParts::eliminates.
   explicit DistributedReducedSystem(DistributedLinearization<B>& linearization);
 
   Index size() const override { return kept_; }
@@ -111,12 +113,12 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
   void DiagonalBlocks(BlockDiagonal<B>& blocks) override;
 
  private:
-  // The part's entries of a vector, those that are kept set to zero.
+  // Returns the part's entries of v, with the kept entries set to zero.
   ConstVectorView LocalizeEliminated(ConstVectorView v, const PartMap& map);
 
   DistributedLinearization<B>& linearization_;
   DistributedProblem<B>& problem_;
-  std::vector<std::unique_ptr<ReducedSystem<B>>> systems_;  // of this process's parts
+  std::vector<std::unique_ptr<ReducedSystem<B>>> systems_;  // one per part of this process
   Index kept_ = 0;
   double lambda_ = 0;
   ConstVectorView metric_;
@@ -124,9 +126,10 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
   typename B::Vector local_, local_step_;
 };
 
-// A distributed problem's system in shards.
+// The sharded system of a distributed problem.
 //
-// In a product each process gets p from all, whole, and of H p its shard alone: the bytes of an all-reduce.
+// For a product each process receives the whole vector p and only its shard of H p. This transfers as many bytes as an
+// all-reduce.
 template <Backend B>
 class DistributedShards final : public ShardedSystem<B> {
  public:
@@ -134,7 +137,7 @@ class DistributedShards final : public ShardedSystem<B> {
   using typename ShardedSystem<B>::VectorView;
   using S = typename B::Scalar;
 
-  // linearization must outlive this object. Called by all processes.
+  // linearization must outlive this object. Collective.
   explicit DistributedShards(DistributedLinearization<B>& linearization)
       : linearization_(linearization), shards_(linearization.problem().shards()), products_(shards_) {}
 
@@ -143,7 +146,7 @@ class DistributedShards final : public ShardedSystem<B> {
   void ApplyH(ConstVectorView v, VectorView Hv) override {
     linearization_.ApplyHToShard(shards_.is_whole() ? v : Gathered(v), Hv);
   }
-  // Where the parts have blocks.
+  // Empty if the parts have no blocks.
   std::vector<BlockGroup> block_groups() const override {
     return linearization_.block_groups().empty() ? std::vector<BlockGroup>() : shards_.groups();
   }

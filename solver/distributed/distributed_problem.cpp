@@ -21,10 +21,10 @@ DistributedProblem<B>::DistributedProblem(Communicator& ranks, ProblemParts<B>& 
   std::vector<Index> units;
   for (Index term = own_terms().begin; term < own_terms().end; ++term) {
     ProblemPart<B> made = parts.Make(static_cast<int>(term));
-    if (!made.problem) Fail(kBadArgument, "part {} of {} has no problem", term, count);
+    if (!made.problem) Fail(kBadArgument, "ProblemParts::Make returned no problem for part {} of {}", term, count);
     OwnPart<B> part(std::move(made.problem));
     if (part.problem.num_batches() != 1) {
-      Fail(kBadArgument, "part {} has {} batches; give a part one, and make more parts", term,
+      Fail(kBadArgument, "part {} has {} batches; give each part one batch, and use more parts", term,
            part.problem.num_batches());
     }
     part.parameters = PartMap(made.parameters, part.problem.num_parameters(), parts.num_parameters(), "parameters");
@@ -51,7 +51,7 @@ std::vector<Support> DistributedProblem<B>::TangentSupports() const {
 template <Backend B>
 const Shards& DistributedProblem<B>::shards() {
   if (!shards_) {
-    constexpr int kPieces = 64;  // as many whatever the number of processes, which are no more than there are parts
+    constexpr int kPieces = 64;  // independent of the number of processes, which is at most the number of parts
     std::vector<BlockGroup> groups = parts_.block_groups();
     if (groups.empty()) groups.push_back({.size = 1, .count = num_tangent()});
     shards_ = std::make_unique<Shards>(ranks_, num_tangent(), groups, std::max(kPieces, parts_.num_parts()));
@@ -75,10 +75,11 @@ void DistributedProblem<B>::CheckSameProblem() {
   for (std::size_t k = 0; k < all.size(); ++k) {
     if (all[k] == all[k % sizes.size()]) continue;
     const std::size_t rank = k / sizes.size();
-    Fail(kBadArgument,
-         "process {} has a problem of {} parameters in {} parts, process 0 one of {} in {}: all must be given the same "
-         "problem",
-         rank, all[3 * rank + 1], all[3 * rank], all[1], all[0]);
+    Fail(
+        kBadArgument,
+        "process {} has a problem of {} parameters in {} parts, process 0 one of {} in {}: give all processes the same "
+        "problem",
+        rank, all[3 * rank + 1], all[3 * rank], all[1], all[0]);
   }
 }
 
@@ -99,7 +100,7 @@ double DistributedProblem<B>::SumNumbers(const std::vector<double>& mine) {
 template <Backend B>
 void DistributedProblem<B>::CheckSameStart(ConstVectorView x) {
   if (std::exchange(has_checked_start_, true)) return;
-  std::uint64_t hash = 14695981039346656037U;  // FNV-1a, by values
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a hash of the values
   for (const S value : x) {
     hash = (hash ^ static_cast<std::uint64_t>(
                        std::bit_cast<std::conditional_t<sizeof(S) == 8, std::uint64_t, std::uint32_t>>(value))) *
@@ -108,7 +109,7 @@ void DistributedProblem<B>::CheckSameStart(ConstVectorView x) {
   const std::vector<std::uint64_t> all = GatherValues(ranks_, std::vector<std::uint64_t>{hash});
   for (std::size_t r = 1; r < all.size(); ++r) {
     if (all[r] != all[0])
-      Fail(kBadArgument, "process {} starts from other numbers than process 0: all must be given the same problem", r);
+      Fail(kBadArgument, "the start of process {} differs from process 0's; give all processes the same start", r);
   }
 }
 
@@ -163,7 +164,7 @@ std::string DistributedProblem<B>::DescribeNonFinite(ConstVectorView x, bool jac
   return "";
 }
 
-// In host memory.
+// For host memory.
 template class DistributedProblem<CpuBackend<double>>;
 template class DistributedProblem<CpuBackend<float>>;
 

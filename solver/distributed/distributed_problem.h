@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem spread over processes: each has its share of the parts, their data, Jacobians and work, and its shard of
-// the vectors and the preconditioner of a conjugate gradient iteration; x, gradient and step are on all of them.
+// A problem distributed over processes. Each process has its share of the parts, with their data, Jacobians and work.
+// It also has its shard of the PCG vectors and of the preconditioner. x, gradient and step are stored on every process.
 //
-// All processes run the same solve: SolveLm with the same options from the same x. What the engine asks for is formed
-// by the processes together (gradient, products with H, its diagonal and blocks, costs), summed by a fixed tree over
-// the parts (kernels/ranks/sum_over_ranks.h). So the numbers are the same bits on each process, for any number of them
-// and of threads, and so is every decision. Time limits and callbacks that stop do so on all (Collective).
+// All processes run the same solve: SolveLm with the same options and the same x. They compute gradients, products with
+// H, its diagonal and blocks, and costs together. The sums use a fixed tree over the parts
+// (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, for any number of processes
+// and threads, and all processes make the same decisions. Time limits and callbacks stop all processes together
+// (Collective).
 #pragma once
 
 #include <memory>
@@ -22,7 +23,7 @@
 
 namespace vesta {
 
-// A part that falls to this process.
+// A part that this process owns.
 template <Backend B>
 struct OwnPart {
   explicit OwnPart(std::unique_ptr<Problem<B>> made) : owned(std::move(made)), problem(*owned) {}
@@ -31,11 +32,11 @@ struct OwnPart {
   ProblemAdaptor<B> problem;
   PartMap parameters, tangent;
   Index first_unit = 0;
-  typename B::Vector x;  // its parameters, to evaluate at; room
+  typename B::Vector x;  // work memory: the part's parameters at the x of an evaluation
 };
 
-// For host memory. Linear solvers that see H alone will do: PCG, and PCG with a group eliminated where the parts allow
-// it (ProblemParts::eliminates); block Jacobi and Schur-Jacobi.
+// For host memory. It supports the linear solvers that use H alone: PCG with block Jacobi, and PCG with an eliminated
+// group and Schur-Jacobi. The second needs ProblemParts::eliminates.
 template <Backend B>
 class DistributedProblem final : public Problem<B>,
                                  public OnManifold<B>,
@@ -52,13 +53,13 @@ class DistributedProblem final : public Problem<B>,
   using typename Base::VectorView;
   using S = typename B::Scalar;
 
-  // Makes the parts of this process; called by all. ranks and parts must outlive it. Throws Error where there are more
-  // processes than parts, and where parts do not fit the whole.
+  // Creates the parts of this process. Collective. ranks and parts must outlive this object. Throws Error if there are
+  // more processes than parts, or if a part does not fit the whole problem.
   DistributedProblem(Communicator& ranks, ProblemParts<B>& parts);
 
   Index num_parameters() const override { return parts_.num_parameters(); }
   Index num_tangent() const override { return parts_.num_tangent(); }
-  // Those of the parts, one part after another.
+  // Units of all parts, one part after another.
   Index num_units() const override { return num_units_; }
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
@@ -68,7 +69,7 @@ class DistributedProblem final : public Problem<B>,
   void OnNewPoint(int turn) override;
   bool OnAnyProcess(bool mine) override { return OnAnyRank(ranks_, mine); }
 
-  // Those of ProblemParts::geometry.
+  // These functions use ProblemParts::geometry.
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override {
     return geometry_.DampingMetric(x, diag_h, D);
   }
@@ -84,7 +85,7 @@ class DistributedProblem final : public Problem<B>,
   std::string NameTangent(Index k) override { return geometry_.NameTangent(k); }
   std::string DescribeInfeasible(ConstVectorView x) override { return geometry_.DescribeInfeasible(x); }
   std::string DescribeDegenerate(ConstVectorView x) override { return geometry_.DescribeDegenerate(x); }
-  // Of the first part that has something to say.
+  // Description from the first part that has one.
   std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
 
   Communicator& ranks() { return ranks_; }
@@ -92,15 +93,15 @@ class DistributedProblem final : public Problem<B>,
   std::span<OwnPart<B>> own() { return own_; }
   TreeNode own_terms() const { return TermsOf(parts_.num_parts(), ranks_, ranks_.rank()); }
   OwnPart<B>& part(Index term) { return own_[static_cast<std::size_t>(term - own_terms().begin)]; }
-  // Of vectors as long as a step.
+  // Sums vectors with the size of a step.
   SumOverRanks<S>& tangent_sum() { return *tangent_sum_; }
-  // Which process holds what in an iteration, and sums of which each process gets its shard alone. The first call is
-  // made by all together.
+  // The shard of each process in a PCG iteration, and sums that return only this process's shard. The first call is
+  // collective.
   const Shards& shards();
   SumOverRanks<S>& shard_sum();
-  // Of as many numbers as there are parts; `mine` are those of this process.
+  // Sums one number per part; `mine` holds the numbers of this process's parts. Collective.
   double SumNumbers(const std::vector<double>& mine);
-  // x as the part sees it, valid until the next call for this part.
+  // Returns the part's entries of x. Valid until the next call for this part.
   ConstVectorView Localize(ConstVectorView x, OwnPart<B>& part) const {
     return part.parameters.template Local<S>(x, part.x);
   }
@@ -108,7 +109,7 @@ class DistributedProblem final : public Problem<B>,
  private:
   void CheckSameProblem();
   std::vector<Support> TangentSupports() const;
-  // Once.
+  // Checks the start on the first call only.
   void CheckSameStart(ConstVectorView x);
 
   Communicator& ranks_;

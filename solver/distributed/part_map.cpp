@@ -11,7 +11,7 @@ namespace vesta {
 
 namespace {
 
-// Segments, sorted, of which one goes on where another ends become one.
+// Merges consecutive segments that are contiguous both in the part and in the whole. Input is sorted.
 void JoinNeighbours(std::vector<PartSegment>& segments) {
   std::vector<PartSegment> joined;
   for (const PartSegment& s : segments) {
@@ -32,8 +32,7 @@ PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Ind
     : segments_(segments), local_size_(local_size) {
   if (segments_.empty() && local_size > 0) {
     if (local_size != whole_size) {
-      Fail(kBadArgument, "a part of {} {} of {} does not say where they lie; give its segments", local_size, what,
-           whole_size);
+      Fail(kBadArgument, "a part has {} {} of {} but no segments; give its segments", local_size, what, whole_size);
     }
     segments_.push_back({0, 0, whole_size});
   }
@@ -47,7 +46,9 @@ PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Ind
   for (const PartSegment& s : segments_) {
     const bool is_inside =
         s.size > 0 && s.whole >= 0 && s.local >= 0 && s.whole + s.size <= whole_size && s.local + s.size <= local_size;
-    if (!is_inside) Fail(kBadArgument, "a part has {} {} to {} of {}", what, s.whole, s.whole + s.size - 1, whole_size);
+    if (!is_inside)
+      Fail(kBadArgument, "a segment of a part has {} {} to {}; the whole has {}", what, s.whole, s.whole + s.size - 1,
+           whole_size);
     is_compact_ = is_compact_ && s.local == entries;
     ranges.push_back({s.whole, s.whole + s.size});
     locals.push_back({s.local, s.local + s.size});
@@ -57,7 +58,7 @@ PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Ind
   const bool covers =
       entries == local_size && support_.size() == local_size && Support(std::move(locals)).size() == local_size;
   if (!covers)
-    Fail(kBadArgument, "a part's segments are {} {}, of {} it has; give each once", entries, what, local_size);
+    Fail(kBadArgument, "a part's segments cover {} {}, but the part has {}; give each once", entries, what, local_size);
   is_identity_ = is_compact_ && local_size == whole_size;
 }
 
@@ -98,7 +99,7 @@ struct BlockPlace {
   Index block = 0;
 };
 
-// The block that begins with that parameter; none of that size: no group.
+// The block of this size that begins with this parameter; none if there is no such block.
 std::optional<BlockPlace> BlockAt(const std::vector<BlockGroup>& groups, Index parameter, int size) {
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const BlockGroup& group = groups[g];
@@ -109,7 +110,7 @@ std::optional<BlockPlace> BlockAt(const std::vector<BlockGroup>& groups, Index p
   return std::nullopt;
 }
 
-// Of each group's values among all.
+// Position of each group's first value among the values of all groups.
 std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
   std::vector<Index> first;
   first.reserve(groups.size());
@@ -143,12 +144,12 @@ std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, cons
         const Index local = group.Parameter(block, 0);
         const PartSegment& segment = segment_of(local);
         const auto found = BlockAt(whole, segment.whole + local - segment.local, group.size);
-        if (!found) Fail(kBadArgument, "block {} of a part's group {} is no block of the whole", block, g);
+        if (!found) Fail(kBadArgument, "block {} of a part's group {} is not a block of the whole problem", block, g);
         return *found;
       };
       const BlockPlace first = place_of(i);
       Index run = 1;
-      // Those in one segment lie as far apart in the whole.
+      // Blocks in one segment have the same spacing in the whole.
       if (group.block_stride > 0 && group.block_stride == whole[first.group].block_stride) {
         const Index begin = group.Parameter(i, 0);
         const PartSegment& segment = segment_of(begin);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the entries of a part's vectors lie in those of the whole.
+// Maps the entries of a part's vectors to entries of the whole problem's vectors.
 #pragma once
 
 #include <vector>
@@ -11,43 +11,43 @@
 
 namespace vesta {
 
-// A compact vector of the part is in the order of the whole (kernels/ranks/support.h); the part's own order may be
-// another.
+// The part's own vectors may have any order. Its compact vectors (kernels/ranks/support.h) have the order of the whole.
 class PartMap {
  public:
   PartMap() = default;
-  // No segments: the part has all entries. Throws Error, naming `what`, where they are not local_size entries of
-  // whole_size, each once.
+  // An empty list of segments means that the part has all entries. Throws Error, naming `what`, unless the segments
+  // cover local_size entries out of whole_size, each once.
   PartMap(const std::vector<PartSegment>& segments, Index local_size, Index whole_size, const char* what);
 
   const std::vector<PartSegment>& segments() const { return segments_; }
   const Support& support() const { return support_; }
   Index local_size() const { return local_size_; }
   bool is_identity() const { return is_identity_; }
-  // Whether the part's own order is that of the whole.
+  // True if the part's own order is the whole's.
   bool is_compact() const { return is_compact_; }
 
   // local = the part's entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> local) const;
-  // The part's entries of whole: whole itself where it has all, else in `room`, for as long as that stays as it is.
+  // Returns the part's entries of whole: `whole` itself if the part has all of them, else a copy in `room`. The copy is
+  // valid until `room` changes.
   template <class S>
   HostSpan<const S> Local(HostSpan<const S> whole, HostBuffer<S>& room) const;
   template <class S>
   void MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const;
 
  private:
-  std::vector<PartSegment> segments_;  // by their place in the whole
+  std::vector<PartSegment> segments_;  // sorted by their position in the whole
   Support support_;
   Index local_size_ = 0;
   bool is_identity_ = true, is_compact_ = true;
 };
 
-// The entries of two vectors of so many entries, one after the other, where each has these.
+// Support of two vectors of `size` entries stored one after the other, if each has this support.
 Support TwiceOver(const Support& support, Index size);
 
-// Where the values of a part's block-diagonal matrix lie in the whole's (BlockDiagonal::all_values), for PartMap.
-// Throws Error where a block of the part is none of the whole.
+// Segments that map the values of a part's block-diagonal matrix to the whole's values (BlockDiagonal::all_values), for
+// PartMap. Throws Error if a block of the part is not a block of the whole.
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
                                        const PartMap& tangent);
 

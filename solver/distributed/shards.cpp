@@ -9,10 +9,11 @@
 namespace vesta {
 namespace {
 
-// Pieces begin at a multiple of so many blocks, or at the end: blocks are factored side by side in vector registers.
+// Pieces begin at a multiple of this number of blocks, or at the end, because that many blocks are factorised together
+// in vector registers.
 constexpr Index kBlocksAbreast = 16;
 
-// The entries of the blocks begin .. end - 1.
+// Appends the entries of these blocks.
 void AddEntries(const BlockGroup& group, Share blocks, std::vector<EntryRange>* ranges) {
   if (group.block_stride == 1) {
     for (int c = 0; c < group.size; ++c) {
@@ -42,7 +43,7 @@ Shards::Shards(Communicator& ranks, Index size, const std::vector<BlockGroup>& g
   for (const BlockGroup& group : groups) groups_.push_back(WithinOwn(group));
   const Share mine = PiecesOf(ranks.rank());
   for (auto piece = mine.begin; piece < mine.end; ++piece) {
-    // Run by run as they lie in the whole, whatever lies beside them in the shard: so sums go by the piece alone.
+    // One range per run in the whole, even if runs touch in the shard. So the order of a sum depends on the piece only.
     const Support entries = EntriesOf({piece, piece + 1});
     std::vector<EntryRange>& places = own_pieces_.emplace_back();
     for (const EntryRange& range : entries.ranges()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which entries of the vectors of a solve a process holds, where each holds some of them.
+// Assigns the entries of a solver's vectors to processes, if each process stores only some of them.
 #pragma once
 
 #include <span>
@@ -13,26 +13,25 @@
 
 namespace vesta {
 
-// Vectors are cut into pieces, as many whatever the number of processes: of each group of blocks (BlockGroup) a run of
-// whole blocks, so that a block is in one piece. A process holds a run of consecutive pieces, its
-// shard: a compact vector of their entries, in the order of the whole (kernels/ranks/support.h). A process alone holds
-// everything, and a shard is the whole vector.
+// Vectors are cut into pieces, whose number does not depend on the number of processes. A piece has a range of whole
+// blocks of each BlockGroup, so no block is split. A process holds consecutive pieces, its shard: a compact vector of
+// their entries in the order of the whole (kernels/ranks/support.h). With one process the shard is the whole vector.
 class Shards {
  public:
-  // groups cover `size` entries, each once. num_pieces: at least as many as there are processes.
+  // groups must cover `size` entries, each once. num_pieces is at least the number of processes.
   Shards(Communicator& ranks, Index size, const std::vector<BlockGroup>& groups, int num_pieces);
 
   Communicator& ranks() const { return ranks_; }
-  // The entries of each process's shard, in the whole.
+  // The entries of the whole that each process's shard has.
   const std::vector<Support>& of_ranks() const { return of_ranks_; }
   const Support& own() const { return of_ranks_[static_cast<std::size_t>(ranks_.rank())]; }
   bool is_whole() const { return ranks_.size() == 1; }
-  // The blocks that lie in this process's shard, as groups of it.
+  // The blocks in this process's shard, as groups with positions in the shard.
   const std::vector<BlockGroup>& groups() const { return groups_; }
-  // Where the values of each process's blocks lie in the whole's (BlockDiagonal::all_values), in the order in which a
-  // matrix of groups() has them.
+  // Positions of each process's block values among all block values (BlockDiagonal::all_values), in the order of a
+  // matrix made from groups().
   std::vector<Support> BlockValuesOfRanks() const;
-  // Of this process's pieces, where each lies in its shard.
+  // Positions in the shard of each of this process's pieces.
   const std::vector<std::vector<EntryRange>>& own_pieces() const { return own_pieces_; }
   int num_pieces() const { return num_pieces_; }
   Share PiecesOf(int rank) const { return ShareOf(num_pieces_, ranks_.size(), rank); }
@@ -40,12 +39,12 @@ class Shards {
   // shard = its entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> shard) const;
-  // whole = the shards of all processes; called by all. room: as long as whole.
+  // whole = the shards of all processes. Collective. room is work memory of the size of whole.
   template <class S>
   void Gather(HostSpan<const S> shard, HostSpan<S> whole, HostBuffer<S>& room) const;
 
  private:
-  // The blocks of a group that lie in pieces begin .. end - 1.
+  // The range of blocks of a group in these pieces.
   Share BlocksOf(const BlockGroup& group, Share pieces) const;
   Support EntriesOf(Share pieces) const;
   BlockGroup WithinOwn(const BlockGroup& group) const;
@@ -58,8 +57,8 @@ class Shards {
   std::vector<std::vector<EntryRange>> own_pieces_;
 };
 
-// Of shards: each piece's product by itself, then those of all pieces by a tree (kernels/ranks/sum_tree.h), the same
-// bits for any number of processes and threads.
+// Inner products of sharded vectors. Each piece's product is computed first, then summed by a tree
+// (kernels/ranks/sum_tree.h). The result is bit-identical for any number of processes and threads.
 template <class S>
 class ShardProducts final : public InnerProducts<CpuBackend<S>> {
  public:

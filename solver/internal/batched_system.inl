@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/internal/batched_system.h.
+// Definitions for solver/internal/batched_system.h.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,7 @@ std::unique_ptr<NormalSystem<B>> BatchedSystem<B>::MakeSystem(int first, int cou
 template <Backend B>
 NormalSystem<B>& BatchedSystem<B>::System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh) {
   if (systems_[batch]) return *systems_[batch];
-  fresh.reset();  // one batch's caches at a time
+  fresh.reset();  // keep only one batch's caches in memory
   fresh = MakeSystem(static_cast<int>(batch), 1);
   fresh->Prepare(options_.normal_system, x_, scale_);
   summary_.linear_solver = fresh->description();
@@ -87,7 +87,7 @@ typename BatchedSystem<B>::Direction BatchedSystem<B>::Merge(double lambda, PcgW
   int iterations = 0, products = 0;
   backend_.Fill(0, step);
   for (std::size_t b = 0; b < systems_.size(); ++b) {
-    workspace.Release();  // while a system or its preconditioner is made, which take most
+    workspace.Release();  // creating a system or its preconditioner needs the most memory
     NormalSystem<B>& system = System(b, fresh);
     typename B::Vector batch_step(step.size());
     direction.pcg = system.Solve(lambda, workspace, batch_step).pcg;
@@ -96,7 +96,7 @@ typename BatchedSystem<B>::Direction BatchedSystem<B>::Merge(double lambda, PcgW
     backend_.AddScaled(1.0, system.diagonal(), batch_step, step);
   }
   backend_.DivideOrZero(step, diagonal_, step);
-  fresh.reset();  // Measure holds its own
+  fresh.reset();  // Measure creates its own
   workspace.Release();
   Measure(step, direction);
   direction.pcg.iterations = iterations;

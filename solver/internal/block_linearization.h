@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// BlockProblem at one x.
+// Linearization of a BlockProblem.
 #pragma once
 
 #include <utility>
@@ -17,8 +17,8 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
                                  public NormalMatrixSource {
  public:
   using B = CpuBackend<double>;
-  // Evaluates all residuals and Jacobians, manifolds and losses applied. The problem must outlive this object and not
-  // change in its life.
+  // Evaluates all residuals and Jacobians at x, and applies manifolds and losses. The problem must outlive this object
+  // and must not change meanwhile.
   BlockLinearization(const BlockProblem& problem, ConstVectorView x);
   ~BlockLinearization() override { memory_ = {jacobian_.TakeStorage(), std::move(residuals_), std::move(product_)}; }
 
@@ -39,11 +39,11 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
   void EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index row, Scratch& scratch);
 
   const BlockProblem& problem_;
-  BlockProblem::LinearizationMemory& memory_;  // the problem's
+  BlockProblem::LinearizationMemory& memory_;  // owned by the problem
   BlockJacobian jacobian_;
-  B::Vector residuals_;                               // corrected for the losses, as the Jacobian is
-  B::Vector product_;                                 // J v, of ApplyH
-  std::shared_ptr<const BlockMatrix> normal_matrix_;  // once asked for
+  B::Vector residuals_;                               // corrected for the losses, like the Jacobian
+  B::Vector product_;                                 // J v in ApplyH
+  std::shared_ptr<const BlockMatrix> normal_matrix_;  // null until the first NormalMatrix()
 };
 
 }  // namespace vesta

@@ -23,12 +23,13 @@ constexpr Index kGrain = 64;
 }
 
 const ParameterBlock& BlockProblem::Parameter(int block) const {
-  VESTA_CHECK(block >= 0 && block < num_parameter_blocks(), "parameter block {} of {}", block, num_parameter_blocks());
+  VESTA_CHECK(block >= 0 && block < num_parameter_blocks(), "there is no parameter block {}; the problem has {}", block,
+              num_parameter_blocks());
   return parameters_[static_cast<std::size_t>(block)];
 }
 
 int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold) {
-  VESTA_CHECK(size > 0, "a parameter block of {} numbers", size);
+  VESTA_CHECK(size > 0, "the size of a parameter block is {}; choose 1 or more", size);
   Changed();
   parameters_.push_back({num_parameters_, size, size});
   manifolds_.emplace_back();
@@ -44,8 +45,8 @@ int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> ma
 
 void BlockProblem::SetManifold(int block, std::shared_ptr<const Manifold> manifold) {
   const int size = Parameter(block).ambient_size;
-  VESTA_CHECK(!manifold || manifold->ambient_size() == size, "a manifold of {} numbers for block {} of {}",
-              manifold->ambient_size(), block, size);
+  VESTA_CHECK(!manifold || manifold->ambient_size() == size,
+              "a manifold for {} numbers does not fit block {} of {} numbers", manifold->ambient_size(), block, size);
   Changed();
   const auto k = static_cast<std::size_t>(block);
   manifolds_[k] = std::move(manifold);
@@ -61,7 +62,7 @@ void BlockProblem::SetConstant(int block, bool constant) {
 }
 
 void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
-  VESTA_CHECK(entry >= 0 && entry < Parameter(block).ambient_size, "entry {} of block {}", entry, block);
+  VESTA_CHECK(entry >= 0 && entry < Parameter(block).ambient_size, "there is no entry {} in block {}", entry, block);
   if (!(lower < upper)) {
     Fail(kBadArgument, "block {}, entry {}: the lower bound {} is not below the upper bound {}", block, entry, lower,
          upper);
@@ -75,12 +76,13 @@ void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
 
 void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
                                     std::span<const int> blocks) {
-  VESTA_CHECK(cost != nullptr && cost->num_residuals() > 0, "a residual block without residuals");
+  VESTA_CHECK(cost != nullptr && cost->num_residuals() > 0, "a residual block needs a cost function with residuals");
   const std::span<const int> sizes = cost->block_sizes();
-  VESTA_CHECK(sizes.size() == blocks.size(), "a cost function of {} blocks given {}", sizes.size(), blocks.size());
+  VESTA_CHECK(sizes.size() == blocks.size(), "the cost function needs {} parameter blocks, not {}", sizes.size(),
+              blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     VESTA_CHECK(Parameter(blocks[i]).ambient_size == sizes[i],
-                "argument {} of a cost function has {} numbers, block {} has {}", i, sizes[i], blocks[i],
+                "argument {} of the cost function has {} numbers, but block {} has {}", i, sizes[i], blocks[i],
                 Parameter(blocks[i]).ambient_size);
     VESTA_CHECK(std::find(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(i), blocks[i]) ==
                     blocks.begin() + static_cast<std::ptrdiff_t>(i),
@@ -192,7 +194,7 @@ std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditione
   const std::string iterations = IterationsInWords(counts);
   if (!counts.factor) {
     return std::make_unique<BlockJacobiPreconditioner<B>>(fmt::format(
-        " (a sparse Cholesky factor would take over {} GiB, or longer than {})", options_.max_factor_gib, iterations));
+        " (a sparse Cholesky factor would exceed {} GiB, or be slower than {})", options_.max_factor_gib, iterations));
   }
   const std::string why = fmt::format(" ({})", FactorBeside(counts, iterations, IterationsCost(counts)));
   if (FactorBeatsIterations(counts)) return std::make_unique<SparseCholeskyPreconditioner>(cholesky_, why);
@@ -202,7 +204,8 @@ std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditione
 StepCounts::Factor BlockProblem::LeastFactor() const {
   const BlockStructure& structure = Structure();
   StepCounts::Factor least{.sums = BlockNormalMatrix::Multiplications(structure)};
-  // Each eliminated block is a front, which hands on a matrix of the kept blocks that it shares residuals with.
+  // Each eliminated block is a front. It passes to its parent a matrix over the kept blocks that it shares residuals
+  // with.
   std::vector<int> last_user(structure.free_blocks().size(), -1);
   for (int e = structure.num_kept_blocks(); e < static_cast<int>(structure.free_blocks().size()); ++e) {
     double below = 0;
@@ -248,7 +251,7 @@ std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakeSparseCholesk
   if (!cholesky_) cholesky_ = PlanCholesky(std::numeric_limits<double>::infinity());
   if (!cholesky_) {
     Fail(kOutOfMemory,
-         "preconditioner = {}: the factor would take more than max_factor_gib = {}; raise that or choose kBlockJacobi",
+         "preconditioner = {}: the factor would be larger than max_factor_gib = {}; raise it or choose kBlockJacobi",
          ToString(PreconditionerKind::kSparseCholesky), options_.max_factor_gib);
   }
   return std::make_unique<SparseCholeskyPreconditioner>(cholesky_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a BlockProblem says of itself where a solve fails.
+// Messages of a BlockProblem for failed solves.
 #include <fmt/format.h>
 
 #include <algorithm>

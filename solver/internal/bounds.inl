@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/bounds.h.
+// Definitions for solver/bounds.h.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,9 @@ template <Backend B>
 BoundedProblem<B>::BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper)
     : inner_(inner), lower_(std::move(lower)), upper_(std::move(upper)) {
   const auto n = static_cast<std::size_t>(inner_.num_parameters());
-  VESTA_CHECK(inner_.num_tangent() == inner_.num_parameters(), "bounds on a problem of {} parameters, {} in a step",
-              inner_.num_parameters(), inner_.num_tangent());
+  VESTA_CHECK(inner_.num_tangent() == inner_.num_parameters(),
+              "BoundedProblem needs steps of the size of x; x has {} entries, a step {}", inner_.num_parameters(),
+              inner_.num_tangent());
   VESTA_CHECK(lower_.size() == n && upper_.size() == n, "{} lower and {} upper bounds for {} parameters", lower_.size(),
               upper_.size(), n);
   for (std::size_t k = 0; k < n; ++k) {
@@ -48,7 +49,7 @@ void BoundedProblem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delt
   inner_.Plus(backend, x, delta, out);
   std::vector<S> host = Host(out);
   for (std::size_t k = 0; k < host.size(); ++k) {
-    // NaN passes: the cost at it is not finite, and that rejects the step.
+    // NaN stays NaN: the cost is then not finite, and the step is rejected.
     host[k] = static_cast<S>(std::min(std::max(static_cast<double>(host[k]), lower_[k]), upper_[k]));
   }
   backend.FromHost({host.data(), out.size()}, out);

@@ -31,7 +31,7 @@ StepDifferences DifferenceAlong(const std::function<void(double t, std::span<dou
     f(-t, below);
     for (std::size_t i = 0; i < size; ++i) {
       slope[i] = (above[i] - below[i]) / (2 * t);
-      // The error of a central difference is of the order t^2.
+      // A central difference has an error of order t^2.
       extrapolated[i] = slope[i] + (slope[i] - last_slope[i]) / 15;
       if (step < 2) continue;
       const double bend = std::abs(above[i] - at[i]) + std::abs(below[i] - at[i]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/check_problem.h.
+// Definitions for solver/check_problem.h.
 #pragma once
 
 #include <fmt/format.h>
@@ -72,7 +72,8 @@ class ProblemChecker {
     backend_.Fill(length, v.view().subspan(k, 1));
     return v;
   }
-  // Calls `write` on entries of NaN. false, and a fault, where some are left so: `what` leaves `name(entry)`.
+  // Calls `write` on entries filled with NaN. If an entry is not finite afterwards, adds a fault that names it, and
+  // returns false.
   template <class Write, class Name>
   bool Written(const char* what, VectorView out, const Write& write, const Name& name) {
     backend_.Fill(std::numeric_limits<double>::quiet_NaN(), out);
@@ -84,7 +85,7 @@ class ProblemChecker {
         std::isnan(*bad) ? "NaN, or does not write it" : "infinite");
     return false;
   }
-  // A fault where a and b, which should be the same, differ by more than rounding.
+  // Adds a fault if a and b, which should be equal, differ by more than rounding.
   template <class Name>
   void Same(const char* what, ConstVectorView a, ConstVectorView b, const Name& name) {
     Vector difference(a.size());
@@ -96,7 +97,7 @@ class ProblemChecker {
     const auto worst =
         std::max_element(at.begin(), at.end(), [](double p, double q) { return std::abs(p) < std::abs(q); });
     const auto k = static_cast<std::size_t>(worst - at.begin());
-    Add("{}: they differ by {:.2g} of their length, most at {}, where they are {:.6g} and {:.6g}", what,
+    Add("{}: they differ by {:.2g} of their norm, most at {}, with values {:.6g} and {:.6g}", what,
         Norm(difference.view()) / scale, name(static_cast<Index>(k)), OnHost(a)[k], OnHost(b)[k]);
   }
   bool Far(double a, double b) const {
@@ -106,31 +107,32 @@ class ProblemChecker {
   bool CheckCost();
   bool CheckPlus();
   void CheckLinearizations();
-  // Everything that needs no second x. false: what follows would make no sense.
+  // Runs the checks that need only one x. Returns false if the other checks would be meaningless.
   bool CheckProducts(int batch, LinearizationAdaptor<B>& linearization);
   void CheckAdjoint(LinearizationAdaptor<B>& linearization, ConstVectorView u);
   void CheckBlocks(LinearizationAdaptor<B>& linearization);
 
-  // The part with derivatives: solver/internal/check_problem_derivatives.inl.
-  // Of something with a value at x (+) t v: its derivative along v as the problem gives it, and by differences.
+  // Derivative checks, defined in solver/internal/check_problem_derivatives.inl.
+  //
+  // A function of x (+) t v, with its derivative along v as the problem computes it, for comparison with differences.
   struct Derivative {
     std::function<std::vector<double>(ConstVectorView v)> given;
     std::function<void(ConstVectorView moved, std::span<double> out)> value;
-    double length;             // of the residuals at x
-    ConstVectorView diagonal;  // of H, for the scale of the parameters
+    double length;             // norm of the residuals at x
+    ConstVectorView diagonal;  // diagonal of H, for the scale of the parameters
   };
   struct Mismatch {
     Index entry = -1;  // -1: none
     double given = 0, difference = 0;
   };
-  // The entry farthest beyond what rounding and `derivatives` allow.
+  // Returns the entry that exceeds the allowed error the most: rounding plus options_.derivatives.
   Mismatch Compare(const Derivative& derivative, ConstVectorView v) const;
-  // Along random directions; where there is a mismatch, along single entries to name it. say: makes a fault, of an
-  // entry of the step or -1.
+  // Compares along random directions. If there is a mismatch, compares along single entries to find it. `say` adds a
+  // fault for an entry of the step, or for -1 if no single entry explains it.
   void CheckDerivative(const Derivative& derivative, const std::function<void(Index k, const Mismatch&)>& say);
-  // Random entries, each of the size that changes the residuals as the others do.
+  // Random entries, scaled so that each changes the residuals by a similar amount.
   Vector ScaledDirection(ConstVectorView diagonal, std::uint64_t seed) const;
-  // 0 where a bound stops a step of +-length v.
+  // Sets entries of v to 0 if a bound would shorten a step of +-length v.
   void DropBounded(double length, Vector& v) const;
   void CheckTangent(int batch, LinearizationAdaptor<B>& linearization);
   void CheckGradient(ConstVectorView gradient, ConstVectorView diagonal);
@@ -147,17 +149,17 @@ class ProblemChecker {
 template <Backend B>
 bool ProblemChecker<B>::CheckCost() {
   if (x_.size() != problem_.num_parameters()) {
-    Add("x has {} entries, the problem {} parameters", x_.size(), problem_.num_parameters());
+    Add("x has {} entries, but the problem has {} parameters", x_.size(), problem_.num_parameters());
     return false;
   }
   cost_ = problem_.Cost(x_);
   if (!std::isfinite(cost_)) {
-    Add("Cost is {} at x: {}; choose an x where it is finite", cost_, problem_.DescribeNonFinite(x_, false));
+    Add("Cost is {} at x: {}; choose an x with a finite cost", cost_, problem_.DescribeNonFinite(x_, false));
     return false;
   }
   if (const std::string why = problem_.DescribeDegenerate(x_); !why.empty()) Add("{}", why);
   if (const double again = problem_.Cost(x_); Far(cost_, again)) {
-    Add("Cost gives {:.9g}, and at the same x once more {:.9g}; it must depend on x alone", cost_, again);
+    Add("Cost gives {:.9g}, and at the same x again {:.9g}; it must depend on x alone", cost_, again);
   }
   std::vector<Index> units(static_cast<std::size_t>(problem_.num_units()));
   std::iota(units.begin(), units.end(), Index{0});
@@ -217,13 +219,13 @@ void ProblemChecker<B>::CheckLinearizations() {
     squares += 0.5 * backend_.Dot(linearization->residuals(), linearization->residuals());
     plain = plain && !linearization->weighted();
   }
-  // With a loss, the residuals are corrected for it, and J is not their derivative.
+  // If there is a loss, J is not the derivative of the residuals corrected for it.
   plain = plain && std::abs(squares - cost_) <= (kDouble ? 1e-9 : 1e-4) * cost_;
   const std::size_t before = faults_.size();
   for (int batch = 0; plain && batch < problem_.num_batches(); ++batch) {
     CheckTangent(batch, *problem_.CheckedLinearize(x_, batch));
   }
-  // A wrong J makes the gradient wrong: that is one fault.
+  // A wrong J also makes the gradient wrong. Report that as one fault.
   if (faults_.size() == before) CheckGradient(gradient, diagonal);
 }
 

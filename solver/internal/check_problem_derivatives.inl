@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of solver/internal/check_problem.inl that compares derivatives with differences; included by it.
+// The derivative checks of solver/internal/check_problem.inl, which includes this file.
 #pragma once
 
 #include "solver/internal/check_problem.inl"
@@ -36,7 +36,7 @@ void ProblemChecker<B>::DropBounded(double length, Vector& v) const {
 
 template <Backend B>
 typename ProblemChecker<B>::Mismatch ProblemChecker<B>::Compare(const Derivative& derivative, ConstVectorView v) const {
-  // As far as the residuals change by a tenth of their length.
+  // Largest step: changes the residuals by a tenth of their norm.
   const double slope = std::sqrt(std::max(0.0, backend_.WeightedDot(derivative.diagonal, v, v)));
   const double largest = derivative.length > 0 && slope > 0
                              ? 0.1 * derivative.length / slope

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/compose.h.
+// Definitions for solver/compose.h.
 #pragma once
 
 #include "kernels/core/check.h"

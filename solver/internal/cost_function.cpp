@@ -13,7 +13,7 @@ NumericDifferences::NumericDifferences(int num_residuals, std::vector<int> block
                                        const DifferenceOptions& options)
     : CostFunction(num_residuals, std::move(block_sizes)), options_(options) {
   if (!(options.relative_step > 0 && options.least_step > 0)) {
-    Fail(kBadArgument, "steps of differences are {} and {}; choose them above 0", options.relative_step,
+    Fail(kBadArgument, "relative_step and least_step are {} and {}; choose them above 0", options.relative_step,
          options.least_step);
   }
 }
@@ -35,7 +35,7 @@ bool NumericDifferences::Evaluate(const double* const* parameters, double* resid
       const double x = parameters[b][c];
       const double h = std::max(options_.relative_step * std::abs(x), options_.least_step);
       block[c] = x + h;
-      // What the sum has become in rounding is the step that was made.
+      // Divide by the step that was actually made, after rounding of x + h.
       double width = block[c] - x;
       if (!Residuals(moved.data(), ahead.data())) return false;
       if (central) {
@@ -55,7 +55,7 @@ namespace {
 
 int Rows(std::size_t entries, std::size_t columns) {
   if (columns == 0 || entries == 0 || entries % columns != 0) {
-    Fail(kBadArgument, "a prior's A of {} entries for a mean of {}; give it rows of that size", entries, columns);
+    Fail(kBadArgument, "A of a normal prior has {} entries and b has {}; give A rows of that size", entries, columns);
   }
   return static_cast<int>(entries / columns);
 }

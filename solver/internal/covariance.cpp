@@ -16,8 +16,8 @@ namespace vesta {
 Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double>::ConstVectorView x,
                               const CovarianceOptions& options) {
   constexpr Index kMaxEntries = 100'000'000;
-  VESTA_CHECK(options.relative_threshold >= 0 && options.relative_threshold < 1, "relative_threshold is {}",
-              options.relative_threshold);
+  VESTA_CHECK(options.relative_threshold >= 0 && options.relative_threshold < 1,
+              "relative_threshold is {}; choose it within [0, 1)", options.relative_threshold);
   const ProblemAdaptor<CpuBackend<double>> problem(of);
   CpuBackend<double> backend;
   std::vector<std::unique_ptr<LinearizationAdaptor<CpuBackend<double>>>> batches;
@@ -30,7 +30,8 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double
     rows += batches.back()->num_residuals();
   }
   if (rows * problem.num_tangent() > kMaxEntries) {
-    Fail(kUnsupported, "a covariance needs the dense Jacobian, here {} x {}: too large", rows, problem.num_tangent());
+    Fail(kUnsupported, "the covariance needs a dense Jacobian, and {} x {} is too large; use EstimateBlockCovariance",
+         rows, problem.num_tangent());
   }
   const DenseJacobian dense = MakeDenseJacobian<CpuBackend<double>>(backend, pointers);
   Covariance covariance{.size = dense.cols};
@@ -47,10 +48,10 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double
 BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstVectorView x,
                                         std::span<const std::pair<int, int>> pairs) {
   using B = CpuBackend<double>;
-  VESTA_CHECK(x.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x.size(),
+  VESTA_CHECK(x.size() == problem.num_parameters(), "x has {} entries, but the problem has {} parameters", x.size(),
               problem.num_parameters());
   BlockCovariance covariance;
-  std::map<int, std::vector<std::size_t>> pairs_of_column;  // by their second blocks
+  std::map<int, std::vector<std::size_t>> pairs_of_column;  // indices of the pairs, by their second block
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const int rows = problem.tangent_size(pairs[k].first), cols = problem.tangent_size(pairs[k].second);
     covariance.blocks.push_back({rows, cols, std::vector<double>(static_cast<std::size_t>(Index{rows} * cols))});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/derivative_check.h.
+// Definitions for solver/derivative_check.h.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace vesta {
 
 namespace check_internal {
 
-// SplitMix64 of a counter (Steele, Lea, Flood, 2014).
+// SplitMix64 hash of a counter (Steele, Lea, Flood, 2014).
 inline std::uint64_t Hash(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ULL;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -28,7 +28,7 @@ inline double RelativeDifference(double a, double b) {
   return a == b ? 0 : std::abs(a - b) / std::max(scale, std::numeric_limits<double>::min());
 }
 
-// Columns J e_k and W J e_k of a linearization.
+// Computes the columns J e_k and W J e_k of a linearization.
 template <Backend B>
 class Columns {
  public:

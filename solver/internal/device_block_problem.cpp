@@ -69,7 +69,7 @@ DeviceBlockProblem<S>::DeviceBlockProblem(Index num_parameters, std::unique_ptr<
                                           const std::vector<Index>& index, std::vector<BlockGroup> groups) {
   const Index blocks = residuals->num_residual_blocks();
   VESTA_CHECK(static_cast<Index>(index.size()) == blocks * residuals->parameters_per_block(),
-              "{} indices for {} residual blocks of {} parameters", index.size(), blocks,
+              "index has {} entries for {} residual blocks of {} parameters", index.size(), blocks,
               residuals->parameters_per_block());
   for (const Index p : index) VESTA_CHECK(p >= 0 && p < num_parameters, "index {} of {} parameters", p, num_parameters);
   const HostRowTranspose transpose(num_parameters, index, blocks);

@@ -15,7 +15,7 @@ std::string ValueInWords(double value) {
 }
 
 std::string LossInWords(Index block, double square, double rho) {
-  return fmt::format("the loss of residual block {} {} for a square of {:.6g}", block, ValueInWords(rho), square);
+  return fmt::format("the loss of residual block {} {} for the squared norm {:.6g}", block, ValueInWords(rho), square);
 }
 
 std::string NumbersInWords(std::span<const double> values) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of an evaluation that went wrong: how entries that were not written are known, and words for messages.
+// Detects entries that user code did not write, and describes values that are not finite, for messages.
 #pragma once
 
 #include <bit>
@@ -15,18 +15,18 @@
 
 namespace vesta {
 
-// The value that entries hold before code of the user's is called to write them: a NaN of bits that no arithmetic
-// makes. It is NaN, so that an entry nobody wrote spoils what is made of it, as one that was computed wrongly does.
+// Marks entries before user code is called to write them: a NaN with bits that no arithmetic produces. As it is NaN, an
+// entry that is not written makes every result computed from it NaN too.
 template <std::floating_point S>
 VESTA_HD constexpr S Unwritten() {
   using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
   constexpr Bits kPayload = 0x2f6e;
-  // Made when compiled: device code may not call what makes it.
+  // Computed at compile time, because device code may not call quiet_NaN().
   constexpr S kValue = std::bit_cast<S>(std::bit_cast<Bits>(std::numeric_limits<S>::quiet_NaN()) | kPayload);
   return kValue;
 }
 
-// Whether v is still that. Sums and products keep the bits, so `r[0] += ...` to an entry that was not set counts too.
+// True if v still has those bits. Sums and products keep them, so `r[0] += ...` on an unset entry is detected too.
 template <std::floating_point S>
 bool IsUnwritten(S v) {
   using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
@@ -34,16 +34,16 @@ bool IsUnwritten(S v) {
   return (std::bit_cast<Bits>(v) & ~kSign) == std::bit_cast<Bits>(Unwritten<S>());
 }
 
-// "is nan", "is inf", "was not written"; what is finite: its value.
+// "is nan", "is inf" or "was not written"; "is" and the value if it is finite.
 std::string ValueInWords(double value);
 inline std::string ValueInWords(float value) {
   return ValueInWords(IsUnwritten(value) ? Unwritten<double>() : static_cast<double>(value));
 }
 
-// "the loss of residual block 3 is nan for a square of 2", rho being the loss's value.
+// "the loss of residual block 3 is nan for the squared norm 2"; rho is the value of the loss.
 std::string LossInWords(Index block, double square, double rho);
 
-// "[1, 2.5, 3]"; of long ones the first dozen, and how many there are.
+// "[1, 2.5, 3]". Lists the first twelve values of a long span, and their number.
 std::string NumbersInWords(std::span<const double> values);
 
 }  // namespace vesta

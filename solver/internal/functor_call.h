@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a functor of residuals is called, everywhere, and the evaluation of one of a set, as a GPU runs it.
+// Calls residual functors. Also evaluates one functor of a set, as a GPU kernel does.
 #pragma once
 
 #include <concepts>
@@ -20,14 +20,14 @@ VESTA_HD void Forget(Dual<S>& entry) {
   Forget(entry.a);
   Forget(entry.v);
 }
-// Before the functor is called on them, however often: what it never writes stays Unwritten. Where the compiler sees
-// that it writes all, nothing is filled.
+// Call this once before calls of the functor: entries that it never writes then stay Unwritten. The compiler removes
+// the fill if it sees that the functor writes all entries.
 template <class T>
 VESTA_HD void Forget(int count, T* entries) {
   for (int i = 0; i < count; ++i) Forget(entries[i]);
 }
 
-// f(arguments...), which returns bool, or void for true.
+// Returns f(arguments...) if that is bool; returns true if f returns void.
 template <class F, class... Arguments>
 VESTA_HD bool InvokeFunctor(const F& f, Arguments... arguments) {
   if constexpr (std::is_same_v<decltype(f(arguments...)), bool>) {
@@ -38,16 +38,15 @@ VESTA_HD bool InvokeFunctor(const F& f, Arguments... arguments) {
   }
 }
 
-// Residuals and Jacobian of one functor of a set, by dual numbers: the step that a GPU runs for each.
-//
-// For residual block b. Layout: RowBlocks. F: a ResidualFunctor (solver/residual_blocks.h).
+// Computes the residuals and the Jacobian of residual block b by dual numbers. A GPU runs it for each block. Layout:
+// RowBlocks. F: a ResidualFunctor (solver/residual_blocks.h).
 template <class F, class S>
 struct EvaluateFunctor {
   const F* functors;
   Index blocks;
   const Index* index;
   const S* x;
-  S *residuals, *jacobian;  // jacobian null: not wanted
+  S *residuals, *jacobian;  // jacobian null: not computed
 
   VESTA_HD void operator()(Index b) const {
     constexpr int kParameters = F::kParameters, kResiduals = F::kResiduals;

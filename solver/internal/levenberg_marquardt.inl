@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/levenberg_marquardt.h.
+// Definitions for solver/levenberg_marquardt.h.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 namespace vesta {
 
 namespace lm_internal {
-// Adds the time of its life, which is a phase of the profile, to a total.
+// Measures a phase of the profile, and adds its time to a total.
 class Stopwatch {
  public:
   Stopwatch(double& total, const char* phase)
@@ -38,7 +38,7 @@ template <Backend B>
 LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem)
     : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
   options_.Validate();
-  VESTA_CHECK(problem_.num_batches() >= 1, "a problem of {} batches", problem_.num_batches());
+  VESTA_CHECK(problem_.num_batches() >= 1, "num_batches() is {}; it must be 1 or more", problem_.num_batches());
   control_.emplace(options_.step_control);
 }
 
@@ -48,12 +48,12 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   const ProfileScope timed = Timed();
   Visit(saved);
   VESTA_CHECK(x_.size() == problem.num_parameters() && !summary_.iterations.empty(),
-              "the saved solve has {} parameters, the problem {}", x_.size(), problem.num_parameters());
+              "the saved solve has {} parameters, but the problem has {}", x_.size(), problem.num_parameters());
   start_ -= std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(summary_.total_seconds));
   cost_ = summary_.final_cost;
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));
-  // The linearization that was there is made again, at the turn that it was made at.
+  // Linearize again at x_, with the same turn as before the solve was saved.
   --turn_;
   summary_.status = LmStatus::kRunning;
   TestLimits();
@@ -65,7 +65,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
     : LmStepper(options, backend, problem) {
   x_ = std::move(x);
   if (x_.size() != problem_.num_parameters()) {
-    Fail(kBadArgument, "x has {} entries, the problem {} parameters; give x one entry a parameter", x_.size(),
+    Fail(kBadArgument, "x has {} entries, but the problem has {} parameters; give x one entry per parameter", x_.size(),
          problem_.num_parameters());
   }
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));
@@ -122,7 +122,8 @@ double LmStepper<B>::DoubtfulGain() const {
 
 template <Backend B>
 void LmStepper<B>::StopConverged(LmStatus status, std::string message, const std::string& doubt) {
-  if (!doubt.empty()) return Stop(LmStatus::kNoDecrease, "no step lowers the cost as it should, however short" + doubt);
+  if (!doubt.empty())
+    return Stop(LmStatus::kNoDecrease, "no step decreases the cost as predicted, however short" + doubt);
   if (zero_column_gradient_.empty()) return Stop(status, std::move(message));
   Stop(LmStatus::kGradientInZeroColumn, zero_column_gradient_);
 }
@@ -133,7 +134,7 @@ bool LmStepper<B>::PassesCheck() {
   const ProblemCheck check = CheckProblem<B>(backend_, problem_.get(), x_);
   if (check.ok()) return true;
   Stop(LmStatus::kCheckFailed, check.faults.size() == 1 ? check.faults.front()
-                                                        : fmt::format("{} (and {} more: CheckProblem has them)",
+                                                        : fmt::format("{} (and {} more faults: call CheckProblem)",
                                                                       check.faults.front(), check.faults.size() - 1));
   return false;
 }
@@ -147,7 +148,7 @@ double LmStepper<B>::FullCost(typename B::ConstVectorView x) {
 
 template <Backend B>
 double LmStepper<B>::GradientNorm() {
-  // Where the step is not of x's own size, or bounded, the gradient is measured by what it moves.
+  // If steps have another size than x, or there are bounds, measure the gradient by how far it moves x.
   if (problem_.num_tangent() == problem_.num_parameters() && !problem_.has_bounds())
     return backend_.MaxAbs(system_->negative_gradient());
   TakeTrialVectors();
@@ -230,9 +231,9 @@ typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename Batc
   MakeTrial(gamma);
   Trial trial{.cost = FullCost(trial_x_), .predicted = direction.Predicted(gamma)};
   const double change = cost_ - trial.cost;
-  // Of the sign of the change, whatever the model predicts.
+  // rho has the sign of the change of cost, whatever the model predicts.
   trial.rho = trial.predicted == 0 && change == 0 ? 0 : change / std::abs(trial.predicted);
-  // A model that predicts no decrease cannot be trusted, even when the cost fell.
+  // A model that predicts no decrease cannot be trusted, even if the cost decreased.
   trial.accepted = std::isfinite(trial.cost) && change > 0 && trial.predicted > 0 && control_->Accepts(trial.rho);
   trial.zone = ZoneOf(trial);
   row.gamma = gamma;
@@ -249,7 +250,7 @@ typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial) const {
     return options_.function_tolerance < share && trial.predicted <= share * cost_ &&
            std::abs(cost_ - trial.cost) <= share * cost_;
   };
-  // Never above the start. At bounds the gradient is that of the entries that are free to move.
+  // Never accept by gradient a cost above the start's. At bounds, only entries that are free to move count.
   if (!(trial.predicted > 0) || !(trial.cost <= summary_.initial_cost)) return Zone::kCost;
   if (within(kRounding)) return Zone::kRounding;
   return within(kDoubt) && !trial.accepted ? Zone::kDoubtful : Zone::kCost;
@@ -268,10 +269,10 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
   };
   const double share = trial.zone == Zone::kDoubtful ? 0.5 : 1.0;
   trial.accepted = at_trial->fault().kind == SystemFault::Kind::kNone && squared(*at_trial) < share * squared(*system_);
-  // A gain ratio of 1: as good as predicted, for all that can be told.
+  // Use a gain ratio of 1, because the true one is not measurable.
   if (trial.accepted) trial.rho = 1;
   if (!trial.accepted && trial.zone == Zone::kRounding)
-    StopConverged(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding",
+    StopConverged(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding error",
                   doubt_.Words(false, DoubtfulGain()));
 }
 
@@ -292,7 +293,7 @@ const LmIteration& LmStepper<B>::Step() {
       problem_.ClipStep(x_, step_);
       system_->Measure(step_, direction);
     }
-    workspace_.r = {};  // trials have a use for the others only
+    workspace_.r = {};  // trials reuse only the other two vectors
   }
   row.pcg_iterations = direction.pcg.iterations;
   row.pcg_status = direction.pcg.status;
@@ -303,7 +304,7 @@ const LmIteration& LmStepper<B>::Step() {
   row.accepted = trial.accepted;
   if (trial.accepted) {
     control_->OnAccept(trial.rho);
-    system_.reset();  // made for x_ as it was
+    system_.reset();  // was made for the previous x_
     std::swap(x_, trial_x_);
     cost_ = summary_.final_cost = trial.cost;
     ++summary_.num_accepted;
@@ -323,7 +324,7 @@ const LmIteration& LmStepper<B>::Step() {
     x_norm_ = std::sqrt(backend_.Dot(x_, x_));
   }
   ReleaseVectors();
-  // Limits first: a linearization for a step that will not be taken is wasted.
+  // Test the limits first, because a linearization whose step is never taken is wasted.
   if (!done()) TestLimits();
   if (!done()) Linearize();
   return Record(row);
@@ -333,11 +334,11 @@ template <Backend B>
 void LmStepper<B>::TestStep(const LmIteration& row, const Trial& trial) {
   const double change = std::abs(row.cost_change);
   const double before = row.accepted ? cost_ + row.cost_change : cost_;
-  // A solver that broke down before its first iteration says nothing about x.
+  // A linear solver that failed before its first iteration says nothing about x.
   const bool solved = row.pcg_iterations > 0 || row.pcg_status == PcgStatus::kConverged;
   const bool by_gradient = trial.accepted && trial.zone != Zone::kCost;
   const double smallest = options_.parameter_tolerance * (x_norm_ + options_.parameter_tolerance);
-  // By the steps before this one, and with it.
+  // Doubt from the steps before this one, then including this one.
   const std::string doubt_before = doubt_.Words(trial.accepted, DoubtfulGain());
   if (!trial.accepted) doubt_.OnReject(trial.predicted, std::isfinite(trial.cost));
   const std::string doubt = doubt_.Words(trial.accepted, DoubtfulGain());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The checks of LmOptions and of the options within, and the names of their choices.
+// Validation of LmOptions and its nested options, and names of their enumerators.
 #include "solver/lm_options.h"
 
 #include <limits>

@@ -16,7 +16,7 @@ double PositiveScale(double a) {
   return a;
 }
 
-// Slopes stay positive, so that a block far out keeps a weight that can be divided by.
+// Keeps rho' positive, because code divides by it, even for extreme outliers.
 double Positive(double slope) { return std::max(slope, std::numeric_limits<double>::min()); }
 
 // log(1 + e^t).
@@ -62,7 +62,7 @@ TolerantLoss::TolerantLoss(double a, double b) : a_(a), b_(PositiveScale(b)), at
   if (!(a >= 0 && std::isfinite(a))) Fail(kBadArgument, "the tolerance of a loss is {}; choose 0 or more", a);
 }
 Loss::Value TolerantLoss::Evaluate(double s) const {
-  // The logistic function of t, and one less it, each without cancellation.
+  // The logistic function of t, and 1 minus it, each without cancellation.
   const double t = (s - a_) / b_, slope = Positive(1 / (1 + std::exp(-t))), rest = 1 / (1 + std::exp(t));
   return {b_ * (Softplus(t) - at_zero_), slope, slope * rest / b_};
 }

@@ -13,21 +13,22 @@ namespace vesta {
 
 namespace {
 
-// sin(t) / t; 1 where t is so small that its square does not count.
+// sin(t) / t, and 1 for |t| so small that t^2 is below rounding.
 double Sinc(double t) { return std::abs(t) < 1e-8 ? 1.0 : std::sin(t) / t; }
 
 double Norm(const double* v, int n) { return std::sqrt(std::inner_product(v, v + n, v, 0.0)); }
 
 void FillZero(double* jacobian, int rows, int cols) { std::fill_n(jacobian, rows * cols, 0.0); }
 
-// v with H = +-(I - 2 v v^T / v^T v) taking e_last to x / |x|; the sign is that of -x_last, so that nothing cancels.
+// Householder vector v with H = +-(I - 2 v v^T / v^T v) and H e_last = x / |x|. It has the sign of -x_last, to avoid
+// cancellation.
 struct Reflection {
   Reflection(const double* x, int size) : v(x, x + size), sign(x[size - 1] > 0 ? -1.0 : 1.0), norm(Norm(x, size)) {
     v.back() -= sign * norm;
     const double squared = std::inner_product(v.begin(), v.end(), v.begin(), 0.0);
     factor = squared > 0 ? 2 / squared : 0;
   }
-  // |x| H y at `row`, given v^T y.
+  // Returns |x| (H y) at `row`, given y = y[row] and v^T y.
   double Apply(std::size_t row, double y, double v_dot_y) const {
     return sign * norm * (y - factor * v_dot_y * v[row]);
   }
@@ -87,12 +88,13 @@ void UnitVectorManifold::PlusJacobian(const double* x, double* jacobian) const {
 
 SubsetManifold::SubsetManifold(int size, const std::vector<int>& constant) : size_(size) {
   for (const int k : constant) {
-    if (k < 0 || k >= size) Fail(kBadArgument, "constant entry {} of a block of {}", k, size);
+    if (k < 0 || k >= size) Fail(kBadArgument, "constant entry {} is out of range for a block of {} numbers", k, size);
   }
   for (int k = 0; k < size; ++k) {
     if (std::find(constant.begin(), constant.end(), k) == constant.end()) free_.push_back(k);
   }
-  if (size - tangent_size() != static_cast<int>(constant.size())) Fail(kBadArgument, "a constant entry is named twice");
+  if (size - tangent_size() != static_cast<int>(constant.size()))
+    Fail(kBadArgument, "a constant entry is listed twice");
   if (free_.empty()) Fail(kBadArgument, "all {} entries are constant; make the block constant instead", size);
 }
 

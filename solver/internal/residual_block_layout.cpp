@@ -48,16 +48,16 @@ Layout::Layout(Index num_parameters, Index num_blocks, int parameters_per_block,
                int num_batches, BatchSplit split)
     : num_parameters_(num_parameters), parameters_per_block_(parameters_per_block), index_(std::move(index)) {
   if (index_.empty()) {
-    VESTA_CHECK(num_parameters >= parameters_per_block || num_blocks == 0, "functors of {} parameters on an x of {}",
+    VESTA_CHECK(num_parameters >= parameters_per_block || num_blocks == 0, "functors read {} parameters, but x has {}",
                 parameters_per_block, num_parameters);
     for (Index i = 0; i < num_blocks; ++i) {
       for (int c = 0; c < parameters_per_block; ++c) index_.push_back(c);
     }
   }
   VESTA_CHECK(static_cast<Index>(index_.size()) == num_blocks * parameters_per_block,
-              "{} indices for {} functors of {} parameters", index_.size(), num_blocks, parameters_per_block);
+              "index has {} entries for {} functors of {} parameters", index_.size(), num_blocks, parameters_per_block);
   for (const Index k : index_)
-    VESTA_CHECK(k >= 0 && k < num_parameters, "index {} of {} parameters", k, num_parameters);
+    VESTA_CHECK(k >= 0 && k < num_parameters, "index {} is out of range; there are {} parameters", k, num_parameters);
   for (Index block = 0; block < num_blocks; ++block) CheckDifferent(block);
   VESTA_CHECK(num_batches >= 1, "num_batches is {}", num_batches);
   for (int batch = 0; batch < num_batches; ++batch) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which parameters each residual block reads, and which residual blocks make a batch: what ResidualBlocks knows of its
-// problem whatever the functors are.
+// Defines which parameters each residual block reads and which residual blocks form a batch. ResidualBlocks uses it; it
+// does not depend on the functors.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,22 @@
 
 namespace vesta {
 
-// Which residual blocks make a batch.
+// How residual blocks are assigned to batches.
 enum class BatchSplit { kStrided, kContiguous };
 
 namespace residual_blocks_internal {
 
-// One parameter's place in the Jacobian: column `column` of residual block `block`.
+// Position of one parameter in the Jacobian: column `column` of residual block `block`.
 struct Entry {
   Index block;
   int column;
 };
 
-// The parameters' entries in the Jacobian, one residual block after another: products with J^T gather over them in a
-// fixed order.
+// Lists each parameter's columns in the Jacobian, in the order of the residual blocks. Products with J^T sum over them
+// in this fixed order.
 class Transpose {
  public:
-  // index: parameters_per_block parameters for each residual block, of which `blocks` are these.
+  // index: parameters_per_block parameters per residual block of the problem. blocks: the residual blocks to list.
   Transpose(Index num_parameters, int parameters_per_block, std::span<const Index> index,
             std::span<const Index> blocks);
   std::span<const Entry> of(Index parameter) const {
@@ -43,19 +43,20 @@ class Transpose {
 
 class Layout {
  public:
-  // index as in ResidualBlocks. Throws for one of another size, parameters that are not there or are read twice.
+  // index: as in ResidualBlocks. Throws Error if its size is wrong, or if a parameter is out of range or repeated.
   Layout(Index num_parameters, Index num_blocks, int parameters_per_block, std::vector<Index> index, int num_batches,
          BatchSplit split);
 
   Index num_parameters() const { return num_parameters_; }
   // The parameters that a residual block reads.
   const Index* parameters(Index block) const { return index_.data() + block * parameters_per_block_; }
-  // The residual blocks of a batch, and their entries by parameter.
+  // The residual blocks of a batch, and their columns by parameter.
   const std::vector<Index>& blocks(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
   const Transpose& transpose(int batch) const { return transposes_[static_cast<std::size_t>(batch)]; }
 
-  // What is not finite of a residual block at x, in words; empty: nothing. defined: whether it has a value there; loss:
-  // null for none; jacobian: column after column, empty if nobody asks. For float and double.
+  // Describes the first value of a residual block that is not finite at x; empty if all are finite. defined: false if
+  // the functor returned false. loss: null for none. jacobian: column by column; empty to skip it. For float and
+  // double.
   template <class S>
   std::string DescribeNonFinite(Index block, std::span<const S> x, const Loss* loss, bool defined,
                                 std::span<const S> residuals, std::span<const S> jacobian) const;

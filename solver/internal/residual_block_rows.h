@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of a batch of residual blocks at one x: small dense Jacobian blocks, all of one size, kept for as long as
-// the linearization lives. Of the functors it knows nothing: it is compiled once for each size.
+// The linearization of a batch of residual blocks: small dense Jacobian blocks of one size, stored while the
+// linearization exists. It does not depend on the functors, so it is compiled once per size.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ class Rows final : public Linearization<B>, public WithBlocks<B> {
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // The layout and the groups outlive it.
+  // layout and groups must outlive this object.
   Rows(const Layout& layout, int batch, const std::vector<BlockGroup>& groups)
       : layout_(layout),
         groups_(groups),
@@ -34,18 +34,18 @@ class Rows final : public Linearization<B>, public WithBlocks<B> {
         jacobian_(residuals_.size() * kParameters) {}
 
   Index num_blocks() const { return static_cast<Index>(blocks_.size()); }
-  // The b-th residual block: its number in the problem, its residuals, and column c of its Jacobian, kResiduals values;
-  // a column follows the one before.
+  // The b-th residual block of the batch: its index in the problem, its residuals, and column c of its Jacobian
+  // (kResiduals values). The columns of a block are contiguous.
   Index block(Index b) const { return blocks_[static_cast<std::size_t>(b)]; }
   S* residual(Index b) { return residuals_.data() + b * kResiduals; }
   S* column(Index b, int c) { return jacobian_.data() + (b * kParameters + c) * kResiduals; }
 
-  // Of a functor that has no value here.
+  // Sets a block to NaN, for a functor that is undefined at x.
   void SetUndefined(Index b) {
     std::fill_n(residual(b), kResiduals, std::numeric_limits<S>::quiet_NaN());
     std::fill_n(column(b, 0), kResiduals * kParameters, std::numeric_limits<S>::quiet_NaN());
   }
-  // Residuals and Jacobian by those of the robust loss (null: as they are).
+  // Corrects residuals and Jacobian for the robust loss; null leaves them unchanged.
   void Correct(Index b, const Loss* loss) {
     if (loss == nullptr) return;
     const double s = SquaredNorm(residual(b), kResiduals);
@@ -84,7 +84,7 @@ class Rows final : public Linearization<B>, public WithBlocks<B> {
 
  private:
   const Index* Parameters(Index b) const { return layout_.parameters(block(b)); }
-  // out_k = sum of term(block, column) over parameter k's entries, in double, in the order of the blocks.
+  // out_k = sum of term(block, column) over parameter k's columns, in double and in the order of the blocks.
   template <class Term>
   void Gather(VectorView out, const Term& term) {
     ParallelFor(out.size(), kGrain, [&](Index k) {
@@ -98,13 +98,13 @@ class Rows final : public Linearization<B>, public WithBlocks<B> {
   const std::vector<BlockGroup>& groups_;
   const std::vector<Index>& blocks_;
   const Transpose& transpose_;
-  typename B::Vector residuals_;  // corrected for the loss, as jacobian_ is
-  typename B::Vector jacobian_;   // one residual block after another, column after column
+  typename B::Vector residuals_;  // corrected for the loss, like jacobian_
+  typename B::Vector jacobian_;   // one residual block after another, column by column
 };
 
 template <int kResiduals, int kParameters, Backend B>
 void Rows<kResiduals, kParameters, B>::BlockGram(BlockDiagonal<B>& out) {
-  // Where each parameter lies in the diagonal blocks of H.
+  // Position of each parameter in the diagonal blocks of H.
   struct Place {
     int group = 0, component = 0;
     Index diagonal_block = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives by differences, with a judgement of their own error: what others are compared with.
+// Derivatives by finite differences, with an estimate of their own error. They check other derivatives.
 #pragma once
 
 #include <functional>
@@ -10,15 +10,15 @@ namespace vesta {
 
 struct StepDifferences {
   std::vector<double> value;
-  // A difference beyond some times this is none of rounding or of the length of the step. Infinite where f was not
-  // finite.
+  // Estimated error from rounding and from the step length. A difference of several times this is significant. Infinite
+  // if f was not finite.
   std::vector<double> error;
 };
 
-// d f / d t at t = 0, f(t, out) writing `size` numbers of relative rounding epsilon, at a place that is rounded by
-// epsilon * place in units of t: central differences over steps
-// +-t that begin at `largest` and fall by 4, extrapolated to 0 (Ridders, Accurate computation of F'(x) and F'(x)F''(x),
-// 1982), for each number with the steps that agree best.
+// Estimates d f / d t at t = 0. f(t, out) writes `size` numbers with relative rounding error epsilon, at a point whose
+// own rounding error is epsilon * place in units of t. Uses central differences with steps +-t that begin at `largest`
+// and shrink by 4, extrapolated to 0 (Ridders, Accurate computation of F'(x) and F'(x)F''(x), 1982). For each number it
+// returns the estimate with the smallest error.
 StepDifferences DifferenceAlong(const std::function<void(double t, std::span<double> out)>& f, std::size_t size,
                                 double largest, double epsilon, double place);
 

@@ -30,13 +30,13 @@ const char* ToString(LmStatus status) {
     case LmStatus::kNonFinite:
       return "failed (not finite)";
     case LmStatus::kBadDiagonal:
-      return "failed (diagonal of H)";
+      return "failed (invalid diagonal of H)";
     case LmStatus::kGradientInZeroColumn:
-      return "failed (a frozen column has a gradient)";
+      return "failed (a zero column has a gradient)";
     case LmStatus::kDegenerateStart:
       return "failed (degenerate start)";
     case LmStatus::kCheckFailed:
-      return "failed (check of the problem)";
+      return "failed (CheckProblem found a fault)";
   }
   return "unknown";
 }
@@ -64,7 +64,7 @@ std::string LmSummary::FullReport() const {
   fmt::format_to(out, "Levenberg-Marquardt: {}\n{}\n", ToString(status), message);
   for (const std::string& note : notes) fmt::format_to(out, "note: {}\n", note);
   text += '\n';
-  fmt::format_to(out, "parameters        {:>12}   tangent {}, frozen {}\n", num_parameters, num_tangent,
+  fmt::format_to(out, "parameters        {:>12}   tangent {}, zero columns {}\n", num_parameters, num_tangent,
                  num_zero_columns);
   fmt::format_to(out, "residuals         {:>12}   in {} batches\n", num_residuals, num_batches);
   fmt::format_to(out, "linear solver     {}\n", linear_solver);

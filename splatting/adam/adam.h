@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adam (Kingma and Ba 2015) on a model, a rate for each class of parameter, each parameter by itself or the geometric
-// ones of a Gaussian together. For every memory space.
+// The Adam optimiser (Kingma and Ba 2015) for a model, in any memory space. Each class of parameter has its own
+// learning rate. Parameters are scaled one by one, or the geometric parameters of each Gaussian jointly
+// (adam_formula.h).
 #pragma once
 
 #include <utility>
@@ -19,17 +20,18 @@ class Adam {
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  // views: that each step is by (AdamRule).
+  // views: the number of views per step (AdamRule).
   explicit Adam(const LearningRates& rates, SecondMoment metric = SecondMoment::kDiagonal, int views = 1)
       : rule_(rates, metric, views) {}
 
-  // The unit of length of each Gaussian of the model (model/length_units.h), to be set anew when those change; without
-  // it 1.
+  // Sets the unit of length of each Gaussian (model/length_units.h); 1 if never called. Call it again when the units
+  // change.
   void SetUnits(Vector units) { units_ = std::move(units); }
   const Vector& units() const { return units_; }
 
-  // x -= step, for attributes [0, attributes) of a model so laid out, all rates times `factor`; gradient laid out as
-  // the model, zero afterwards. Moments are made on first use. On a device it does not wait.
+  // x -= step, for the attributes [0, attributes) of a model with this layout. All learning rates are multiplied by
+  // `factor`. The gradient has the layout of the model and is zero afterwards. The first call allocates the moments.
+  // Asynchronous on a device.
   void Step(const splat::ModelLayout& layout, typename B::VectorView x, float* gradient, int attributes,
             double factor) {
     const ScopedPhase phase("Adam");
@@ -54,12 +56,12 @@ class Adam {
     AdamSteps<Space>::Run(arrays, bases_);
   }
 
-  // Follow a change of the model: Gaussian i of the new one, laid out as `to`, is source[i] of the old one, with its
-  // moments where kept[i], else with none. On a device throws OutOfDeviceMemory.
+  // Follows a change of the model: Gaussian i of the new model (layout `to`) is source[i] of the old one. It keeps its
+  // moments where kept[i] is set; otherwise they become zero. On a device, throws OutOfDeviceMemory.
   void Rearrange(const splat::ModelLayout& from, const splat::ModelLayout& to, Span<const std::uint32_t, Space> source,
                  Span<const std::uint8_t, Space> kept) {
     if (first_.empty()) return;
-    // The bases, being the most, first: if they fit, so do the moments of a model that does not grow.
+    // First the bases, the largest arrays: if they fit, so do the moments of a model that does not grow.
     if (rule_.has_blocks()) bases_.Rearrange(source, kept);
     for (Vector* moments : {&first_, &second_}) {
       Vector gathered;
@@ -69,14 +71,14 @@ class Adam {
     }
   }
 
-  // Forgets the moments of one attribute of a model so laid out.
+  // Sets the moments of one attribute to zero.
   void Reset(const splat::ModelLayout& layout, int attribute) {
     if (first_.empty()) return;
     const auto clear = [&](Vector& moments) {
       B().Fill(0, moments.view().subspan(layout.Offset(attribute), layout.Rows(attribute)));
     };
     clear(first_);
-    // Of a block the second moments are those of directions, not of attributes: they stay.
+    // In block mode, second moments belong to directions, not to attributes, so they are kept.
     if (attribute >= rule_.first_diagonal()) clear(second_);
   }
 
@@ -86,19 +88,19 @@ class Adam {
     bases_ = BlockBases<Space>();
   }
 
-  // Moments laid out as the model, of blocks the second ones in the basis; empty before the first step. Bases are empty
-  // unless stepped in blocks.
+  // The moments, in the layout of the model; in block mode, the second moments are in the basis. Empty before the first
+  // step. The bases are empty unless steps are taken in blocks.
   const Vector& first() const { return first_; }
   const Vector& second() const { return second_; }
   const BlockBases<Space>& bases() const { return bases_; }
 
-  // Whether what was read can be that of such a model.
+  // Whether the state read from a checkpoint fits a model of this size.
   bool IsOf(Index count, Index parameters) const {
     if (steps_ < 0 || (!units_.empty() && units_.size() != count) || first_.size() != second_.size()) return false;
     if (first_.empty()) return true;
     return first_.size() == parameters && bases_.size() == (rule_.has_blocks() ? BlockArraySize(count) : 0);
   }
-  // All but rates and metric, which are options.
+  // Everything but the learning rates and the kind of second moment, which are options.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(steps_, units_, first_, second_, bases_);

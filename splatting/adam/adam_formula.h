@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The update of Adam (Kingma and Ba 2015, algorithm 1): of one parameter, and of one Gaussian in blocks. Host and
-// device call the same templates.
+// The update of Adam (Kingma and Ba 2015, algorithm 1) for one parameter, and for the parameters of one Gaussian
+// jointly. Host and device call the same templates.
 //
-// A parameter whose gradient is zero, as of every Gaussian that no view of the step sees, stays as it is and nothing of
-// it is written, neither value nor moments: they are means over the steps that pull at it (the sparse Adam of Mallick
-// et al., "Taming 3DGS", 2024). A view sees a part of the Gaussians, and a step is bound by memory.
+// If a gradient is zero, as for every Gaussian outside the views of the step, neither the parameter nor its moments are
+// written. The moments are therefore means over the steps with a gradient (the sparse Adam of Mallick et al., "Taming
+// 3DGS", 2024). This saves memory traffic, which limits the speed of a step.
 #pragma once
 
 #include <cmath>
@@ -18,11 +18,10 @@ namespace vesta::gs {
 
 inline namespace VESTA_ISA {
 
-// beta1 is usually 0.9: over the steps that pull at a Gaussian alone, a shorter mean follows better
-// (docs/decisions/sparse-adam.md).
+// The usual beta1 is 0.9. With sparse updates, a shorter mean works better (docs/decisions/sparse-adam.md).
 inline constexpr float kAdamBeta1 = 0.7f, kAdamBeta2 = 0.999f;
-// No second moment that is used is less: its root takes the part of Adam's epsilon. And none becomes a denormal number,
-// which would cost a hundred times the work.
+// Lower limits. The second-moment limit replaces Adam's epsilon; first moments below theirs become zero. Both prevent
+// denormal numbers, which are about a hundred times slower.
 inline constexpr float kAdamSecondFloor = 1e-27f, kAdamFirstFloor = 1e-30f;
 
 template <class V>
@@ -37,9 +36,9 @@ VESTA_HD inline V NextSecondMoment(float beta2, const V& second, const V& gradie
   return Max(V(beta2) * second + V(1 - beta2) * gradient * gradient, V(kAdamSecondFloor));
 }
 
-// Brings the moments up to date with the gradient g and returns the step to take off the parameter; where g is zero the
-// step is zero and the moments stay. rate: divided by the first moment's bias correction; root_correction2:
-// 1 / sqrt(1 - beta2^steps); beta2: AdamRule's.
+// Updates the moments with the gradient g and returns the step to subtract from the parameter. Where g is zero, the
+// step is zero and the moments stay unchanged. rate: learning rate divided by the first moment's bias correction.
+// beta2: from AdamRule. root_correction2: 1 / sqrt(1 - beta2^steps).
 template <class V>
 VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root_correction2, V& first, V& second) {
   using std::sqrt;
@@ -53,56 +52,57 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
 
 // Adam in the eigenbasis of each Gaussian's own gradients.
 //
-// Mean, log-scales, quaternion and opacity of one Gaussian pull at the same pixels: their gradients go together, and an
-// Adam that scales each alone crawls along the valleys between them. With C the running mean of g g^T over the eleven
-// of them, full-matrix Adam (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means) steps
-// by C^{-1/2} m; here, as in SOAP (Vyas et al., arXiv 2409.11321, section 4), by Adam itself in a basis Q that follows
-// the eigenvectors of C. C is the empirical counterpart of the blocks of J^T W J that precondition LM's systems.
+// Mean, log-scales, quaternion and opacity of a Gaussian change the same pixels, so their gradients are correlated.
+// Adam with one scale per parameter is slow along the valleys between them. Let C be the running mean of g g^T over
+// these eleven parameters. Full-matrix Adam steps by C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011,
+// section 1.1, with Adam's means). Here, as in SOAP (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q
+// that follows the eigenvectors of C. C is the empirical counterpart of the blocks of J^T W J that precondition LM's
+// systems.
 //
-// All in units of the learning rates: parameters x / rate, gradients g * rate.
+// All quantities are in units of the learning rates: parameters x / rate, gradients g * rate.
 struct BlockAdamArrays {
-  Index count;                                    // of Gaussians
-  float *gradient, *parameters, *first, *second;  // [11 * count]; moments, the second ones in the basis
-  float* bases;                                   // BlockEntry: row a of Q at 11 a; then the lower triangle of C
-  Index bases_begin;                              // the Gaussian that they begin with, a multiple of kBlockLanes
-  const float* units;                             // [count], factors on the rates of the means; null: 1
-  float rates[splat::kGeometry];                  // of each attribute
-  float step;                                     // factor on them, over the first moment's bias correction
-  float beta2;                                    // what C and the second moments keep of themselves
-  float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
+  Index count;                                    // number of Gaussians
+  float *gradient, *parameters, *first, *second;  // [11 * count]; first and second moments, the latter in the basis
+  float* bases;                   // BlockEntry: row a of Q begins at 11 a; the lower triangle of C follows
+  Index bases_begin;              // first Gaussian of `bases`, a multiple of kBlockLanes
+  const float* units;             // [count], factors on the learning rates of the means; null: 1
+  float rates[splat::kGeometry];  // learning rate of each attribute
+  float step;                     // common factor, divided by the first moment's bias correction
+  float beta2;                    // decay of C and of the second moments
+  float root_correction2;         // 1 / sqrt(1 - beta2^steps)
 };
 
 inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
-// Second moments are taken to be at least this part of their sum: in directions that are hardly ever pulled at, steps
-// are at most about thirty times as long for the same pull (docs/decisions/block-second-moments.md).
+// Each second moment is raised by this fraction of their sum. In directions that rarely have a gradient, steps are then
+// at most about thirty times longer (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
-// Q and C of a Gaussian are 187 numbers. Those of 16 Gaussians lie together, number by number: a vector of them is
-// contiguous, and no step walks 187 distant rows.
+// Q and C of one Gaussian are 187 numbers. The matrices of 16 Gaussians are interleaved, number by number, so vector
+// loads are contiguous and a step does not read 187 distant rows.
 inline constexpr int kBlockNumbers = kBasisSize + kCovarianceSize, kBlockLanes = 16;
 VESTA_HD constexpr Index BlockEntry(int number, Index i) {
   return (i / kBlockLanes * kBlockNumbers + number) * kBlockLanes + i % kBlockLanes;
 }
-// Of the array of so many Gaussians.
+// Length of the array for this many Gaussians.
 constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Each basis is turned once in so many views, some chunks of Gaussians at each step: with the n-th view the chunks
-// FirstTurned(n), that plus kTurnEvery, and so on.
+// Each basis is rotated once in kTurnEvery views, a chunk of Gaussians at a time. The n-th view rotates the chunks
+// FirstTurned(n), FirstTurned(n) + kTurnEvery, and so on.
 inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
 VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
-// Whether the chunk is one of those with the last of `seen` views, or the `views` - 1 before it.
+// Whether one of the last `views` views rotates the chunk. seen: number of views so far.
 constexpr bool IsTurned(Index chunk, Index seen, Index views) { return (chunk + seen) % kTurnEvery < views; }
 
 // Entry (i, j) of a symmetric matrix in its packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? PackedLower(i, j) : PackedLower(j, i); }
 
-// Moments and C brought up to date with the gradient of the V's Gaussians from i on, their parameters moved, the
-// gradient zero. Gaussians at none of whose eleven parameters a gradient pulls stay as they are (adam_formula.h).
+// Updates the moments and C with the gradients of the V's Gaussians from i on, moves their parameters and clears their
+// gradients. Gaussians with eleven zero gradients stay unchanged.
 template <class V>
 VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   using std::abs, std::sqrt;
@@ -165,8 +165,8 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   }
 }
 
-// Turns the basis towards the eigenvectors of C, by one sweep of Jacobi's method from where it is (Golub and Van Loan,
-// Matrix Computations, section 8.5.3), and takes the second moments anew from C.
+// Rotates the basis towards the eigenvectors of C, by one sweep of Jacobi's method from the present basis (Golub and
+// Van Loan, Matrix Computations, section 8.5.3). Then recomputes the second moments from C.
 template <class V>
 VESTA_HD inline void TurnBasis(const BlockAdamArrays& a, Index i) {
   using std::sqrt;
@@ -176,7 +176,7 @@ VESTA_HD inline void TurnBasis(const BlockAdamArrays& a, Index i) {
   for (int k = 0; k < kBasisSize; ++k) Q[k] = L::Load(a.bases + BlockEntry(k, i - a.bases_begin));
   for (int k = 0; k < kCovarianceSize; ++k) C[k] = L::Load(a.bases + BlockEntry(kBasisSize + k, i - a.bases_begin));
   for (int k = 0; k < n; ++k) trace = trace + C[PackedEntry(k, k)];
-  // Of a Gaussian never seen C is 0, and stays so.
+  // For a Gaussian never seen, C is 0 and stays 0.
   const V scale = V(1) / Max(trace, V(kAdamSecondFloor));
   // B = Q^T C Q / trace.
   for (int p = 0; p < n; ++p) {
@@ -194,7 +194,7 @@ VESTA_HD inline void TurnBasis(const BlockAdamArrays& a, Index i) {
   }
   for (int p = 0; p < n; ++p) {
     for (int q = p + 1; q < n; ++q) {
-      // The rotation by the smaller angle that makes b_pq zero: t is its tangent.
+      // Rotation by the smaller angle that makes b_pq zero; t is its tangent.
       const V b = B[PackedEntry(q, p)], difference = B[PackedEntry(q, q)] - B[PackedEntry(p, p)];
       const V root = sqrt(Fma(difference, difference, Fma(V(4) * b, b, V(kAdamSecondFloor))));
       const V t = (b + b) / (difference + Select(difference < V(0), -root, root));

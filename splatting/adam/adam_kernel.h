@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The updates of Adam on ranges of parameters and of Gaussians, compiled once per instruction set.
+// Adam's updates for ranges of parameters and of Gaussians, compiled once per instruction set.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -10,24 +10,24 @@ namespace vesta::gs {
 
 struct AdamRange {
   Index size;
-  float *gradient, *parameters, *first, *second;  // the last two: moments; all of `size` values that do not overlap
-  const float* units;                             // factors on the rate; null: 1
-  float rate;                                     // divided by the first moment's bias correction
-  float beta2;                                    // what the second moment keeps of itself
+  float *gradient, *parameters, *first, *second;  // all of `size`, not overlapping; first, second: moments
+  const float* units;                             // factors on the learning rate; null: 1
+  float rate;                                     // learning rate divided by the first moment's bias correction
+  float beta2;                                    // decay of the second moment
   float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
 };
 
 struct AdamKernels {
-  // parameters -= AdamStep at rate * units, the moments brought up to date; then gradient = 0, since it is at hand and
-  // the next one is summed up from there. Memory bound: reads and writes 16 bytes a parameter, but only reads 4 where
-  // the gradients of a whole vector are zero.
+  // parameters -= AdamStep, with rate * units as learning rate. Updates the moments and clears the gradient, into which
+  // the next one is summed. Memory bound: reads and writes 16 bytes per parameter, but only reads 4 where all gradients
+  // of a vector are zero.
   void (*step)(const AdamRange& range);
-  // BlockAdamStep and TurnBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB of each.
+  // BlockAdamStep and TurnBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);
   void (*turn_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
 };
 
-// Compiled for an instruction set that the CPU has.
+// The kernels for an instruction set. The CPU must support it.
 const AdamKernels& AdamKernelsFor(Isa isa);
 
 }  // namespace vesta::gs

@@ -7,7 +7,7 @@ namespace vesta::gs {
 inline namespace VESTA_ISA {
 namespace {
 
-// One vector of parameters, or one parameter.
+// Updates one vector of parameters, or one parameter.
 template <class V>
 void UpdateAt(const AdamRange& range, Index i) {
   using L = Lanes<V>;
@@ -22,7 +22,7 @@ void UpdateAt(const AdamRange& range, Index i) {
   L::Store(range.parameters + i, L::Load(range.parameters + i) - step);
 }
 
-// body(V(), i) for the whole vectors within [begin, end), then for what is left one by one.
+// Calls body(V(), i) for the whole vectors in [begin, end), then for the remaining elements one by one.
 template <class Body>
 void ForVectors(Index begin, Index end, const Body& body) {
   constexpr Index kWidth = Lanes<FloatLanes>::kWidth;

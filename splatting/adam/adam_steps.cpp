@@ -50,10 +50,10 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
       kernels.step_blocks(piece, begin, end);
       if (IsTurned(chunk, arrays.seen, arrays.views)) kernels.turn_bases(piece, begin, end);
     }
-    Index first = arrays.layout.Offset(arrays.first_diagonal);  // number of the attribute
+    Index first = arrays.layout.Offset(arrays.first_diagonal);  // where the attribute begins
     for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {
       const Index rows = arrays.layout.Rows(a), offset = first + begin;
-      if (rows <= begin) break;  // nor have they what follows
+      if (rows <= begin) break;  // later attributes have no more rows
       first += rows;
       kernels.step({.size = std::min(end, rows) - begin,
                     .gradient = all.gradient + offset,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step of Adam over a whole model on the host: its factors and its loops.
+// One step of Adam for a whole model on the host: its factors and its loops.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
@@ -10,28 +10,29 @@
 
 namespace vesta::gs {
 
-// What a step of Adam multiplies: the same numbers wherever it is done.
+// The factors of a step of Adam, which are the same in every memory space.
 //
-// By K views at once a step is longer by the root of K. Where views differ by more than they agree, the root of the
-// second moment of their sum grows with the root of K and the sum with K, so that K views lead as far as they would
-// have one by one (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). The second
-// moments decay as they would have, the first as ever (docs/decisions/batch-size.md).
+// With K views per step, a step is longer by sqrt(K). If the gradients of views differ more than they agree, the root
+// of the second moment of their sum grows with sqrt(K), and the sum with K. The longer step then moves as far as K
+// steps with one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms").
+// Second moments decay as in K such steps, first moments as in one (docs/decisions/batch-size.md).
 class AdamRule {
  public:
-  // views: that each step is by.
+  // views: the number of views per step.
   AdamRule(const LearningRates& rates, SecondMoment metric, int views);
 
   bool has_blocks() const { return blocks_; }
-  // Attributes below this one are stepped in blocks, those from it on each parameter by itself.
+  // Attributes below this one are stepped in blocks, the others parameter by parameter.
   int first_diagonal() const { return blocks_ ? kBlockSize : 0; }
 
   int views() const { return views_; }
-  // After so many steps: the factor on all rates over the first moment's bias correction, that times the rate of an
-  // attribute, and the second moment's correction.
+  // Factors of step number `steps`. StepFactor: the factor on all learning rates, divided by the first moment's bias
+  // correction. StepRate: the same times the learning rate of an attribute. RootCorrection2: the bias correction of the
+  // second moment.
   float StepFactor(double factor, int steps) const;
   float StepRate(int attribute, double factor, int steps) const;
   float RootCorrection2(int steps) const;
-  // The same for blocks; all pointers null, count 0.
+  // The same factors for steps in blocks; all pointers are null and the count is 0.
   BlockAdamArrays BlockRates(double factor, int steps) const;
 
  private:
@@ -41,15 +42,15 @@ class AdamRule {
   float beta2_;
 };
 
-// What a step works on; all pointers to one memory space.
+// The arrays and factors of a step; all pointers are in one memory space.
 struct AdamStepArrays {
-  BlockAdamArrays blocks;  // the whole model's arrays; its bases are given apart
+  BlockAdamArrays blocks;  // arrays of the whole model, without the bases
   splat::ModelLayout layout;
-  int first_diagonal;  // attributes below it are stepped in blocks, of those from it on each parameter alone
-  int attributes;      // in use
-  int views;           // that this step is by
-  Index seen;          // views of all steps, with this one
-  float rate[splat::kMaxAttributes];  // of each attribute, AdamRule::StepRate
+  int first_diagonal;                 // attributes below it are stepped in blocks, the others parameter by parameter
+  int attributes;                     // number in use
+  int views;                          // views of this step
+  Index seen;                         // views of all steps, including this one
+  float rate[splat::kMaxAttributes];  // AdamRule::StepRate of each attribute
 };
 
 template <class Space>
@@ -57,7 +58,7 @@ struct AdamSteps;
 
 template <>
 struct AdamSteps<Host> {
-  // x -= step, the moments brought up to date, gradient = 0; then bases are turned whose turn it is. Parallel.
+  // x -= step, updates the moments and sets the gradient to 0; then rotates the bases that are due. Parallel.
   static void Run(const AdamStepArrays& arrays, BlockBases<Host>& bases);
 };
 

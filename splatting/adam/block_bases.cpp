@@ -52,7 +52,7 @@ void BlockBases<Host>::Rearrange(HostSpan<const std::uint32_t> source, HostSpan<
   std::vector<std::vector<float>> old = std::exchange(pieces_, {});
   const Index count = source.size();
   const auto old_piece = [&](Index i) { return static_cast<std::size_t>(source[i] / kTurnChunk); };
-  // The last new Gaussian that comes from each old piece.
+  // The last new Gaussian that is copied from each old piece.
   std::vector<Index> last(old.size(), -1);
   for (Index i = 0; i < count; ++i) last[old_piece(i)] = i;
   pieces_.resize(NumPieces(count));
@@ -64,7 +64,7 @@ void BlockBases<Host>::Rearrange(HostSpan<const std::uint32_t> source, HostSpan<
       for (Index i = first; i < std::min(first + kTurnChunk, count); ++i) {
         const std::vector<float>& from = old[old_piece(i)];
         const Index from_i = source[i] % kTurnChunk;
-        // New Gaussians keep the directions of those that they come from.
+        // New Gaussians keep the basis of their source.
         const int numbers = kept[i] != 0 ? kBlockNumbers : kBasisSize;
         for (int number = 0; number < numbers; ++number) {
           piece[static_cast<std::size_t>(BlockEntry(number, i - first))] =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bases and covariances of Adam's blocks.
+// The bases Q and covariances C of Adam's blocks.
 #pragma once
 
 #include <algorithm>
@@ -11,23 +11,23 @@
 
 namespace vesta::gs {
 
-// Numbers of each Gaussian as BlockEntry has them.
+// Q and C of each Gaussian, indexed as in BlockEntry.
 template <class Space>
 class BlockBases;
 
-// In pieces of kTurnChunk Gaussians: the numbers are three times as much as a vector of parameters, and not all of them
-// are to be there twice while Gaussians are rearranged.
+// Stored in pieces of kTurnChunk Gaussians. The bases take three times as much memory as a vector of parameters. Pieces
+// avoid a second full copy while Gaussians are rearranged.
 template <>
 class BlockBases<Host> {
  public:
   BlockBases() = default;
-  // Of Gaussians that have made no step: Q = I, C = 0.
+  // For Gaussians before their first step: Q = I, C = 0.
   explicit BlockBases(Index count);
-  // From Flat() of so many.
+  // The inverse of Flat().
   BlockBases(Index count, HostSpan<const float> flat);
 
   bool empty() const { return pieces_.empty(); }
-  // Of Flat().
+  // The size of Flat().
   Index size() const {
     Index size = 0;
     for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
@@ -39,13 +39,13 @@ class BlockBases<Host> {
     return pieces_[static_cast<std::size_t>(i / kTurnChunk)]
                   [static_cast<std::size_t>(BlockEntry(number, i % kTurnChunk))];
   }
-  // Gaussian i becomes what source[i] was; where not kept[i] with C = 0. A piece goes as soon as nothing more comes
-  // from it.
+  // Gaussian i becomes a copy of source[i], with C = 0 where kept[i] is 0. Each old piece is freed as soon as it is no
+  // longer needed.
   void Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept);
-  // One array of BlockArraySize.
+  // All pieces in one array of BlockArraySize.
   HostBuffer<float> Flat() const;
 
-  // The same bytes as of Flat(): those of every memory space.
+  // Writes the bytes of Flat(), as in every memory space.
   template <class Archive>
   void Visit(Archive& archive) {
     Index all = size();

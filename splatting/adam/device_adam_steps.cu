@@ -9,8 +9,8 @@
 namespace vesta::gs {
 namespace {
 
-// Of attributes from `first` on, that are there for `rows` Gaussians. Memory bound: reads and writes 16 bytes a
-// parameter that moves, reads 4 of others.
+// Steps the attributes from `first` on that have `rows` Gaussians each. Memory bound: reads and writes 16 bytes per
+// parameter with a gradient, reads 4 for the others.
 struct StepOne {
   AdamStepArrays a;
   int first;
@@ -35,7 +35,7 @@ struct StepBlock {
   VESTA_HD void operator()(Index gaussian) const { BlockAdamStep<float>(a, gaussian); }
 };
 
-// Three matrices, which registers do not hold: they are in local memory, for one Gaussian in 25.
+// Three matrices exceed the registers and are in local memory; only one Gaussian in 25 needs them.
 struct TurnOne {
   BlockAdamArrays a;
   Index first_chunk, end;
@@ -52,7 +52,7 @@ struct GatherBasisNumber {
   const std::uint8_t* kept;
   const float* from;
   float* to;
-  // entry: as BlockEntry gives them.
+  // entry: an index as in BlockEntry.
   VESTA_HD void operator()(Index entry) const {
     const Index block = entry / (kBlockNumbers * kBlockLanes), in_block = entry - block * kBlockNumbers * kBlockLanes;
     const int number = static_cast<int>(in_block / kBlockLanes);
@@ -92,12 +92,12 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
     for (Index k = 0; k < std::min<Index>(arrays.views, kTurnEvery); ++k) {
       const Index first = FirstTurned(arrays.seen - k);
       device::ForEach(turns(std::max<Index>(chunks - first, 0)) * kTurnChunk, TurnOne{blocks, first, count},
-                      "turn of Adam's bases");
+                      "rotation of Adam's bases");
     }
   }
   for (int first = arrays.first_diagonal, end = 0; first < arrays.attributes; first = end) {
     const Index rows = arrays.layout.Rows(first);
-    // As far as the same Gaussians have them.
+    // Up to the last attribute with the same number of Gaussians.
     for (end = first; end < arrays.attributes && arrays.layout.Rows(end) == rows;) ++end;
     if (rows > 0) device::ForEach((end - first) * rows, StepOne{arrays, first, rows}, "step of Adam");
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step of Adam, and its bases, in the memory of a GPU.
+// One step of Adam, and its bases, on a GPU.
 #pragma once
 
 #include "kernels/core/device_buffer.h"
@@ -7,7 +7,7 @@
 
 namespace vesta::gs {
 
-// One array for all: what a GPU cannot hold twice while Gaussians are rearranged, the stage goes on without.
+// One array. If GPU memory cannot hold it twice while Gaussians are rearranged, the stage continues without the change.
 template <>
 class BlockBases<Device> {
  public:
@@ -17,7 +17,7 @@ class BlockBases<Device> {
   bool empty() const { return numbers_.empty(); }
   Index size() const { return numbers_.size(); }
   float* data() { return numbers_.data(); }
-  // As that of the host. Throws OutOfDeviceMemory.
+  // As on the host. Throws OutOfDeviceMemory.
   void Rearrange(Span<const std::uint32_t, Device> source, Span<const std::uint8_t, Device> kept);
   BlockBases<Host> OnHost(Index count) const;
 
@@ -32,7 +32,7 @@ class BlockBases<Device> {
 
 template <>
 struct AdamSteps<Device> {
-  // Does not wait.
+  // Asynchronous.
   static void Run(const AdamStepArrays& arrays, BlockBases<Device>& bases);
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mean of the parameters over the last part of the Adam stage (Polyak and Juditsky 1992, "Acceleration of
-// stochastic approximation by averaging"): at high rates the iterates wander about a better place than any of them is
-// at. That place still moves, so the later ones weigh more: polynomial-decay averaging (Shamir and Zhang 2013,
-// "Stochastic gradient descent for non-smooth optimization", section 4). For every memory space.
+// Mean of the parameters over the last part of the Adam stage, in any memory space (Polyak and Juditsky 1992,
+// "Acceleration of stochastic approximation by averaging"). At high learning rates, the iterates move around a point
+// that is better than each of them. This point still moves, so later iterates have larger weights: polynomial-decay
+// averaging (Shamir and Zhang 2013, "Stochastic gradient descent for non-smooth optimization", section 4).
 #pragma once
 
 #include "kernels/core/profile.h"
@@ -14,14 +14,14 @@ namespace vesta::gs {
 template <class B>
 class ParameterMean {
  public:
-  // The t-th of T terms weighs about as t to this power; nearly all is in the last T / 3 or so. 0 would be the plain
-  // mean. (docs/decisions/parameter-averaging.md)
+  // The t-th of T terms has a weight of about t^kExponent, so nearly all weight is on the last T / 3 terms. 0 would be
+  // the plain mean. (docs/decisions/parameter-averaging.md)
   static constexpr int kExponent = 8;
 
   bool empty() const { return terms_ == 0; }
-  // The weighted mean of all that was added since the start; to be read only where not empty.
+  // The weighted mean since the start. Only valid if not empty.
   const typename B::Vector& value() const { return mean_; }
-  // x: as many parameters as in the calls before, since the start. Where there is no room for their mean it stays
+  // x must have the same size in all calls since the start. If memory for the mean cannot be allocated, the mean stays
   // empty.
   void Add(typename B::ConstVectorView x) {
     const ScopedPhase phase("parameter mean");
@@ -30,7 +30,7 @@ class ParameterMean {
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);
     backend_.Axpby(weight, x, 1 - weight, mean_);
   }
-  // The mean of Gaussians source[k], laid out as `to`, of those of a model laid out as `from`.
+  // The mean for the Gaussians source[k] of this model: `from` is its layout, `to` the layout of the result.
   ParameterMean OfRows(const splat::ModelLayout& from, const splat::ModelLayout& to,
                        Span<const std::uint32_t, typename B::Space> source) const {
     ParameterMean rows;
@@ -40,9 +40,9 @@ class ParameterMean {
     GatherGaussians<typename B::Space>(from, to, source.data(), nullptr, mean_.data(), rows.mean_.data());
     return rows;
   }
-  // Whether what was read can be that of so many parameters.
+  // Whether the state read from a checkpoint fits a model with this many parameters.
   bool IsOf(Index parameters) const { return terms_ == 0 || (terms_ > 0 && mean_.size() == parameters); }
-  // Forgets all, its memory too: for other Gaussians.
+  // Clears the mean and frees its memory, for use with other Gaussians.
   void StartAnew() {
     terms_ = 0;
     mean_ = typename B::Vector();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In which order the Adam stage takes the training views.
+// The order in which the Adam stage uses the training views.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@
 
 namespace vesta::gs {
 
-// Training views in random order, each once an epoch.
+// Training views in random order; each epoch has every view once.
 class ViewOrder {
  public:
-  // at_once: where an iteration takes several views it takes each from another run of consecutive ones: they show more
-  // of the scene. Of fewer views than that there is one run.
+  // at_once: views per iteration. Each is drawn from a different run of consecutive views, so that together they show
+  // more of the scene. With fewer views than that, there is one run.
   ViewOrder(std::size_t views, std::uint64_t seed, std::size_t at_once = 1)
       : runs_(views < at_once ? 1 : at_once), seed_(seed) {
     for (std::size_t k = 0; k < runs_.size(); ++k) {
@@ -34,7 +34,7 @@ class ViewOrder {
     return run.order[views - 1 - at];
   }
 
-  // How many were drawn: the order itself follows from the seed.
+  // Only the number of views drawn: the order follows from the seed.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(drawn_);
@@ -47,7 +47,7 @@ class ViewOrder {
   struct Run {
     std::size_t begin = 0;
     std::vector<std::size_t> order;
-    std::uint64_t epoch = kNone;  // that of the order
+    std::uint64_t epoch = kNone;  // epoch of `order`
   };
 
   void Shuffle(std::size_t k, std::uint64_t epoch) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive density control: where the images pull a Gaussian's mean about, clone it if small and split it if large;
-// drop what is transparent or huge (Kerbl et al. 2023, section 5.2). For every memory space.
+// Adaptive density control (Kerbl et al. 2023, section 5.2), in any memory space. Gaussians with a large image-space
+// gradient are cloned if small and split if large; transparent or huge Gaussians are pruned.
 #pragma once
 
 #include <algorithm>
@@ -15,15 +15,15 @@
 
 namespace vesta::gs {
 
-// How a model is to change: Gaussian i of the new one is first a copy of source[i] of the old one, with its moments
-// where kept[i].
+// A change of the model. Gaussian i of the new model begins as a copy of source[i] of the old one, with its moments
+// where kept[i] is set.
 template <class Space>
 struct DensityPlan {
   Buffer<std::uint32_t, Space> source;
   Buffer<std::uint8_t, Space> kept;
-  Buffer<DensifyAction, Space> fate;  // by Gaussian of the old model
+  Buffer<DensifyAction, Space> fate;  // for each Gaussian of the old model
   Index count = 0;
-  bool changes = false;  // without, source is empty: the model stays as it is
+  bool changes = false;  // false: source is empty, and the model stays unchanged
 };
 
 template <class Space>
@@ -32,49 +32,49 @@ class DensityControl {
   DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
       : options_(options), extent_(extent), seed_(seed) {}
 
-  // From now on at most so many, where the options allow more.
+  // Limits the number of Gaussians, in addition to the limit in the options.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
-  // Of a model of so many Gaussians from now on, of which nothing was observed.
+  // Clears the statistics, for a model of `count` Gaussians.
   void Forget(Index count) {
     pull_.Resize(count);
     seen_.Resize(count);
   }
 
-  // Gaussian i is now what source[i] was, and nothing else has changed.
+  // Gaussian i is now the former source[i]; nothing else has changed.
   void Reorder(const Buffer<std::uint32_t, Space>& source) {
     pull_ = GatherNumbers(pull_, source);
     seen_ = GatherNumbers(seen_, source);
   }
 
-  // Adds what one view, after its gradient, tells of where Gaussians are missing. pulls: Grad2dOf that view. On a
-  // device it does not wait.
+  // Adds the statistics of one view after its gradient was computed. pulls: Grad2dOf that view. Asynchronous on a
+  // device.
   void Observe(const density::Grad2dView& pulls) {
     const ScopedPhase phase("density statistics");
     ForEach<Space>(pull_.size(), 4096, density::Observe{pulls, pull_.data(), seen_.data()});
   }
 
-  // What was observed, by Gaussian: the sum of |d loss / d mean| in normalised device coordinates over the
-  // observations, and their number.
+  // Statistics per Gaussian: the sum of |d loss / d mean| in normalised device coordinates, and the number of views in
+  // it.
   Buffer<float, Space>& pull() { return pull_; }
   Buffer<int, Space>& seen() { return seen_; }
 
-  // What is to become of the model x of `count` Gaussians. Never makes more than max_gaussians (the strongest
-  // candidates come first, of two alike the earlier) and never none. On a device it waits some times, for numbers of
-  // Gaussians, and throws OutOfDeviceMemory.
+  // Chooses the action for each of the `count` Gaussians of the model x. The new model has at most max_gaussians
+  // Gaussians and is never empty. If candidates exceed the limit, the largest mean gradients come first (ties: the
+  // lower index). On a device it waits for several counts and throws OutOfDeviceMemory.
   DensityPlan<Space> Decide(const float* x, Index count) const;
-  // Makes clones and splits of what are copies so far. x: of the new model; iteration: keys the random offsets.
+  // Turns the copies into clones and splits. x: the new model; iteration: key of the random offsets.
   void Renew(const DensityPlan<Space>& plan, int iteration, float* x) const {
     ForEach<Space>(plan.count, kGrain,
                    density::InitChild{plan.count, plan.source.data(), plan.fate.data(), seed_, iteration, x});
   }
-  // Opacities of `count` Gaussians come down to 0.01 where they are higher.
+  // Limits the opacities of `count` Gaussians to at most 0.01.
   static void LowerOpacities(float* x, Index count) {
     ForEach<Space>(count, kGrain, density::LowerLogit{x + splat::kOpacity * count});
   }
 
-  // Whether what was read can be that of a model of so many Gaussians.
+  // Whether the state read from a checkpoint fits a model of this size.
   bool IsOf(Index count) const { return most_ > 0 && pull_.size() == count && seen_.size() == count; }
-  // What was observed, and for how many there turned out to be room; the rest are options, which may be others now.
+  // The statistics, and the limit that memory has set. The rest are options, which may change on resuming.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(most_, pull_, seen_);
@@ -93,13 +93,13 @@ class DensityControl {
 
 namespace density {
 
-// Sums over the Gaussians of a number that goes with their fates.
+// Sums of DensifyNumbers over the Gaussians.
 template <class Space>
 class FateSums {
  public:
   explicit FateSums(Index count) : count_(count), counts_(count + 1), begin_(count + 1) {}
 
-  // The sum over all, and by Gaussian, in begin(), over those before it.
+  // Returns the sum over all Gaussians. begin()[i] becomes the sum over the Gaussians before i.
   Index Sum(const Buffer<DensifyAction, Space>& fate, const DensifyNumbers& numbers) {
     ForEach<Space>(count_ + 1, 4096, CountFate{count_, fate.data(), numbers, counts_.data()});
     return Sorting<Space>::RunningSum(counts_, begin_);
@@ -111,7 +111,8 @@ class FateSums {
   Buffer<Index, Space> counts_, begin_;
 };
 
-// Candidates that find no room are kept as they are: the weakest, and of two alike the later.
+// If candidates exceed the budget, the ones with the smallest mean gradients are kept unchanged (ties: the higher
+// index).
 template <class Space>
 void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* fate) {
   Buffer<std::uint32_t, Space> keys, indices;
@@ -126,7 +127,7 @@ void LimitToBudget(const Observed& observed, Index candidates, Index room, Densi
 
 template <class Space>
 DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) const {
-  VESTA_CHECK(pull_.size() == count, "{} Gaussians were observed of {}", pull_.size(), count);
+  VESTA_CHECK(pull_.size() == count, "density statistics of {} Gaussians for a model of {}", pull_.size(), count);
   VESTA_CHECK(count < Index{0xffffffff} / 2, "{} Gaussians", count);
   const density::Observed observed{count, x, pull_.data(), seen_.data()};
   DensityPlan<Space> plan;
@@ -136,12 +137,12 @@ DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) co
   ForEach<Space>(count, kGrain, density::DecideFate{rule, observed, plan.fate.data()});
   Index kept = sums.Sum(plan.fate, kSurvivors);
   if (kept == 0) {
-    // An empty model cannot be trained on: better keep what is there.
+    // An empty model cannot be trained, so pruning is skipped.
     rule.prunes = false;
     ForEach<Space>(count, kGrain, density::DecideFate{rule, observed, plan.fate.data()});
     kept = count;
   }
-  // Each candidate, cloned or split, adds one.
+  // Each candidate, cloned or split, adds one Gaussian.
   Index candidates = sums.Sum(plan.fate, kGrowing);
   const Index room = std::max<Index>(std::min(options_.max_gaussians, most_) - kept, 0);
   if (candidates > room) {

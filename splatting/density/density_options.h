@@ -8,12 +8,13 @@
 
 namespace vesta::gs {
 
-// Clone, split and prune (Kerbl et al. 2023, section 5.2). Times are parts of the Adam stage.
+// Clone, split and prune (Kerbl et al. 2023, section 5.2). begin, end and the intervals are fractions of the Adam
+// stage.
 struct DensityOptions {
   bool enabled = true;
   double begin = 0.1;
   double end = 0.6;
-  // As a part of the stage too: a longer training has more time for the same Gaussians, not more Gaussians.
+  // A fraction too, so that a longer training has more time for as many Gaussians, not more Gaussians.
   double every = 0.05;
   double grow_grad2d = 7e-4;   // mean norm of d loss / d mean in normalised device coordinates
   double grow_scale3d = 0.01;  // standard deviation, in scene extents: split above, clone below
@@ -25,11 +26,11 @@ struct DensityOptions {
 
 const schema::Table<DensityOptions>& DensityFields();
 
-// Whether the pulls of the iteration's views are of use.
+// Whether the statistics of this iteration's views are used.
 inline bool Observes(const DensityOptions& density, const StageSpan& span) {
   return density.enabled && span.IsWithin(density.end);
 }
-// Whether clone, split and prune follow it.
+// Whether the iteration is followed by clone, split and prune.
 inline bool Densifies(const DensityOptions& density, const StageSpan& span) {
   return Observes(density, span) && span.CrossesMultipleOf(density.every) && span.HasReached(density.begin);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive density control, Gaussian by Gaussian: its score, what becomes of it, and the loops. Host and device call
-// the same functions. x: parameters of `count` Gaussians, attribute a of Gaussian i at a * count + i.
+// Adaptive density control for each Gaussian: its score, its action, and the loops. Host and device call the same
+// functions. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count + i.
 #pragma once
 
 #include <algorithm>
@@ -22,9 +22,9 @@ namespace vesta::gs {
 
 inline namespace VESTA_ISA {
 
-// How strongly an image pulls at the place of a splat: the norm of the view-space positional gradient, the score of
-// adaptive density control (Kerbl et al. 2023, section 5.2). In normalised device coordinates; called its pull.
-// |d loss / d (u, v)| with u in units of half_width and v of half_height pixels. w: the splat's cotangent.
+// Norm of the view-space positional gradient, the score of adaptive density control (Kerbl et al. 2023, section 5.2).
+// It is |d loss / d (u, v)| in normalised device coordinates: u in units of half_width pixels, v of half_height. w: the
+// splat's cotangent.
 VESTA_HD inline float Grad2d(const splat::Splat<float>& splat, const float* w, float half_width, float half_height) {
   using std::hypot;
   float by_u, by_v;
@@ -38,7 +38,8 @@ enum class DensifyAction : std::uint8_t { kKeep, kPrune, kClone, kSplit };
 
 inline namespace VESTA_ISA {
 
-// A number for each fate. (To kernels of a device the constants below are handed over: it does not see the host's.)
+// A number for each action. Device kernels receive the constants below as arguments, since device code cannot read the
+// host's.
 struct DensifyNumbers {
   int keep, prune, clone, split;
   VESTA_HD constexpr int operator()(DensifyAction fate) const {
@@ -47,13 +48,13 @@ struct DensifyNumbers {
     return fate == DensifyAction::kClone ? clone : split;
   }
 };
-// Those that are not pruned; those that become two.
+// kSurvivors: actions that do not prune. kGrowing: actions that make two Gaussians of one.
 inline constexpr DensifyNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
-// What a Gaussian leaves in the new model, side by side in its own place, so that neighbours in memory stay neighbours
-// in space: the first keeps the moments unless the Gaussian was split.
+// kChildren: number of Gaussians in the new model. They take the place of their source, so that neighbours in memory
+// stay neighbours in space. kKeepingMoments: how many of them keep the moments; after a split, none.
 inline constexpr DensifyNumbers kChildren{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
 
-inline constexpr float kSplitShrink = 1.6f;         // children of a split are smaller by this factor
+inline constexpr float kSplitShrink = 1.6f;         // the children of a split are smaller by this factor
 inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01
 
 VESTA_HD inline float LargestScale(const float* x, Index count, Index i) {
@@ -71,7 +72,7 @@ VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
   return 1 / (1 + exp(-x[splat::kOpacity * count + i]));
 }
 
-// The fate of each Gaussian where there is room for all that are to become two.
+// The action for each Gaussian before the number of Gaussians is limited.
 struct FateRule {
   double prune_opa, grow_grad2d;
   float prune_scale3d, grow_scale3d;  // world units; prune_scale3d 0: no limit
@@ -83,7 +84,7 @@ struct FateRule {
         prune_scale3d(static_cast<float>(options.prune_scale3d * extent)),
         grow_scale3d(static_cast<float>(options.grow_scale3d * extent)) {}
 
-  // strength: Strength of what was observed.
+  // strength: from Strength().
   VESTA_HD DensifyAction operator()(const float* x, Index count, Index i, float strength) const {
     if (prunes) {
       const bool huge = prune_scale3d > 0 && LargestScale(x, count, i) > prune_scale3d;
@@ -94,28 +95,28 @@ struct FateRule {
   }
 };
 
-// The mean pull over the observations of a Gaussian. Of one not seen it passes no threshold.
+// The mean gradient over the views of a Gaussian. -infinity, below every threshold, for a Gaussian never seen.
 VESTA_HD inline float Strength(float pull, int seen) {
   return seen == 0 ? -std::numeric_limits<float>::infinity() : pull / static_cast<float>(seen);
 }
 
-// Sorts by falling strength, those that are not to grow last.
+// Sorts by decreasing strength; Gaussians that do not grow come last.
 VESTA_HD inline std::uint32_t StrengthKey(DensifyAction fate, float strength) {
   if (fate != DensifyAction::kClone && fate != DensifyAction::kSplit) return ~std::uint32_t{0};
-  // Of floats that are not negative the bits are in their order.
+  // The bits of non-negative floats sort as the floats do.
   return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
 }
 
-// Two Gaussians in one place, each with this logit, are together as opaque as one was with the given logit
-// (Rota Bulo et al. 2024, section 3.2).
+// The logit for each of two equal Gaussians at one place that together are as opaque as one with the given logit (Rota
+// Bulo et al. 2024, section 3.2).
 VESTA_HD inline float LogitOfEachOfTwo(float logit) {
   using std::exp, std::log, std::sqrt;
-  // In double: a large logit has no exponential in float.
+  // In double, because exp of a large logit overflows in float.
   const double root = sqrt(1 + exp(double{logit}));  // 1 / sqrt(1 - opacity)
   return static_cast<float>(log(root - 1));
 }
 
-// Moves Gaussian i to a sample of the distribution it was, and shrinks it.
+// Moves Gaussian i to a random sample of its own distribution, and shrinks it.
 VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom random) {
   using std::exp, std::log;
   float q[4], R[9];
@@ -132,7 +133,7 @@ VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom 
   }
 }
 
-// What becomes of Gaussian i of the new model, so far a copy of one of this fate.
+// Applies an action to Gaussian i of the new model, which is still a copy of its source.
 VESTA_HD inline void Renew(float* x, Index count, Index i, DensifyAction fate, std::uint64_t seed, int iteration) {
   if (fate == DensifyAction::kClone) {
     float& logit = x[splat::kOpacity * count + i];
@@ -150,7 +151,7 @@ VESTA_HD inline float LoweredLogit(float logit) { return kResetLogit < logit ? k
 
 namespace vesta::gs::density {
 
-// Parameters of `count` Gaussians, and what was observed of them.
+// Parameters and statistics of `count` Gaussians.
 struct Observed {
   Index count;
   const float* x;
@@ -160,21 +161,21 @@ struct Observed {
   VESTA_HD float StrengthOf(Index i) const { return Strength(pull[i], seen[i]); }
 };
 
-// How strongly one view pulls at the Gaussians that it sees.
+// The image-space gradients of the Gaussians in one view.
 struct Grad2dView {
   const std::int32_t* rank_of;
   const splat::Splat<float>* splats;
   const splat::SplatTangent<float>* cotangents;  // by rank
   float half_width, half_height;
 
-  // Of a Gaussian that is seen.
+  // i must be visible in the view.
   VESTA_HD float Of(Index i) const {
     const std::int32_t rank = rank_of[i];
     return Grad2d(splats[rank], cotangents[rank].w, half_width, half_height);
   }
 };
 
-// splat_cotangents by rank (the workspace's splat_sums), of the loss times loss_scale.
+// splat_cotangents: by rank (the workspace's splat_sums), of the loss times loss_scale.
 template <class View>
 Grad2dView Grad2dOf(const View& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale) {
   return {.rank_of = view.rank_of().data(),
@@ -184,7 +185,7 @@ Grad2dView Grad2dOf(const View& view, const splat::SplatTangent<float>* splat_co
           .half_height = static_cast<float>(0.5 * view.camera().height / loss_scale)};
 }
 
-// Where Gaussian i is seen: pull += Grad2d, seen += 1.
+// If Gaussian i is visible: pull += Grad2d, seen += 1.
 struct Observe {
   Grad2dView pulls;
   float* pull;
@@ -204,7 +205,7 @@ struct DecideFate {
   VESTA_HD void operator()(Index i) const { fate[i] = rule(observed.x, observed.count, i, observed.StrengthOf(i)); }
 };
 
-// counts[i] = the number of fate[i], 0 for i = count.
+// counts[i] = numbers(fate[i]); 0 for i = count.
 struct CountFate {
   Index count;
   const DensifyAction* fate;
@@ -231,7 +232,7 @@ struct KeepAsItIs {
   VESTA_HD void operator()(Index rank) const { fate[indices[rank]] = DensifyAction::kKeep; }
 };
 
-// For the children k in [begin[i], begin[i + 1]) of Gaussian i: source[k] = i, and whether k keeps the moments.
+// For the children k in [begin[i], begin[i + 1]) of Gaussian i: sets source[k] = i and kept[k].
 struct PlaceChildren {
   DensifyNumbers keeping;
   const DensifyAction* fate;
@@ -246,7 +247,7 @@ struct PlaceChildren {
   }
 };
 
-// Renew for Gaussian i of the `count` of the new model; fate by Gaussian of the old one.
+// Renew for Gaussian i of the `count` of the new model; fate: by Gaussian of the old model.
 struct InitChild {
   Index count;
   const std::uint32_t* source;

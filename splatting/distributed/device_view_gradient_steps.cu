@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of terms of a gradient nvcc compiles.
+// CUDA instances of the loops over terms of a gradient.
 #include "kernels/core/for_each.cuh"
 #include "splatting/distributed/view_gradient_steps.h"
 
 namespace vesta {
 
-VESTA_DEVICE_FOR_EACH(gs::term::CountSeen, "blocks that are seen")
+VESTA_DEVICE_FOR_EACH(gs::term::CountSeen, "visible blocks")
 VESTA_DEVICE_FOR_EACH(gs::term::PlaceBlocks, "places of blocks")
 VESTA_DEVICE_FOR_EACH(gs::term::CountEither, "blocks of either term")
 VESTA_DEVICE_FOR_EACH(gs::term::ListBlocks, "list of blocks")
 VESTA_DEVICE_FOR_EACH(gs::term::TakeRow, "gradient of a view")
-VESTA_DEVICE_FOR_EACH(gs::term::ObserveBlock, "pulls of a view")
+VESTA_DEVICE_FOR_EACH(gs::term::ObserveBlock, "density statistics of a view")
 VESTA_DEVICE_FOR_EACH(gs::term::AddRow, "sum of terms")
 VESTA_DEVICE_FOR_EACH(gs::term::GiveRow, "sum of gradients")
-VESTA_DEVICE_FOR_EACH(gs::term::GiveGrad2d, "sum of pulls")
+VESTA_DEVICE_FOR_EACH(gs::term::GiveGrad2d, "sum of density statistics")
 
 }  // namespace vesta

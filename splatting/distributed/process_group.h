@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The processes that train one model together.
+// The MPI processes that train one model together.
 #pragma once
 
 #include <vector>
@@ -8,27 +8,27 @@
 
 namespace vesta::gs {
 
-// All processes have the same scene, options and model. They call what is marked "collective" in the same order. One
-// process alone decides by itself.
+// A group of processes with the same scene, options and model; it may be a single process. Every process must call
+// functions marked "collective", in the same order.
 class ProcessGroup {
  public:
   ProcessGroup() = default;
-  // null: this process alone.
+  // null: this process only.
   explicit ProcessGroup(Communicator* ranks) : ranks_(ranks) {}
 
   Communicator* ranks() const { return ranks_; }
   bool is_alone() const { return !ranks_ || ranks_->size() == 1; }
   bool is_first() const { return !ranks_ || ranks_->rank() == 0; }
-  // Collective: whether it is so in any of them.
+  // Collective: true on every process if `mine` is true on any.
   bool OnAny(bool mine) const { return ranks_ ? OnAnyRank(*ranks_, mine) : mine; }
-  // Collective: broadcasts the value of the first process, where each has its own, as by its clock.
+  // Collective: returns rank 0's value, for values that differ between processes, such as times.
   double OfFirst(double mine) const { return Gather(std::vector<double>{mine})[0]; }
-  // Collective: the values of all processes, one process after another.
+  // Collective: the values of all processes, in the order of their ranks.
   template <class T>
   std::vector<T> Gather(const std::vector<T>& mine) const {
     return is_alone() ? mine : GatherValues(*ranks_, mine);
   }
-  // This process's share of so many pieces of work: consecutive ones, those of the first process first.
+  // This process's share of `count` work items: a contiguous run, in the order of the ranks.
   Share OwnShare(std::int64_t count) const {
     return ranks_ ? ShareOf(count, ranks_->size(), ranks_->rank()) : Share{0, count};
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem of the LM stage cut into runs of views, to be spread over processes.
+// The splatting problem of the LM stage, divided into runs of views that are distributed over processes.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,14 @@
 
 namespace vesta::gs {
 
-// As many parts for every number of processes, since the order of sums depends on them; no more than views.
+// Independent of the number of processes, since the order of sums depends on the number of parts. At most one part per
+// view.
 inline int NumSplatParts(Index views) {
   constexpr Index kMost = 64;
   return static_cast<int>(std::clamp<Index>(views, 1, kMost));
 }
 
-// Throws Error where views are in several batches, or in some that change from turn to turn.
+// Throws Error for several batches, or batches that change between iterations.
 inline void CheckOneBatch(const ViewBatchOptions& batches) {
   if (batches.count > 1 || batches.size > 0) {
     Fail(kUnsupported,
@@ -54,8 +55,9 @@ class SplatParts final : public ProblemParts<CpuBackend<float>> {
   SplatProblem<B>& whole_;
 };
 
-// The problem as the engine is to see it: spread over processes where mpirun or alike has started this one, even alone,
-// so that the order of sums is the same for every number of processes. On a GPU always the problem itself.
+// The problem to pass to the engine. If mpirun (or a similar launcher) started this process, the problem is
+// distributed, even over one process: the order of sums is then the same for every number of processes. On a GPU it is
+// always the problem itself.
 template <Backend B>
 class ProblemToSolve {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of one view as a term, and the sum of the terms of an iteration in the order of a fixed tree. For every
-// memory space.
+// The gradient of one view as a block-sparse term, and the sum of the terms of an iteration in the order of a fixed
+// tree. For any memory space.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,9 @@
 
 namespace vesta::gs {
 
-// What one training view tells of a model, or several together: a block-sparse gradient, and a term of the sum that an
-// iteration of Adam steps by.
-// A term holds what the view sees, block by block of neighbouring Gaussians, and one view sees a part of them: to make,
-// add and hand on terms costs in proportion to that. For every memory space.
+// The block-sparse gradient of one view, or the sum of several, as a term of the sum for an iteration of Adam. A term
+// has the blocks of neighbouring Gaussians that the views see. Making, adding and sending a term therefore costs in
+// proportion to the visible Gaussians.
 template <class Space>
 class ViewGradient {
  public:
@@ -29,24 +28,24 @@ class ViewGradient {
 
   const ViewCost& cost() const { return header_.cost; }
   void SetCost(const ViewCost& cost) { header_.cost = cost; }
-  // Blocks of term::kLanes Gaussians that it has, and rows of as many numbers in all.
+  // Number of blocks of term::kLanes Gaussians, and number of rows of term::kLanes numbers.
   Index blocks() const { return header_.blocks; }
   Index rows() const { return header_.rows; }
 
-  // On the host: all of it as bytes, for another process: numbers as this machine has them.
+  // The term as bytes to send to another process, in the byte order of this machine. Host only.
   HostSpan<const unsigned char> Bytes() {
     static_assert(std::is_same_v<Space, Host>);
     term::WriteHeader(header_, bytes_.data());
     return bytes_;
   }
-  // Becomes the term of these bytes. Throws Error where they are of none.
+  // Becomes the term with these bytes. Throws Error if they are not a term.
   void Assign(HostSpan<const unsigned char> bytes) {
     header_ = term::ReadHeader(bytes);
     Reserve(bytes.size());
     bytes_.CopyFrom(bytes);
   }
 
-  // Makes room for so many, whose contents mean nothing yet.
+  // Allocates this many blocks and rows, uninitialised.
   void Lay(Index blocks, Index rows) {
     header_.blocks = blocks, header_.rows = rows;
     Reserve(term::SizeOf(header_));
@@ -59,7 +58,7 @@ class ViewGradient {
   bool has_memory() const { return bytes_.capacity() > 0; }
 
  private:
-  // With some room, since a term is recycled for others that are a little larger.
+  // Allocates a little more, since terms are recycled for slightly larger ones.
   void Reserve(Index size) {
     if (size > bytes_.capacity()) bytes_.ResizeForOverwrite(size + size / 4);
   }
@@ -72,15 +71,15 @@ class ViewGradient {
   Buffer<unsigned char, Space> bytes_;
 };
 
-// Makes terms of one model and adds them; terms that are done with leave their memory to others. On a device all of it
-// throws OutOfDeviceMemory.
+// Makes and adds terms of one model, and recycles their memory. On a device, every function throws OutOfDeviceMemory.
 template <class Space>
 class ViewGradientPool {
  public:
   using Term = ViewGradient<Space>;
 
-  // Takes the gradient of one view out of `gradient`, laid out as the model, which is zero outside of what the view
-  // sees, and everywhere afterwards. pulls: of the view; how it pulls is left out where that is not asked for.
+  // Moves the gradient of one view out of `gradient`, which has the layout of the model and is zero afterwards. Before
+  // the call it must be zero for Gaussians outside the view. pulls: image-space gradients of the view, copied to the
+  // term if needs_grad2d.
   Term Take(const term::Layout& layout, const density::Grad2dView& pulls, bool needs_grad2d, float* gradient) {
     counts_.ResizeForOverwrite(layout.Blocks() + 1);
     ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountSeen{layout, pulls.rank_of, counts_.data()});
@@ -113,25 +112,25 @@ class ViewGradientPool {
     sum.SetCost({left.cost().objective + right.cost().objective, left.cost().values + right.cost().values});
     return sum;
   }
-  // The same into left, for a TreeSum.
+  // left += right, for a TreeSum.
   void Join(const term::Layout& layout, Term& left, Term right) {
     Term sum = Sum(layout, left, right);
     Recycle(std::exchange(left, std::move(sum)));
     Recycle(std::move(right));
   }
 
-  // Puts the numbers of its Gaussians into an array laid out as the model: of the gradient, say.
+  // Copies the gradient in `term` to an array with the layout of the model.
   void Give(const term::Layout& layout, Term& term, float* to) const {
     ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), to});
   }
-  // Adds what was observed of each Gaussian: the sum of its pulls, and how many views saw it.
+  // Adds the density statistics of the term: the sum of image-space gradients and the number of views per Gaussian.
   void GiveGrad2d(const term::Layout& layout, Term& term, float* pull, int* seen) const {
     ForEach<Space>(term.blocks(), kGrain, term::GiveGrad2d{term.arrays(), layout.model.count, pull, seen});
   }
   void Recycle(Term term) {
     if (term.has_memory()) spare_.push_back(std::move(term));
   }
-  // One that was recycled, whose contents mean nothing, or a new one.
+  // A recycled term with undefined contents, or a new one.
   Term TakeSpare() {
     if (spare_.empty()) return {};
     Term term = std::move(spare_.back());
@@ -142,7 +141,7 @@ class ViewGradientPool {
  private:
   static constexpr Index kGrain = 1024, kRowGrain = 4096;
 
-  // Blocks and rows as counts_ says; numbers that mean nothing yet.
+  // A term with the blocks and rows in counts_; the numbers are uninitialised.
   Term TermOfCounted(const term::Layout& layout) {
     sums_.ResizeForOverwrite(layout.Blocks() + 1);
     const Index all = Sorting<Space>::RunningSum(counts_, sums_);
@@ -161,8 +160,8 @@ class ViewGradientPool {
   std::vector<Term> spare_;
 };
 
-// What the views of an iteration tell of a model, added up in the order of a fixed tree (kernels/ranks/sum_tree.h): the
-// same bits whoever took which view. For every memory space.
+// Sum of the gradients of an iteration's views, in the order of a fixed tree (kernels/ranks/sum_tree.h). The bits do
+// not depend on which process computed which view. For any memory space.
 template <class Space>
 class SumOfViews {
  public:
@@ -170,15 +169,16 @@ class SumOfViews {
   using Tree = TreeSum<Term>;
   using Part = typename Tree::Part;
 
-  // An iteration on so many views of a model so laid out; what was left of another one is dropped. density: learns how
-  // the views pull; may be null.
+  // Starts an iteration with `views` views of a model with this layout, and discards any unfinished one. density:
+  // receives the density statistics; may be null.
   void Begin(const term::Layout& layout, Index views, DensityControl<Space>* density) {
     layout_ = layout, density_ = density, views_ = views;
     tree_ = Tree(views);
   }
   Index num_gaussians() const { return layout_.model.count; }
-  // View k of the iteration has left its gradient in `gradient`, laid out as the model, which was zero before. Where
-  // there are more views it is taken from there (ViewGradientPool::Take). cost() is asked for last.
+  // Adds view k of the iteration. Its gradient is in `gradient`, which has the layout of the model and was zero before
+  // the view. If the iteration has several views, the gradient is moved out (ViewGradientPool::Take). cost() is called
+  // last.
   template <class Cost>
   void Add(Index k, const density::Grad2dView& pulls, float* gradient, const Cost& cost) {
     if (views_ == 1) {
@@ -190,22 +190,22 @@ class SumOfViews {
     term.SetCost(cost());
     AddPart({TreeNode{k, k + 1}, std::move(term)});
   }
-  // Of several views: some of them, that were added up elsewhere.
+  // Adds a sum of views from elsewhere. Only with several views.
   void AddPart(Part part) {
     tree_.Push(part.first, std::move(part.second), [&](const TreeNode&, Term& left, const TreeNode&, Term& right) {
       terms_.Join(layout_, left, std::move(right));
     });
   }
-  // The same of one that came as its bytes.
+  // The same for a term as bytes.
   void AddPart(const TreeNode& node, HostSpan<const unsigned char> bytes) {
     Term term = terms_.TakeSpare();
     term.Assign(bytes);
     AddPart({node, std::move(term)});
   }
-  // Those that were added here, as far as they can be without the others.
+  // The partial sums of the views added here.
   std::vector<Part> TakeParts() { return tree_.TakeParts(); }
 
-  // Once all views were added: leaves their gradient in `gradient`, tells density control, and returns their cost.
+  // After all views were added: stores the sum in `gradient`, updates the density statistics and returns the cost.
   ViewCost Finish(float* gradient) {
     if (views_ == 1) return cost_;
     Term whole = tree_.TakeWhole();
@@ -220,8 +220,8 @@ class SumOfViews {
   term::Layout layout_{};
   DensityControl<Space>* density_ = nullptr;
   Index views_ = 1;
-  Tree tree_{1};   // of several views
-  ViewCost cost_;  // of one
+  Tree tree_{1};   // for several views
+  ViewCost cost_;  // for one view
   ViewGradientPool<Space> terms_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exchange of terms between processes, as bytes.
+// Exchange of gradient terms between processes, as bytes.
 #pragma once
 
 #include <algorithm>
@@ -19,14 +19,14 @@ namespace vesta::gs {
 
 // Sums over the views of a term.
 struct ViewCost {
-  double objective = 0;  // of the photometric loss
+  double objective = 0;  // photometric loss
   double values = 0;     // pixels times channels
 };
 
 namespace term {
 
-// What a term begins with. Then come the numbers of its blocks, the row that each begins with, and the rows, each from
-// a multiple of kAlignment bytes on.
+// The start of a term. The block numbers follow, then the first row of each block, then the rows. Each array begins at
+// a multiple of kAlignment bytes.
 struct Header {
   ViewCost cost;
   Index blocks = 0, rows = 0;
@@ -43,7 +43,7 @@ constexpr Index RowsAt(Index blocks) { return kHeaderBytes + 2 * ListBytes(block
 constexpr Index RowBytes(Index rows) { return rows * kLanes * static_cast<Index>(sizeof(float)); }
 constexpr Index SizeOf(const Header& header) { return RowsAt(header.blocks) + RowBytes(header.rows); }
 
-// Of a term that lies at `to`, the header, and zeros where there is nothing.
+// Writes the header of the term at `to`, and zeros into its padding.
 inline void WriteHeader(const Header& header, unsigned char* to) {
   std::fill_n(to, kHeaderBytes, static_cast<unsigned char>(0));
   std::memcpy(to, &header, sizeof(header));
@@ -53,25 +53,25 @@ inline void WriteHeader(const Header& header, unsigned char* to) {
     std::fill_n(to + list + used, unused, static_cast<unsigned char>(0));
   }
 }
-// Throws Error where these are not the bytes of a term.
+// Throws Error if the bytes are not a term.
 inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
   Header header;
   const bool has_header = bytes.size() >= kHeaderBytes;
   if (has_header) std::memcpy(&header, bytes.data(), sizeof(header));
   if (!has_header || header.blocks < 0 || header.rows < 0 || SizeOf(header) != bytes.size()) {
-    Fail(kUnavailable, "{} bytes are not the gradient of a view: they were cut short on their way", bytes.size());
+    Fail(kUnavailable, "{} bytes received are not the gradient of a view; the message was truncated", bytes.size());
   }
   return header;
 }
 
 }  // namespace term
 
-// The views of an iteration of Adam, shared by processes: each takes a run of them, and all get all gradients.
-// Keeps its memory from one iteration to the next.
+// Exchanges the gradients of an iteration of Adam. Each process computes a run of the views, and every process receives
+// all gradients. Keeps its memory between iterations.
 class TermExchange {
  public:
-  // Collective, once each process has added its own views to the sum (distributed/sum_of_views.h, on the host): then
-  // the sum is that of all views, on every process, to the same bits as where one process has added them all.
+  // Collective. Each process has added its own views to `sum` (distributed/sum_of_views.h, on the host). Afterwards the
+  // sum has all views on every process, with the same bits as if one process had added them all.
   template <class Sum>
   void AllGather(Communicator& ranks, Sum* sum) {
     const auto self = static_cast<std::size_t>(ranks.rank()), size = static_cast<std::size_t>(ranks.size());
@@ -85,7 +85,7 @@ class TermExchange {
     }
     told = GatherValues(ranks, told);
     for (const Part& part : told) {
-      VESTA_CHECK(part.gaussians == sum->num_gaussians(), "processes train {} and {} Gaussians", part.gaussians,
+      VESTA_CHECK(part.gaussians == sum->num_gaussians(), "processes have {} and {} Gaussians", part.gaussians,
                   sum->num_gaussians());
       sizes[static_cast<std::size_t>(part.rank)] += static_cast<std::size_t>(part.bytes);
     }
@@ -107,12 +107,12 @@ class TermExchange {
   }
 
  private:
-  // What all processes are told of a part: who has it, its node of the tree, and how large it is.
+  // Description of a partial sum that is sent to all processes: its rank, its node of the tree, and its size.
   struct Part {
     Index rank, begin, end, gaussians, bytes;
   };
 
-  // With some room, since each iteration has a little more or less than the last.
+  // Allocates a little more, since the size differs slightly between iterations.
   void Reserve(Index bytes) {
     if (bytes_.capacity() < bytes) bytes_.ResizeForOverwrite(bytes + bytes / 4);
     bytes_.ResizeForOverwrite(bytes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops over terms of a gradient (sum_of_views.h). All pointers of one of these are to one memory space.
+// The loops over terms of a gradient (sum_of_views.h). All pointers of a loop are in one memory space.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 
 namespace vesta::gs::term {
 
-// Gaussians that lie together in memory are seen together or not at all, mostly: a term has whole blocks of them.
+// Gaussians per block of a term. Neighbours in memory are mostly visible in the same views.
 inline constexpr Index kLanes = 16;
-// Of each block: for each Gaussian the sum of its pulls in the views that see it (density/density_steps.h), the
-// number of these views, and the gradient by its attributes. A row is kLanes numbers.
+// The rows of a block, each with kLanes numbers: the sum of the image-space gradients over the views that see a
+// Gaussian (density/density_steps.h), the number of these views, then the gradient of each attribute.
 inline constexpr int kGrad2d = 0, kViews = 1, kFirstAttribute = 2;
 
-// What all terms of an iteration are laid out by.
+// The layout of all terms of an iteration.
 struct Layout {
   splat::ModelLayout model;
-  int attributes;  // in use
+  int attributes;  // number in use
 
   VESTA_HD Index Blocks() const { return (model.count + kLanes - 1) / kLanes; }
-  // Gaussians of a block have at most the attributes of its first one.
+  // The first Gaussian of a block has the most attributes.
   VESTA_HD Index RowsOf(Index block) const {
     int degree = model.sh_degree;
     while (block * kLanes >= model.WithBand(degree)) --degree;
@@ -33,19 +33,19 @@ struct Layout {
   VESTA_HD Index MostRows() const { return kFirstAttribute + attributes; }
 };
 
-// A term: which blocks it has, ascending, the row that each begins with, and the rows.
+// The arrays of a term: its block numbers in ascending order, the first row of each block, and the rows.
 struct Arrays {
   const std::uint32_t *block, *begin;
   const float* rows;
 };
 
-// A block that is there, with its rows, in one number, so that one running sum counts both.
+// A block and its number of rows packed in one number, so that one running sum counts both.
 inline constexpr int kRowBits = 40;
 VESTA_HD constexpr Index Counted(Index rows) { return (Index{1} << kRowBits) + rows; }
 VESTA_HD constexpr Index BlocksOf(Index sum) { return sum >> kRowBits; }
 VESTA_HD constexpr Index RowsOf(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
 
-// Of each block, and of the one after the last: Counted where a Gaussian of it is seen, else 0.
+// counts[b] = Counted if a Gaussian of block b is visible, else 0; also for the block after the last.
 struct CountSeen {
   Layout layout;
   const std::int32_t* rank_of;
@@ -66,10 +66,10 @@ struct PlaceBlocks {
   VESTA_HD void operator()(Index k) const { places[block[k]] = static_cast<std::uint32_t>(k + 1); }
 };
 
-// Counted where either of two terms has the block.
+// counts[b] = Counted if one of two terms has block b, else 0.
 struct CountEither {
   Layout layout;
-  const std::uint32_t *left, *right;  // by block, PlaceBlocks, 0 where there is none
+  const std::uint32_t *left, *right;  // by block, from PlaceBlocks; 0: not in the term
   Index* counts;
 
   VESTA_HD void operator()(Index block) const {
@@ -78,7 +78,7 @@ struct CountEither {
   }
 };
 
-// The list of blocks from their counts and the running sums of these.
+// Lists the blocks of a term, from counts and their running sums.
 struct ListBlocks {
   const Index *counts, *sums;
   std::uint32_t *block, *begin;
@@ -91,21 +91,21 @@ struct ListBlocks {
   }
 };
 
-// Row r of block k of a term is index k * layout.MostRows() + r, of which some are none.
+// Row r of block k of a term has the index k * layout.MostRows() + r. Blocks with fewer rows leave indices unused.
 struct RowOfBlock {
   Layout layout;
   const std::uint32_t* block;
   Divisor by_rows{layout.MostRows()};
 
-  // body(k, number of the block, row in it) for a row that there is.
+  // Calls body(k, number of the block, row in it) if the row exists.
   template <class Body>
   VESTA_HD void Visit(Index index, const Body& body) const {
     const auto [k, row] = by_rows.Divide(index);
     const Index number = block[k];
     if (row < layout.RowsOf(number)) body(k, number, row);
   }
-  // The same of rows of attributes alone: body(k, row in the block, the first of its numbers in an array laid out as
-  // the model, how many it has there).
+  // The same for rows of attributes only: body(k, row in the block, its first index in an array with the layout of the
+  // model, its length there).
   template <class Body>
   VESTA_HD void VisitAttribute(Index index, const Body& body) const {
     Visit(index, [&](Index k, Index number, Index row) {
@@ -117,7 +117,7 @@ struct RowOfBlock {
   }
 };
 
-// The rows of gradients, out of an array laid out as the model, which is zero afterwards.
+// Moves gradients from an array with the layout of the model to the rows of a term. The array is zero afterwards.
 struct TakeRow {
   RowOfBlock of;
   const std::uint32_t* begin;
@@ -134,11 +134,11 @@ struct TakeRow {
   }
 };
 
-// The other rows of block k: by the view whose splats `pulls` is of. Pulls that are not asked for are 0.
+// Fills the rows kGrad2d and kViews of block k for one view. The image-space gradients are 0 if not needed.
 struct ObserveBlock {
   density::Grad2dView pulls;
   bool is_asked_for;
-  Index count;  // of Gaussians
+  Index count;  // number of Gaussians
   const std::uint32_t *block, *begin;
   float* rows;
 
@@ -153,7 +153,7 @@ struct ObserveBlock {
   }
 };
 
-// sum = left + right, of the blocks that either has.
+// sum = left + right, for the blocks of either term.
 struct AddRow {
   RowOfBlock of;
   const std::uint32_t *begin, *left_places, *right_places;
@@ -173,7 +173,7 @@ struct AddRow {
   }
 };
 
-// The rows of attributes, into an array laid out as the model.
+// Copies the rows of attributes to an array with the layout of the model.
 struct GiveRow {
   RowOfBlock of;
   Arrays term;
@@ -187,10 +187,10 @@ struct GiveRow {
   }
 };
 
-// What was observed of the Gaussians of block k.
+// Adds the density statistics of block k.
 struct GiveGrad2d {
   Arrays term;
-  Index count;  // of Gaussians
+  Index count;  // number of Gaussians
   float* pull;
   int* seen;
 

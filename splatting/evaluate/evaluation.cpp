@@ -53,7 +53,7 @@ Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measu
     quality->psnr /= quality->views;
     quality->ssim /= quality->views;
   }
-  // A scene may be without test views: nothing was measured then, which is not 0 dB.
+  // Without test views there is no measurement; 0 dB would be wrong.
   if (mean.test.views == 0) mean.test.psnr = mean.test.ssim = std::numeric_limits<double>::quiet_NaN();
   mean.cost = values > 0 ? mean.cost / values : 0;
   return mean;

@@ -20,7 +20,7 @@
 
 namespace vesta::gs {
 
-// Means over views of values per view, of the pixels that count, on 8-bit-quantised images.
+// Means over views, from unmasked pixels of images quantised to 8 bits.
 struct Quality {
   double psnr = 0;  // dB
   double ssim = 0;
@@ -28,47 +28,47 @@ struct Quality {
 };
 
 struct Evaluation {
-  Quality train, held_out, test;  // of no views 0; of no test views NaN
+  Quality train, held_out, test;  // 0 without views; test: NaN without views
   double cost = 0;                // mean over measured training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
 };
 
-// What is measured of one view.
+// The measurements of one view.
 struct ViewQuality {
-  std::size_t view;      // of the scene's
-  ImageQuality quality;  // of the pixels that count
-  double counted;        // their part of all
-  double objective;  // of the photometric loss on the image as rendered; only of views that are trained on it counts
+  std::size_t view;      // index in the scene
+  ImageQuality quality;  // over unmasked pixels
+  double counted;        // fraction of unmasked pixels
+  double objective;      // photometric loss of the unquantised image; 0 unless a training view
 };
-// whole: of the view with its photograph where pixels do not count (masked_loss.h).
+// whole: quality over all pixels, with masked pixels replaced by the photograph (masked_loss.h).
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective);
-// Of all views, in any order.
+// Means over the measured views, given in any order.
 Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured);
 
-// Of which views a model is measured, by which process.
+// The views that are measured, and the processes that share the work.
 struct MeasuredViews {
-  // Of the training views as many at most, evenly spread; of the others all.
+  // Maximum number of training views, evenly spaced. All other views are measured.
   int most_trained = std::numeric_limits<int>::max();
   ProcessGroup processes = {};  // each measures its share of the views
 };
 
-// Of each view of a scene whether it is one of them, of any process.
+// For each view of a scene, whether any process measures it.
 inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::vector<View>& views) {
   const Index trained = NumTrainingViews(views);
   const Index most = std::min<Index>(measured.most_trained, trained);
   std::vector<bool> are_measured;
   are_measured.reserve(views.size());
-  Index place = 0;  // among the training views
+  Index place = 0;  // index among the training views
   for (const View& view : views) {
-    // Of every run of trained / most views the last.
+    // The last view of every run of trained / most training views.
     are_measured.push_back(!view.is_trained() || (place + 1) * most / trained > place * most / trained);
     if (view.is_trained()) ++place;
   }
   return are_measured;
 }
 
-// Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
-// already; those of the other views are shown to B one at a time. Processes that measure together all have the same
-// result. Holds its view and two images only while it runs; on a device throws OutOfDeviceMemory.
+// Evaluates a model in the memory of B. held: the training views in the order of the scene, if B already has their
+// photographs; may be empty. Other photographs are copied to B one at a time. All processes return the same result. Its
+// view and two images are freed on return. On a device, throws OutOfDeviceMemory.
 template <class B>
 Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> held,
                     const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
@@ -82,7 +82,7 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
   typename Splats::SplatView splats;
   typename B::Vector rendered;
   typename Splats::Truth truth;
-  std::size_t trained = 0;  // views so far
+  std::size_t trained = 0;  // training views so far
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const View& view = scene.views[v];
     const std::size_t place = trained;
@@ -96,30 +96,30 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     if (!view.is_trained() || held.empty()) {
       Splats::CopyTruth(ValuesOf(*photograph), truth);
     } else {
-      VESTA_CHECK(place < held.size(), "{} targets are fewer than the training views", held.size());
+      VESTA_CHECK(place < held.size(), "the {} targets are fewer than the training views", held.size());
       Splats::CopyTruth(typename B::ConstVectorView(held[place].truth), truth);
     }
     ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstVectorView(truth), rendered.view());
-    // Before the meter, which may write into both images.
+    // Before the meter, which may modify both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
   }
   return MeanOf(scene.views, measured.processes.Gather(qualities));
 }
 
-// A rendered image as it is compared with its photograph: pixels that do not count show what that shows.
+// Prepares a rendered image for comparison: copies masked pixels from the photograph.
 Image ToCompare(Image rendered, const Image& photograph);
 
-// Renders views of models; keeps its working memory between calls.
+// Renders views of models. Keeps its working memory between calls.
 class Renderer {
  public:
   // background: 0..1. near: distance of the near plane, world units.
   Renderer(const std::array<double, 3>& background, double near) : background_(background), near_(near) {}
 
-  // The model seen from the view, not clamped.
+  // The model seen from the view; colours are not clamped.
   Image Render(const SplatModel& model, const View& view);
   Evaluation Evaluate(const SplatModel& model, const Scene& scene);
-  // The same for a model still in training, with fewer active SH bands.
+  // The same for a model in training, which may have fewer active SH bands.
   Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured = {});
 
  private:

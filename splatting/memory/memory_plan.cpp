@@ -14,18 +14,18 @@ namespace vesta::gs {
 namespace {
 
 constexpr double kGib = 1 << 30;
-// Of what a GPU has free: the rest is for the pool's pieces, the code and the stacks of kernels.
+// Usable fraction of free GPU memory. The rest allows for fragmentation of the pool, code and kernel stacks.
 constexpr double kUsableShare = 15.0 / 16;
 
-// GiB, rounded up in the second digit.
+// In GiB, rounded up to two decimals.
 double RoundedGib(double bytes) { return bytes / kGib + 0.005; }
 
 double StageMib(double adam, double lm, double between) { return std::max({adam, lm, between}) / kMib; }
 
 bool MayHoldOneBatch(const LmStageOptions& lm) { return lm.batches > 1 && lm.merge_batches; }
 
-// Of LM that takes as little as it can: each view is rebuilt when it is needed, and of batches that are merged one is
-// held at a time.
+// Bytes of LM in its most frugal form: each view is rebuilt when needed, and one of several merged batches is held at a
+// time.
 double FrugalLmBytes(const MemoryScene& scene, LmStageOptions lm, const StageMemory& memory) {
   lm.jacobian = JacobianKind::kOnTheFly;
   return memory.lm_bytes(scene, lm, !MayHoldOneBatch(lm));
@@ -40,7 +40,7 @@ StageMemory HostMemory(const MemoryOptions& memory, double held_mib) {
   result.comfortable_bytes = 0.75 * AvailableMemoryMib() * kMib / NumRanksOnThisMachine();
   result.refusal = [memory, before](const char* what, double needed) {
     return fmt::format(
-        "--memory_budget={}: {} needs {:.2f} GiB, {:.2f} of them for program and images; allow so much, or use "
+        "--memory_budget={}: {} needs {:.2f} GiB, including {:.2f} for program and images; increase the budget, or use "
         "--downscale or fewer Gaussians",
         memory.budget_gib, what, RoundedGib(needed + before), before / kGib);
   };
@@ -58,11 +58,11 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
   if (by_flag) result.bytes = memory.budget_gib * kGib;
   result.refusal = [memory, by_flag, usable = result.bytes](const char* what, double needed) {
     return by_flag ? fmt::format(
-                         "--memory_budget={}: {} needs {:.2f} GiB of the GPU; allow so much, or use "
+                         "--memory_budget={}: {} needs {:.2f} GiB of the GPU; increase the budget, or use "
                          "--device=cpu, --downscale or fewer Gaussians",
                          memory.budget_gib, what, RoundedGib(needed))
                    : fmt::format(
-                         "{} needs {:.2f} GiB of the GPU, which has {:.2f} to spare; use --device=cpu, "
+                         "{} needs {:.2f} GiB of the GPU, but {:.2f} are available; use --device=cpu, "
                          "--downscale or fewer Gaussians",
                          what, RoundedGib(needed), usable / kGib);
   };
@@ -122,7 +122,7 @@ double PredictedMib(const MemoryScene& scene, const StageOptions& options, doubl
 }
 
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options) {
-  // Parameters, moments and bases of before Gaussians become more, in case the GPU has no room for the new ones.
+  // A copy of parameters, moments and bases from before densification, in case the GPU has no room for the new ones.
   const bool grows = options.adam.runs() && options.density.enabled;
   const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
   return (std::max(ModelBytes(scene), ScoringBytes(scene, options.pruning)) + copies) / kMib;

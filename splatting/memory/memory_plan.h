@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Peak memory of a training run, predicted before it is asked for, and what is chosen to keep it within bounds.
+// Predicts the peak memory of a training run, and chooses how LM runs and how many Gaussians fit.
 #pragma once
 
 #include <functional>
@@ -10,52 +10,52 @@
 
 namespace vesta::gs {
 
-// The memory that the stages compute in: what each takes of it, and what there is.
+// The memory for the stages: functions that predict the use of each stage, and the limits.
 struct StageMemory {
   double (*adam_bytes)(const MemoryScene&, const StageOptions&) = AdamBytes;
   double (*lm_bytes)(const MemoryScene&, const LmStageOptions&, bool hold_batches) = LmBytes;
   double (*joint_lm_bytes)(const MemoryScene&, const StageOptions&, bool eliminate_views) = JointLmBytes;
-  double bytes = std::numeric_limits<double>::infinity();  // that the stages may take
-  // Above this LM takes less where that costs nothing but time.
+  double bytes = std::numeric_limits<double>::infinity();  // limit for the stages
+  // Above this, LM saves memory where that only costs time.
   double comfortable_bytes = std::numeric_limits<double>::infinity();
-  // Whether LM holds its views where they fit, though asked to build them anew (JacobianKind::kOnTheFly).
+  // Whether LM keeps its views if they fit, even with JacobianKind::kOnTheFly.
   bool holds_views = false;
-  // One line for the user: that `what` needs so many bytes, and what to do.
+  // Message for the user, in one line: `what` needs `needed` bytes, and what to do.
   std::function<std::string(const char* what, double needed)> refusal;
 };
-// memory.budget_gib less held_mib, which the process holds beside the stages. comfortable_bytes is three quarters of
-// what the machine has free now, a share of them where several processes of one training run on it.
+// The limit is memory.budget_gib minus held_mib, the memory that the process already holds. comfortable_bytes is three
+// quarters of the free memory of the machine, divided by the number of processes of this training on it.
 StageMemory HostMemory(const MemoryOptions& memory, double held_mib);
-// Of a GPU with so many bytes free: most of them, and no more than memory.budget_gib.
+// For a GPU with this many free bytes: most of them, and at most memory.budget_gib.
 StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 
 // How LM runs within the memory.
 struct LmPlan {
   JacobianKind jacobian = JacobianKind::kCachedViews;
   bool hold_batches = true;
-  bool eliminate_views = true;  // where it finds cameras too
-  double bytes = 0;             // lm_bytes of that
+  bool eliminate_views = true;  // if LM also optimises cameras
+  double bytes = 0;             // result of lm_bytes for this plan
 };
 
-// lm as it is where that fits, comfortably; else with the Jacobian recomputed; else with views rebuilt, which
-// takes longer and changes no number; else of merged batches with one held at a time. Throws Error, one line that says
-// how much would do, where one view at a time does not fit.
+// The first of these plans that fits: lm as given, or with cached views (both within comfortable_bytes too); with views
+// rebuilt, which is slower but gives the same numbers; with one of several merged batches held at a time. Throws Error
+// with the required memory, in one line, if none fits.
 LmPlan PlanLm(const MemoryScene& scene, const LmStageOptions& lm, const StageMemory& memory);
 
-// The same where LM finds cameras too: with views eliminated where that fits, comfortably, else solved for along.
-// Throws Error where that does not fit.
+// The same for LM that also optimises cameras. Views are eliminated if that fits (within comfortable_bytes too), else
+// solved for jointly. Throws Error if neither fits.
 LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
-// The most Gaussians, at most options.density.max_gaussians, of which both stages fit, LM at its most frugal. Throws
-// Error where not even those that `scene` has do.
+// The largest number of Gaussians with which both stages fit, with LM in its most frugal form; at most
+// options.density.max_gaussians. Throws Error if even the Gaussians of `scene` do not fit.
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
-// Most that the process holds in a run with these options beside what it held before: the larger of the stages.
-// lm_bytes: of LmPlan, 0 without LM. Stages that compute on a GPU leave to the host the model, a copy of what was
-// before the last growth where the GPU does not keep it, and evaluation where the GPU has no room for it.
+// Peak memory of a run, beside the memory held before it: the maximum over the stages. lm_bytes: from LmPlan, 0 without
+// LM. PredictedMibBesideDevice: host memory when the stages run on a GPU. It includes the model, scoring and
+// evaluation, and a copy from before densification that the GPU may have no room for.
 double PredictedMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes);
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options);
-// Most that the GPU holds. kept_bytes: of the copy of what was before the last growth, where that is kept there.
+// Peak memory on the GPU. kept_bytes: the size of the copy from before densification, if it is on the GPU.
 double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes,
                           double kept_bytes = 0);
 

@@ -28,7 +28,7 @@ namespace {
 using Cpu = CpuBackend<float>;
 using Gpu = CudaBackend<float>;
 
-// What the stages in the memory of B are made of; whoever allocates says how much.
+// Sizes of the components of the stages in the memory of B. Each size comes from the class that allocates it.
 template <class B>
 class Parts {
  public:
@@ -42,40 +42,40 @@ class Parts {
   const ViewCounts& most() const { return most_; }
   double Image() const { return kImageBytes * most_.pixels; }
   double View() const { return ViewBytes(most_); }
-  // What the passes over views work in, but for Gram matrices.
+  // Working memory of the passes over views, without Gram matrices.
   double Passes() const { return Workspace::BuildBytes(most_, gaussians_) + Workspace::ProductBytes(most_); }
-  // With masks; on the host they are the views' own.
+  // With masks on a device; on the host, masks belong to the views.
   double Truths() const {
     double bytes = kIsDevice ? scene_.mask_bytes : 0;
     for (const ViewCounts& view : scene_.views) bytes += Splats::TruthBytes(view.pixels);
     return bytes;
   }
-  // Beside the workspace: a view, its image and truth, and what the meter makes of them.
+  // Without the workspace: a view, its image and truth, and the memory of the quality meter.
   double Evaluation() const {
     return View() + Image() + Splats::TruthBytes(most_.pixels) + Splats::QualityMeter::Bytes(most_.pixels);
   }
-  // A view's curvature by its own unknowns (cameras/derivatives/view_columns.h): a view and its passes once more, and
-  // images of its derivatives: as they are rendered and as columns, then as columns and what W makes of one.
+  // Curvature of a view with respect to its camera (cameras/derivatives/view_columns.h): another view with its passes,
+  // and its derivative images. The peak is either images and columns, or columns and the product of W with one of them.
   double CameraCurvature(const CameraOptions& cameras) const {
     if (!cameras.refines()) return 0;
-    // The most that auto may choose.
+    // The largest choice of auto.
     const FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
     const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
     const int weighted = 2 + LinearizationImages(SsimLinearization::kQuadratic);
     return View() + Passes() + (1 + columns + std::max(free.num_moves(), weighted)) * Image() +
            Loss::ProductBytes(SsimLinearization::kQuadratic, most_.pixels);
   }
-  // On the host, wherever the stages are: a measure by the training views (pruning/harmonics.h takes the most).
+  // On the host, wherever the stages run: scoring by the training views. pruning/harmonics.h takes the most memory.
   double Judging(const PruningOptions& pruning) const {
     if (!pruning.judges()) return 0;
     return RenderedViewsBytes(most_, gaussians_) +
            (pruning.sh_aic_weight > 0 ? ShRemovalCost::kBytes : kRemovalCostBytes) * gaussians_;
   }
-  // Of the session's renderer, which stays.
+  // The session's renderer, which exists throughout.
   double SessionWorkspace() const {
     return std::is_same_v<typename B::Space, Host> ? Workspace::BuildBytes(most_, gaussians_) : 0;
   }
-  // A view with its image, those of its loss, and its cached Jacobian.
+  // A view with its image, the images of its loss, and its cached Jacobian.
   double LinearizedView(const ViewCounts& view, const LmStageOptions& lm) const {
     const double bytes = ViewBytes(view) + (1 + LinearizationImages(lm.ssim)) * kImageBytes * view.pixels;
     if (!IsCached(lm.jacobian)) return bytes;
@@ -86,7 +86,7 @@ class Parts {
 
  private:
   static constexpr bool kIsDevice = !std::is_same_v<typename B::Space, Host>;
-  // The rise by one view and by all, and the score and place of each Gaussian in an order.
+  // Per Gaussian: the rise in one view and in all, a score, and a place in a sorted order.
   static constexpr double kRemovalCostBytes = 3 * sizeof(double) + sizeof(Index);
 
   double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
@@ -96,8 +96,8 @@ class Parts {
   double gaussians_;
 };
 
-// Terms of an iteration on several views, while they are added up (distributed/sum_of_views.h): two at the last sum,
-// what that leaves, and one for each level below it. Each view may see nearly all.
+// Terms of an iteration with several views while they are summed (distributed/sum_of_views.h): two operands and the
+// result of the last sum, and one term for each level below. Each view may see nearly all Gaussians.
 double TermBytes(const MemoryScene& scene, int views) {
   if (views == 1) return 0;
   constexpr double kGrad2dAndViews = 2;
@@ -109,19 +109,19 @@ template <class B>
 double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const Parts<B> parts(scene);
   const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
-  // The model, two moments and the bases; units, and with density pulls and observations, by Gaussian.
+  // The model, two moments and the bases. Per Gaussian: units, and density statistics.
   const double held = parts.Truths() + 3 * vector + bases +
                       (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
-  // The gradient; the image and its gradient; in the end the mean of the parameters.
+  // The gradient; the image and its gradient; at the end, the mean of the parameters.
   const double step = vector + TermBytes(scene, options.adam.batch_size) + parts.View() + parts.Passes() +
                       2 * parts.Image() +
                       Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
                       std::max(parts.Evaluation(), parts.CameraCurvature(options.cameras));
   const double average = options.adam.averaging_fraction > 0 ? vector : 0;
-  // While views judge, what the passes of an iteration work in is free.
+  // While views are scored, the working memory of an iteration is free.
   const bool is_host = std::is_same_v<typename B::Space, Host>;
   const double judging = is_host ? vector + parts.Judging(options.pruning) : 0;
-  // Bases or a vector once more; sources and fates.
+  // A second copy of the bases or of a vector; sources and actions.
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
   return held + std::max(std::max(step, judging) + average, rearranging);
 }
@@ -142,7 +142,7 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
                              .cost = parts.View() + parts.Image(),
                              .evaluation = parts.Evaluation(),
                              .keeps_gram = keeps_gram};
-  // Units by Gaussian.
+  // One unit of length per Gaussian.
   return parts.Truths() + EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) +
          rebuilt + parts.Passes() + (IsCached(lm.jacobian) ? Workspace::CacheBytes(parts.most()) : 0) +
          Parts<B>::Loss::ProductBytes(lm.ssim, parts.most().pixels) + parts.SessionWorkspace();
@@ -153,19 +153,19 @@ double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, boo
   LmStageOptions lm = options.lm;
   lm.jacobian = JacobianKind::kCachedViews, lm.batches = 1, lm.batch_size = 0, lm.line_search = false;
   const FreeUnknowns free = FreeBy(options.cameras.refine);
-  // Columns of the pose, and of gains and offsets, of which each is of a channel. Where they are made, as they are
-  // rendered and as columns, then as columns and W J, the workspace of Gram matrices is free.
+  // Columns of the pose, and of the gains and offsets per channel. While they are made, the workspace of Gram matrices
+  // is free. The peak is either images and columns, or columns and W J.
   const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
   const double beside_columns = std::max<double>(free.num_moves(), eliminate_views ? columns : 1);
   const ViewCounts most = scene.Largest();
   const double making = (columns + beside_columns - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
   double beside = std::max(0.0, making - SplatBackend<B>::Workspace::GramBytes(most));
-  // On the host, photographs developed by what is found.
+  // On the host, the photographs with the optimised exposures applied.
   const double developed = std::is_same_v<typename B::Space, Host> && free.color ? 1 : 0;
   for (const ViewCounts& view : scene.views) {
     beside += (developed + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
   }
-  // Gradient and descent, which stay, and the right-hand side without the views.
+  // The gradient and the right-hand side, which persist, and the right-hand side without the views.
   constexpr double kVectors = 3;
   return LmBytesIn<B>(scene, lm, true, eliminate_views) + beside + kVectors * VectorBytes(scene);
 }
@@ -267,11 +267,11 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
   const auto views = static_cast<double>(scene.views.size());
   const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
   const int linearizations = HeldLinearizations(engine, static_cast<int>(batches));
-  // Views in each batch, up to one more in some than in others.
+  // Views per batch; batches differ by at most one view.
   const double size =
       std::ceil(lm.batch_size > 0 ? std::min<double>(lm.batch_size, views) : views / static_cast<double>(batches));
   const double held = std::min(linearizations * size, views);
-  // The Gram matrices of a linearization, which become the blocks of a preconditioner.
+  // Gram matrices of a linearization, which become the blocks of a preconditioner.
   const double blocks = GramBytes(scene);
   const double vector = VectorBytes(scene);
   return LmPeakBytes(engine, {.batches = static_cast<int>(batches),

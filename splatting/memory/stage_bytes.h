@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What decides how much memory a training takes, and the bytes that each stage holds at its peak.
+// The quantities and options that determine the memory of a training, and the peak bytes of each stage.
 #pragma once
 
 #include <vector>
@@ -17,28 +17,28 @@ namespace vesta::gs {
 
 using splat::ViewCounts;
 
-// Sizes of a model and its views, from which memory is foreseen.
+// Sizes of a model and its views, from which memory is predicted.
 struct MemoryScene {
   splat::ModelLayout layout;
   std::vector<ViewCounts> views;
-  double mask_bytes = 0;  // of photographs of which not all takes part
+  double mask_bytes = 0;  // masks of photographs
 
-  // The same with another number of Gaussians, what it counts growing in proportion.
+  // The same scene with another number of Gaussians; the counts per view change in proportion.
   MemoryScene Scaled(Index new_gaussians) const;
-  // The same views of a model with this layout.
+  // The same views with a model of another layout.
   MemoryScene Of(const splat::ModelLayout& other) const;
-  // The largest of each count over the views.
+  // The maximum of each count over the views.
   ViewCounts Largest() const;
 };
 
-// Projects and bins at most `most` of the views, evenly spread, and gives the others their mean; counts entries where
-// `with_entries` (then each takes as long as rendering, besides). most >= 1.
+// Projects and bins at most `most` of the views, evenly spaced, and gives the others their mean. most >= 1.
+// with_entries: also counts Jacobian entries, at the cost of rendering each of these views.
 MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries);
 
-// What of a training's options decides how much memory it takes.
+// Options of the memory limit.
 struct MemoryOptions {
-  double budget_gib = 0;  // of the process; 0: none
+  double budget_gib = 0;  // limit of the process; 0: none
 };
 
 const schema::Table<MemoryOptions>& MemoryFields();
@@ -52,56 +52,55 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether LM solves for cameras and exposures along with the splats (train/lm_stage/lm_stage.h): after an Adam
-// stage, which finds them, it does not.
+// Whether LM optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). After an Adam
+// stage it does not, since Adam has optimised them.
 inline bool FindsCamerasByLm(const StageOptions& options) {
   return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();
 }
 
 inline constexpr double kMib = 1 << 20;  // bytes
 
-// One vector of parameters.
+// A vector of all parameters.
 double VectorBytes(const MemoryScene& scene);
 
-// A number of 32 bits for each Gaussian.
+// 32 bits per Gaussian.
 double PerGaussianBytes(const MemoryScene& scene);
 
-// The bases of Adam's blocks, where it has them.
+// The bases of Adam's blocks; 0 without blocks.
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
-// Of the Gram matrices of all Gaussians.
+// The Gram matrices of all Gaussians.
 double GramBytes(const MemoryScene& scene);
 
-// What passes over views work in and give back.
+// Memory that passes over views use temporarily.
 struct PassingBytes {
-  double gram = 0;          // measuring Gram matrices
-  double cost = 0;          // the cost of a trial
-  double evaluation = 0;    // that of x, and its quality, between iterations
-  bool keeps_gram = false;  // ProblemMemory::keeps_gram: the matrices themselves stay
+  double gram = 0;          // to measure Gram matrices
+  double cost = 0;          // to compute the cost of a trial step
+  double evaluation = 0;    // to compute the cost and quality of x between iterations
+  bool keeps_gram = false;  // ProblemMemory::keeps_gram: the Gram matrices are kept
 };
 
-// What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all
-// linearized views together. hold_batches: whether the linearizations of all batches are there at once. passing: what
-// is there for a while only.
+// Peak memory of the LM engine and the linearizations of its batches, including the model. views_bytes: of all
+// linearized views. hold_batches: whether all linearizations of the batches are held at once. passing: temporary
+// memory.
 double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing);
 
-// Bytes that each stage of training holds at its peak, beside the scene's images and the program: the model, and all
-// that the stage keeps. Sums alone: no GPU is needed for those of one.
-// In the memory of the host.
+// Peak bytes of each stage of training, beside the scene's images and the program: the model, and everything that the
+// stage allocates. These are formulas, so the sizes for a GPU need no GPU.
+// In host memory:
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
-// lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
-// batches are there at once.
+// Depends on lm's jacobian, preconditioner, batches and merge_batches. hold_batches: whether the linearizations of all
+// batches are held at once.
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
-// Where LM finds cameras too (cameras/joint/joint_problem.h): views are held, with their columns where they are
-// eliminated.
+// For LM that also optimises cameras (cameras/joint/joint_problem.h). Views are held, with their columns if eliminated.
 double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views);
-// The model and what evaluating it needs: all there is between the stages.
+// The model and its evaluation, which exist between the stages.
 double ModelBytes(const MemoryScene& scene);
-// What judging Gaussians takes on the host beside the model, wherever the stages are; 0 where options ask for none.
+// Scoring of Gaussians, on the host wherever the stages run; 0 if the options do not need it.
 double ScoringBytes(const MemoryScene& scene, const PruningOptions& pruning);
 
-// In that of a GPU, with the truths of all views.
+// In GPU memory, including the photographs of all views.
 double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options);
 double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
 double DeviceJointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views);

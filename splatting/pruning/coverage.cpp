@@ -18,9 +18,9 @@
 namespace vesta::gs {
 namespace {
 
-// The integral over the image of 2^-(p^2 + q^2), pixels squared: along rows in closed form, and a sum over rows.
+// The integral of 2^-(p^2 + q^2) over the image, in pixels squared: in closed form along rows, and summed over rows.
 double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
-  // Beyond, the falloff is less than 1e-4.
+  // Farther away, the falloff is less than 1e-4.
   constexpr double kReach = 3.7;
   constexpr int kMostRows = 64;
   const double r = static_cast<double>(splat.r), s = static_cast<double>(splat.s), v = static_cast<double>(splat.v);
@@ -38,8 +38,8 @@ double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
   return sum * step * std::sqrt(std::numbers::pi) / (2 * root * r);
 }
 
-// Coverage::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as part of the
-// image in the camera where that is largest; at most 1.
+// Coverage::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as a fraction
+// of the image. The maximum over the cameras, and at most 1.
 double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
   std::array<double, 3> deviation{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -66,12 +66,12 @@ std::vector<splat::PosedCamera> CamerasOf(const ScoringViews& judges) {
   return cameras;
 }
 
-// What a view shows of Gaussians, one view after another.
+// Computes how much of each Gaussian a view shows.
 class ShownByView {
  public:
   explicit ShownByView(const double* background) : background_(background) {}
 
-  // add(i, Coverage::shown in this view alone) of each that is seen, in parallel.
+  // Calls add(i, Coverage::shown in this view only) for each visible Gaussian, in parallel.
   template <class Add>
   void ForEach(const splat::Model<float>& model, const splat::PosedCamera& camera, const Add& add) {
     projected_.Build(model, camera, background_, workspace_);
@@ -89,7 +89,7 @@ class ShownByView {
   splat::ViewWorkspace<float> workspace_;
 };
 
-// Of each, without what views show of it.
+// Coverage of each Gaussian with `body` computed and `shown` still 0.
 std::vector<Coverage> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
   std::vector<Coverage> support(static_cast<std::size_t>(model.count));
   ParallelFor(model.count, 1024,
@@ -97,7 +97,7 @@ std::vector<Coverage> BodiesOf(const splat::Model<float>& model, const std::vect
   return support;
 }
 
-// The values of some Gaussians, of degree 0: what projects them.
+// The degree-0 attributes of some Gaussians, which are enough to project them.
 std::vector<float> GeometryOf(const splat::Model<float>& model, const std::vector<Index>& gaussians) {
   std::vector<float> values;
   values.reserve(splat::NumAttributes(0) * gaussians.size());
@@ -126,7 +126,7 @@ double LongestDeviation(const SplatModel& model, Index i) {
       static_cast<double>(std::max({log_scale[i], log_scale[model.count + i], log_scale[2 * model.count + i]})));
 }
 
-// Takes out of `gaussians` those for which goes(place, Gaussian); returns how many.
+// Removes the elements with goes(place, Gaussian) from `gaussians`. Returns their number.
 template <class Goes>
 Index TakeOut(std::vector<Index>& gaussians, const Goes& goes) {
   std::vector<Index> left;
@@ -159,7 +159,7 @@ Index TakeHuge(const SplatModel& model, std::vector<Index>& gaussians) {
     distances.push_back(static_cast<double>(std::hypot(mean[0] - middle[0], mean[1] - middle[1], mean[2] - middle[2])));
   }
   const double usual = Median(distances);
-  if (usual == 0) return 0;  // more than half of them at one place say nothing of a size
+  if (usual == 0) return 0;  // more than half of the means coincide: the model has no size
   return TakeOut(gaussians, [&](std::size_t place, Index i) {
     return LongestDeviation(model, i) > std::max(usual, distances[place]);
   });
@@ -196,7 +196,7 @@ std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const Sc
 std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& judges) {
   const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
   std::vector<Coverage> support = BodiesOf(model, cameras);
-  std::vector<Index> wanting;  // by the views so far, of which each can only make them fewer
+  std::vector<Index> wanting;  // by the views so far; further views only make it shorter
   const auto IsUnderObserved = [&](Index i) { return support[static_cast<std::size_t>(i)].IsUnderObserved(); };
   for (Index i = 0; i < model.count; ++i) {
     if (IsUnderObserved(i)) wanting.push_back(i);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage: how much of what a camera could see of a Gaussian the training views show; and floaters, Gaussians that
-// belong to no surface.
+// Coverage: how much of each Gaussian the training views show. Floaters: Gaussians in free space that belong to no
+// surface.
 #pragma once
 
 #include <vector>
@@ -12,50 +12,51 @@
 
 namespace vesta::gs {
 
-// What none of the training views shows, no photograph has asked for; it stands before cameras that come later
-// (docs/decisions/coverage-pruning.md). In units of an image's area; opacity, and what stands before it, count in
-// neither.
+// Coverage of a Gaussian. If no training view shows a Gaussian, no photograph supports it, but it may hide the scene
+// from new cameras (docs/decisions/coverage-pruning.md). In units of an image's area. Opacity and occlusion are
+// ignored.
 struct Coverage {
-  double shown = 0;  // the sum over views of the integral of its falloff over the image
-  // The integral of its falloff for a camera as far away as the nearest of the training views, that looks at its
-  // broadest side: 2 pi times its two largest standard deviations; at most 1.
+  double shown = 0;  // integral of its falloff over the image, summed over views
+  // The same integral in a camera that faces its broadest side, from the distance of the nearest training camera. It is
+  // 2 pi times its two largest standard deviations; at most 1.
   double body = 0;
 
-  // Small ones are none's concern: they hide little, and are many.
+  // Small Gaussians are ignored: they occlude little, and there are many.
   bool IsUnderObserved() const {
     constexpr double kSmall = 0.003, kLeastPart = 0.03;
     return body > kSmall && shown < kLeastPart * body;
   }
 };
 
-// By Gaussian. Without images: of the cameras alone. Takes less time than rendering all views.
+// The coverage of each Gaussian. Uses the cameras only, not the images. Faster than rendering all views.
 std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& judges);
 
-// Which are wanting: what MeasureCoverage says of them, in a small part of its time, since few are large and most of
-// these are well shown by the first views. Of Gaussians whose colours are finite; MeasureCoverage holds others for
-// unseen.
+// For each Gaussian, MeasureCoverage's IsUnderObserved in a small part of the time: few Gaussians are large, and the
+// first views already show most of these. Colours must be finite; MeasureCoverage counts Gaussians with other colours
+// as unseen.
 std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& judges);
 
-// Those that the views do show, ascending; all where they show none.
+// The Gaussians that are not under-observed, in ascending order; all Gaussians if there would be none.
 std::vector<Index> Supported(const splat::Model<float>& model, const ScoringViews& judges);
 
-// Floaters hang before or around what a splat shows. None is wrong for sure; these are signs of it, all far from what
-// the Gaussians of a surface are like. The Gaussians that are left, ascending, and how many go for what; who has
-// several reasons goes for the first.
+// Floaters hide or surround the scene. Each criterion is only an indication, but Gaussians of a surface are far from
+// all of them. `kept` has the other Gaussians in ascending order. The counts use the first criterion that a floater
+// meets.
 struct FloaterCount {
   std::vector<Index> kept;
-  // Of an opacity under 1/255, which is never drawn.
+  // Opacity below 1/255, which is never drawn.
   Index faint = 0;
-  // With a standard deviation longer than the model's median distance from its middle, and than its own: around all.
+  // A standard deviation longer than the model's median distance from its middle, and longer than its own distance: it
+  // surrounds the scene.
   Index huge = 0;
-  // With no other nearer than ten times what is usual (the root of the mean squared distance to three, its median), nor
-  // within reach of their falloff, six of their own longest standard deviations.
+  // Distance to its neighbours (root mean square over three) above ten times the median of the model, and above six of
+  // its own longest standard deviations.
   Index isolated = 0;
-  // Of which the views show hardly anything (Coverage::IsUnderObserved).
+  // Under-observed by the views (Coverage::IsUnderObserved).
   Index unsupported = 0;
 };
 
-// judges: may be null; none is unsupported then.
+// judges: may be null; then `unsupported` is 0.
 FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* judges);
 
 }  // namespace vesta::gs

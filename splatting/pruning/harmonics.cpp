@@ -15,7 +15,7 @@ namespace {
 constexpr int kBases = kMaxShCoefficients, kBlock = PackedSize(kBases);
 constexpr Index kGrain = 256;
 
-// Degree of Gaussian i in use.
+// Active SH degree of Gaussian i.
 int DegreeOf(const splat::Model<float>& model, Index i) { return std::min(model.DegreeOf(i), model.active_sh_degree); }
 
 std::array<float, 3> CentreOf(const splat::PosedCamera& camera) {
@@ -23,7 +23,7 @@ std::array<float, 3> CentreOf(const splat::PosedCamera& camera) {
           static_cast<float>(camera.centre[2])};
 }
 
-// The basis functions in the direction in which a camera with that centre sees a Gaussian.
+// The SH basis functions in the viewing direction of a Gaussian from this camera centre.
 std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, const std::array<float, 3>& centre) {
   float mean[3], dir[3];
   for (int k = 0; k < 3; ++k) mean[k] = model.x[model.Offset(splat::kMean + k) + i];
@@ -33,7 +33,7 @@ std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, c
   return basis;
 }
 
-// The curvature of the cost by the coefficients of one Gaussian: packed; the mean of the channels'.
+// Second derivative of the loss with respect to the SH coefficients of one Gaussian: packed, mean over the channels.
 using Curvature = std::array<float, kBlock>;
 
 // The sum over the views.
@@ -65,8 +65,8 @@ std::vector<Curvature> Curvatures(const splat::Model<float>& model, const Scorin
   return sums;
 }
 
-// Coefficients of the first `kept` functions, of channel c at [3 k + c], that stand in for those of all `bases`; a
-// little damping keeps directions that no view tells apart.
+// Coefficients of the first `kept` basis functions, channel c at [3 k + c], that best replace all `bases`. A little
+// damping preserves coefficients that the views do not determine.
 void StandIn(const Curvature& curvature, const float* coefficients, int bases, int kept, float* stand_in) {
   constexpr float kDamping = 1e-3f;
   using Lane = BlockLanes<float, 1>;

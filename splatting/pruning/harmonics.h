@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the higher degrees of each Gaussian's spherical harmonics are worth to the training views: by how much their
-// cost rises when they go and the coefficients that stay stand in for them.
+// Removal cost of the higher SH degrees of each Gaussian: the rise of the training loss when they are removed and the
+// remaining coefficients are refitted.
 //
-// Seen from few sides, the bands are nearly the same function, and most of what a band does the lower ones can do. So
-// the coefficients of the lower degree are those whose colours, in the views that show the Gaussian, are nearest to its
-// own, differences weighed by the curvature of the cost (least squares: one small system for each Gaussian and degree).
-// What then becomes of the cost is asked of the cost itself, exactly
-// (kernels/gaussian_splatting/raster/loss_of_change.h), all other Gaussians being as they are. Coefficients do not
-// follow the slope of the cost: neighbours would all correct the same errors (docs/decisions/automatic-size.md).
+// From few directions, the SH bands are nearly the same function, so the lower bands can replace most of a higher one.
+// The lower coefficients are therefore refitted to the Gaussian's own colours in the views that show it. This is a
+// small least-squares problem for each Gaussian and degree, weighted by the curvature of the loss. The resulting loss
+// is then computed exactly, with all other Gaussians unchanged (kernels/gaussian_splatting/raster/loss_of_change.h).
+// The refit ignores the gradient of the loss, because neighbours would all correct the same errors
+// (docs/decisions/automatic-size.md).
 #pragma once
 
 #include <array>
@@ -22,23 +22,24 @@
 namespace vesta::gs {
 
 class ShRemovalCost {
-  static constexpr int kLowerCoefficients = 42;  // of degrees 0, 1 and 2
-  // Half of a symmetric matrix of as many rows as a Gaussian has coefficients.
+  static constexpr int kLowerCoefficients = 42;  // for degrees 0, 1 and 2
+  // Packed symmetric matrix over the coefficients of a Gaussian.
   static constexpr int kCurvatures = PackedSize(kMaxShCoefficients);
 
  public:
-  // Bytes for each Gaussian while it is measured: its packed curvature and one view's term of that, coefficients of
-  // degrees 0 to 2, rises.
+  // Bytes per Gaussian during the measurement: packed curvature, one view's contribution to it, coefficients of degrees
+  // 0 to 2, and rises.
   static constexpr double kBytes =
       sizeof(float) * (kCurvatures + 1 + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
-  // Takes about five times as long as rendering all views.
+  // Takes the time of about five renderings of all views.
   ShRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
 
-  double cost() const { return cost_; }      // of the views, as in RemovalCost
-  double values() const { return values_; }  // pixels of the views, by channel
-  // Of the cost, when Gaussian i is lowered to this degree, 0..2; negative: better so. 0 where it has no higher one.
+  double cost() const { return cost_; }      // loss of the views, as in RemovalCost
+  double values() const { return values_; }  // pixels of the views times channels
+  // Rise of the loss if Gaussian i is lowered to this degree, 0..2. Negative: the loss falls. 0 if the Gaussian has no
+  // higher degree.
   double Rise(Index i, int degree) const { return rises_[static_cast<std::size_t>(i)].rise[degree]; }
-  // Coefficient a = 3 k + c, k < (degree + 1)^2, of Gaussian i when it is lowered to this degree.
+  // Coefficient a = 3 k + c, k < (degree + 1)^2, of Gaussian i lowered to this degree.
   float Coefficient(Index i, int degree, int a) const {
     return lower_[static_cast<std::size_t>((FirstOf(degree) + a) * count_ + i)];
   }
@@ -54,8 +55,8 @@ class ShRemovalCost {
   std::vector<splat::RecolorRises<double>> rises_;
 };
 
-// The degree of each Gaussian that pays for its parameters (KeepByAic, prune.h): of all up to its own the one for
-// which the rise of the cost and the aic_weight of the coefficients are together the least.
+// The best degree of each Gaussian by Akaike's criterion (KeepByAic, prune.h): the degree, up to its own, that
+// minimises the rise of the loss plus aic_weight times the number of parameters.
 std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& worth, double aic_weight);
 
 }  // namespace vesta::gs

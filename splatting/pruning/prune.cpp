@@ -18,7 +18,7 @@
 namespace vesta::gs {
 namespace {
 
-// The least first; of two alike the later.
+// Indices sorted by increasing score; ties: the higher index first.
 std::vector<Index> LeastFirst(const std::vector<double>& scores) {
   std::vector<Index> order(scores.size());
   std::iota(order.begin(), order.end(), Index{0});
@@ -27,12 +27,12 @@ std::vector<Index> LeastFirst(const std::vector<double>& scores) {
   return order;
 }
 
-// Most that goes in a round, of those that are left.
+// Maximum fraction of the Gaussians removed per round.
 constexpr double kPartOfRound = 0.25;
 
 Index PartOf(Index count, double part) { return static_cast<Index>(std::ceil(part * static_cast<double>(count))); }
 
-// Those of the highest scores, ascending; at least one.
+// Indices of the `count` highest scores, ascending; at least one.
 std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
   std::vector<Index> order = LeastFirst(scores);
   order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, static_cast<Index>(scores.size())));
@@ -40,7 +40,7 @@ std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
   return order;
 }
 
-// Scores with what hardly any view shows below all else, where `supported` asks for that.
+// If prune_unseen, gives under-observed Gaussians a score below all others.
 std::vector<double> WithCoverage(std::vector<double> scores, const splat::Model<float>& model,
                                  const ScoringViews& judges, bool prune_unseen) {
   if (!prune_unseen) return scores;
@@ -60,8 +60,8 @@ void PruneToCount(const ScoringViews& judges, const PruneOptions& options, Prune
   }
 }
 
-// How many of the order may go: those whose rises, added up, are within `budget`. What makes the cost lower alone buys
-// nothing for others, since what goes together is not judged together.
+// How many Gaussians, in this order, can be removed while the sum of their rises stays within `budget`. Negative rises
+// count as 0: removal costs are measured one Gaussian at a time and do not add up.
 Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& rise, Index most, double budget) {
   Index gone = 0;
   for (; gone < most; ++gone) {
@@ -71,9 +71,9 @@ Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& r
   return gone;
 }
 
-// Each round spends, by what is foreseen, a part of what may still be lost. Those that go together cost more than one
-// by one: where they cost too much the round is taken back, and rounds become smaller.
-// worth: of the whole model.
+// Each round spends a fraction of the remaining rise, as predicted. Removing Gaussians together costs more than
+// predicted. If a round costs too much, it is undone, and rounds become smaller. worth: removal costs of the whole
+// model.
 void PruneToRise(const ScoringViews& judges, const PruneOptions& options, RemovalCost worth, PruneResult& result) {
   constexpr double kLeastRound = 0.002;
   const double most = result.cost_before * (1 + *options.goal.max_rise);
@@ -124,8 +124,8 @@ std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringView
 }
 
 PruneResult Prune(SplatModel model, const ScoringViews& judges, const PruneOptions& options) {
-  if (judges.views.empty()) Fail(kBadArgument, "the scene has no training view to judge Gaussians by");
-  VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
+  if (judges.views.empty()) Fail(kBadArgument, "the scene has no training view to score Gaussians with");
+  VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "set exactly one goal");
   PruneResult result;
   result.model = std::move(model);
   RemovalCost worth = MeasureRemovalCost(ToKernelModel(result.model), judges);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which Gaussians go: by rank (Keepers) or by aic_weight (KeepByAic), in a training as well; and Prune, which takes
-// them out of a finished model in rounds: what is worth little while others stand before or behind it may be worth much
-// once they are gone, so all are judged anew after each.
+// Selects Gaussians to prune, by ranking (Keepers) or by Akaike's criterion (KeepByAic); training uses both. Prune
+// removes Gaussians from a finished model in rounds. Removing a Gaussian can raise the removal cost of its neighbours,
+// so each round measures all costs again.
 #pragma once
 
 #include <cstdint>
@@ -14,41 +14,40 @@
 
 namespace vesta::gs {
 
-// The `count` Gaussians of the model, at least one, without which the cost of the views would rise the most
-// (scoring_views.h); ascending. supported: what hardly any view shows (Coverage::IsUnderObserved) goes before all
-// others.
+// The `count` Gaussians with the highest removal cost (scoring_views.h), ascending; at least one. prune_unseen:
+// under-observed Gaussians (Coverage::IsUnderObserved) are removed before all others.
 std::vector<Index> Keepers(const splat::Model<float>& model, const ScoringViews& judges, bool prune_unseen,
                            Index count);
 
-// Those that pay for their parameters, ascending: without whom the cost of the views would rise by at least
-// `aic_weight` times cost / n for each of them, n the number of the pixels' values. Price 1 is Akaike's criterion
-// (1974, "A new look at the statistical model identification"), by which a parameter is let in where it raises the
-// log-likelihood by more than one: with errors of Laplace's distribution, whose scale is their own mean, that of n of
-// them is -n log(cost) and what does not depend on them.
+// The Gaussians that pay for their parameters, in ascending order. A Gaussian pays if its removal raises the loss of
+// the views by at least `aic_weight` times loss / n per parameter; n is the number of pixel values. A weight of 1 is
+// Akaike's criterion (1974, "A new look at the statistical model identification"), which accepts a parameter if it
+// raises the log-likelihood by more than one. For n errors with a Laplace distribution, whose scale is their mean, the
+// log-likelihood is -n log(loss) plus a constant.
 //
-// Two that stand in for each other are each worth little while both are there. So of those that do not pay only two
-// fifths go at a time, by chance, and no more than a quarter of all. Each seed and round has others.
+// Two Gaussians that can replace each other both have a low removal cost. One round therefore removes only a random two
+// fifths of the Gaussians that do not pay, and at most a quarter of all. The random choice depends on seed and round.
 std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& judges, double aic_weight,
                              std::uint64_t seed, std::uint64_t round);
 
-// Exactly one of the two is given.
+// Exactly one of the two must be set.
 struct PruneGoal {
-  std::optional<Index> count;      // so many Gaussians stay, at least one; more than there are: all
-  std::optional<double> max_rise;  // the cost of the training views rises by at most this part of itself, > 0
+  std::optional<Index> count;  // number of Gaussians to keep, at least one; values above the present number keep all
+  std::optional<double> max_rise;  // maximum rise of the training loss, as a fraction of it, > 0
 };
 
 struct PruneOptions {
   PruneGoal goal;
-  bool prune_unseen = true;  // what hardly any view shows goes before all others
+  bool prune_unseen = true;  // under-observed Gaussians are removed first
 };
 
 struct PruneResult {
-  SplatModel model;                        // those kept, in their order and as they were
-  double cost_before = 0, cost_after = 0;  // of the training views (RemovalCost::cost)
+  SplatModel model;                        // the kept Gaussians, unchanged and in their order
+  double cost_before = 0, cost_after = 0;  // training loss (RemovalCost::cost)
   int rounds = 0;
 };
 
-// By the views that judge. Throws Error where none does.
+// Prunes with the given scoring views. Throws Error without any.
 PruneResult Prune(SplatModel model, const ScoringViews& judges, const PruneOptions& options);
 
 }  // namespace vesta::gs

@@ -7,7 +7,7 @@ namespace vesta::gs {
 
 const schema::Table<PruningOptions>& PruningFields() {
   using O = PruningOptions;
-  // Behind the end nothing would make up for what goes.
+  // After the last pruning, the model needs some iterations to recover.
   constexpr schema::Range kBeforeTheEnd{0, 0.99};
   static const schema::Table<O> fields = {
       {"unseen", &O::prune_unseen, "remove Gaussians that the training views hardly show"},
@@ -35,7 +35,7 @@ const schema::Table<PruningOptions>& PruningFields() {
 void CheckTogether(const PruningOptions& pruning) {
   if (!pruning.prunes()) return;
   if (pruning.begin > pruning.end) {
-    Fail(kBadArgument, "pruning.begin={} lies behind pruning.end={}: none would go", pruning.begin, pruning.end);
+    Fail(kBadArgument, "pruning.begin={} is after pruning.end={}: nothing would be pruned", pruning.begin, pruning.end);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views by which Gaussians are judged, and the rise of their cost without each Gaussian.
+// The views that score Gaussians, and the removal cost: the predicted rise of their loss without each Gaussian.
 #pragma once
 
 #include <array>
@@ -21,20 +21,20 @@
 
 namespace vesta::gs {
 
-// The views that speak for or against a Gaussian: those that are trained on, with their images, never the test views.
+// The training views with their images. Test views never score Gaussians.
 struct ScoringViews {
-  std::vector<const View*> views;  // must outlive this
+  std::vector<const View*> views;  // must outlive this object
   std::array<double, 3> background{0, 0, 0};
   double near = 0;              // distance of the near plane, world units
-  ProcessGroup processes = {};  // each asks its share of the views
+  ProcessGroup processes = {};  // each scores with its share of the views
 };
 
 // The training views of the scene.
 ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes = {});
 
-// Bytes of a RenderedViews and a JudgedLoss of such a model and its largest view, with what they sum up by pair and
-// splat; the passes over single Gaussians besides.
+// Bytes of a RenderedViews and a JudgedLoss for a model with this many Gaussians and its largest view, including the
+// sums per pair and splat. Memory of passes over single Gaussians is extra.
 inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians) {
   using Workspace = splat::ViewWorkspace<float>;
   constexpr double kSums = sizeof(splat::RecolorRises<float>),
@@ -45,16 +45,16 @@ inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians
          PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels);
 }
 
-// Renders the model into one judge after the other.
+// Renders the model into one scoring view after the other.
 class RenderedViews {
  public:
-  // Both must outlive this.
+  // Both must outlive this object.
   RenderedViews(const splat::Model<float>& model, const ScoringViews& judges) : model_(model), judges_(judges) {}
 
-  // What judges tell of the Gaussians that they see. ask(view, rows), with view() and image() of that judge: adds to
-  // rows, one for each Gaussian and zero before. take(view) gives what takes (i, row) of each that is seen, the judges
-  // in their order, Gaussians in parallel. Of several processes each asks its own judges, and all take what all were
-  // told. Row: some numbers, zeros by default.
+  // Collects a value of type Row per Gaussian from each view that sees it. ask(view, rows) adds to rows, which has one
+  // zero-initialised row per Gaussian; view() and image() describe the present view. take(view) returns a function that
+  // is called with (i, row) for each visible Gaussian: views in their order, Gaussians in parallel. Each process asks
+  // its own views, and every process takes the rows of all.
   template <class Row, class Ask, class Take>
   void ForEachAnswer(const Ask& ask, const Take& take);
   const splat::SplatView<float>& view() const { return view_; }
@@ -119,14 +119,14 @@ void RenderedViews::ForEachAnswer(const Ask& ask, const Take& take) {
   }
 }
 
-// The loss that trainings lower, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, for passes that ask what
-// changes of it.
+// The training loss, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, linearised for passes that predict its
+// change.
 class JudgedLoss {
  public:
-  // Of that view, until the next call; counted in what follows.
+  // Linearises the loss of this view. The result is valid until the next call. The view counts in Cost and Values.
   splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
     const ImageShape shape{view.camera.width, view.camera.height};
-    photograph_.reset();  // before the next one takes its room
+    photograph_.reset();  // frees its memory before the next one is loaded
     photograph_ = view.Photograph();
     const HostSpan<const float> truth = ValuesOf(*photograph_);
     const PhotometricWeights& weights = loss_.weights();
@@ -146,7 +146,7 @@ class JudgedLoss {
             .window_variance = static_cast<float>(WindowVariance()),
             .counts = is_masked ? counts_.data() : nullptr};
   }
-  // Of all views, those of other processes among them; their pixels that count, by channel. Collective.
+  // Loss of all views of all processes, and the number of their unmasked pixels times channels. Collective.
   double Cost(const ScoringViews& judges) const { return SumInOrder(judges.processes.Gather(costs_)); }
   double Values(const ScoringViews& judges) const { return SumInOrder(judges.processes.Gather(values_)); }
 
@@ -154,7 +154,7 @@ class JudgedLoss {
   static double SumInOrder(const std::vector<double>& of_views) {
     return std::accumulate(of_views.begin(), of_views.end(), 0.0);
   }
-  // The image with the photograph where pixels do not count; and counts_.
+  // The image with masked pixels copied from the photograph. Sets counts_.
   HostSpan<const float> WithPhotograph(HostSpan<const float> rendered, const Image& photograph) {
     using Backend = CpuBackend<float>;
     shown_.CopyFrom(rendered);
@@ -172,16 +172,16 @@ class JudgedLoss {
   std::vector<double> costs_, values_;  // by view
 };
 
-// What each Gaussian of a model is worth: by how much the photometric cost of the training views rises without it
-// (kernels/gaussian_splatting/raster/removal_pass.h).
-// Costs are sums over views, pixels and channels of the loss that trainings lower: 0.8 |e| + 0.2 (1 - SSIM).
+// Removal cost of each Gaussian: the rise of the photometric loss of the training views without it
+// (kernels/gaussian_splatting/raster/loss_passes.h). The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over views, pixels
+// and channels.
 struct RemovalCost {
-  double cost = 0;           // of the views with all Gaussians
-  double values = 0;         // pixels of the views, by channel
-  std::vector<double> rise;  // by Gaussian: when it goes and all others stay as they are; negative: better without
+  double cost = 0;           // loss of the views with all Gaussians
+  double values = 0;         // pixels of the views times channels
+  std::vector<double> rise;  // change of the loss without this Gaussian, all others fixed; negative: it falls
 };
 
-// Takes about three times as long as rendering all views.
+// Takes the time of about three renderings of all views.
 RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& judges);
 
 }  // namespace vesta::gs

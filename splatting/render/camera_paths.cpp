@@ -28,7 +28,7 @@ double WidestGap(std::vector<double> angles) {
   return widest;
 }
 
-// How far nine tenths of the values are from 0.
+// The 90th percentile of the absolute values.
 double ReachOf(std::vector<double> values) {
   for (double& value : values) value = std::abs(value);
   std::ranges::sort(values);
@@ -65,7 +65,7 @@ Order ToTheNearest(const Steps& step, Order order) {
   return order;
 }
 
-// Reverses parts while that makes it shorter (2-opt); the first stays.
+// Reverses sections of the tour while this makes it shorter (2-opt). The first view stays first.
 void Untangle(const Steps& step, Order& order) {
   constexpr int kMostRounds = 8;
   bool is_better = true;
@@ -85,10 +85,10 @@ void Untangle(const Steps& step, Order& order) {
   }
 }
 
-// Centre, then quaternion.
+// Camera centre, then quaternion.
 using Pose = Eigen::Matrix<double, 7, 1>;
 
-// Of the two quaternions of its rotation that on the side of `before`.
+// Chooses q or -q, whichever is closer to the quaternion of `before`.
 Pose PoseOf(const View& view, const Pose& before) {
   Pose pose;
   pose.head<3>() = Eigen::Vector3d(CameraCenter(view).data());
@@ -112,7 +112,7 @@ View ViewAt(const Pose& pose, const Camera& camera) {
   return view;
 }
 
-// A cubic spline through points at knots that grow.
+// A cubic spline through points at increasing knots.
 class Spline {
  public:
   Spline(std::vector<double> knots, std::vector<Pose> points) : knots_(std::move(knots)), points_(std::move(points)) {
@@ -173,13 +173,12 @@ Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames) {
 }
 
 std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames) {
-  constexpr double kLeastAgreement = 0.5;  // within 60 degrees of one direction, if all are as far from it
+  constexpr double kLeastAgreement = 0.5;  // length of the mean direction; 0.5 if all views are 60 degrees from it
   VESTA_CHECK(frames > 0, "{} frames", frames);
   const Point3 mean = MeanDirection(scene.views), up = UpOf(scene.views);
   if (Eigen::Vector3d(mean.data()).norm() < kLeastAgreement) {
-    Fail(
-        kBadArgument,
-        "the cameras face different ways, and a spiral is for those that face one; take the path orbit or photographs");
+    Fail(kBadArgument,
+         "the cameras face different directions, but a spiral needs one direction; use the path orbit or photographs");
   }
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const View& view : scene.views) middle += Eigen::Vector3d(CameraCenter(view).data());
@@ -193,7 +192,7 @@ std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames)
     const Point3 offset = InCamera(average, CameraCenter(view));
     for (std::size_t k = 0; k < 3; ++k) offsets[k].push_back(offset[k]);
   }
-  // Along the way that all look, no nearer to what they look at than half of the distance.
+  // Along the viewing direction, at most half of the distance to the focus.
   const Eigen::Vector3d reach(ReachOf(offsets[0]), ReachOf(offsets[1]), std::min(ReachOf(offsets[2]), scene.extent));
   const Eigen::Matrix3d axes = Eigen::Map<const Eigen::Matrix3d>(average.rotation.data());  // columns, in the world
   std::vector<View> views;
@@ -227,7 +226,7 @@ double StepBetween(const View& from, const View& to, double length_unit) {
 }
 
 std::vector<View> PathThrough(const std::vector<View>& keys, double length_unit, const Camera& camera, int frames) {
-  // Between cameras at one place that look one way.
+  // The least step, for cameras with the same pose.
   constexpr double kLeastStep = 1e-4;
   VESTA_CHECK(!keys.empty() && frames > 0, "{} keys, {} frames", keys.size(), frames);
   std::vector<double> knots{0};

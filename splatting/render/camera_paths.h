@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera paths for films: around the scene, spirals, tours of the training cameras, paths through given poses.
+// Camera paths for videos: orbits, spirals, tours of the training cameras, and paths through given poses.
 #pragma once
 
 #include <vector>
@@ -8,44 +8,44 @@
 
 namespace vesta::gs {
 
-// Once around what the cameras of a scene look at.
+// One turn around the point that the cameras look at.
 struct Orbit {
   std::vector<View> views;
-  // The widest angle about the axis from which no photograph was taken, degrees.
+  // The widest angle about the axis without a photograph, in degrees.
   double unseen_degrees = 0;
 };
 
-// A circle about PointLookedAt, in the plane across UpOf, at the median distance and height of the scene's cameras; it
-// looks at the point, and begins at the first camera. frames: at least 1; another would be the first again. Throws
-// Error for a scene without views.
+// A circle about PointLookedAt in the plane perpendicular to UpOf, at the median distance and height of the scene's
+// cameras. It starts at the first camera and looks at the point. frames: at least 1; the last frame does not repeat the
+// first. Throws Error for a scene without views.
 Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames);
 
-// A path for cameras that face one way, which stays among them (as in Mildenhall et al. 2019, "Local light field
-// fusion").
-// Two turns across the mean of the views while the camera goes forward and back once, as far along each axis as nine
-// tenths of the scene's cameras; it looks at the point at the median depth. frames: at least 1; another would be the
-// first again. Throws Error for a scene without views, or one whose views face different ways.
+// A path for forward-facing cameras that stays among them (as in Mildenhall et al. 2019, "Local light field fusion").
+// The camera makes two turns across the mean viewing direction while it moves forward and back once. Along each axis it
+// covers the offsets of nine tenths of the scene's cameras. It looks at the point at the median depth. frames: at least
+// 1; the last frame does not repeat the first. Throws Error for a scene without views, or if the views face different
+// directions.
 std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames);
 
 // The order in which to visit cameras.
 struct Tour {
-  std::vector<std::size_t> order;  // of the views
-  bool is_reordered = false;       // else it is that of the views
+  std::vector<std::size_t> order;  // indices of views
+  bool is_reordered = false;       // false: the original order
 };
 
-// The views in their order, or, where that is more than half as long again as another that begins at the first (from
-// each to the nearest one left, then untangled by reversing parts), in that. Steps are StepBetween's. Takes time by the
-// square of their number: a second for 5,000.
+// The original order, unless another order is more than a third shorter. The other order starts at the same view and is
+// found by nearest neighbours and 2-opt. Lengths are from StepBetween. Quadratic in the number of views: one second for
+// 5,000.
 Tour TourOf(const std::vector<View>& views, double length_unit);
 
-// How far it is from one pose to the other: lengths in so many world units and angles in radians, as the hypotenuse of
-// the two.
+// Distance between two poses: the root of the squared distance, in units of length_unit, plus the squared angle in
+// radians.
 double StepBetween(const View& from, const View& to, double length_unit);
 
-// So many views from the first of `keys` to the last at equal speed by StepBetween. Centres follow a cubic spline with
-// the slopes of the parabola through each three (Catmull-Rom's, for knots that lie apart as the keys do), and so do the
-// quaternions, which are normalised: that is smooth where slerp from key to key would jerk at each. keys: at least one;
-// frames: at least 1.
+// `frames` views from the first of `keys` to the last, at constant speed in StepBetween. Centres and quaternions follow
+// a cubic spline; quaternions are then normalised. Its slope at a key is the slope of the parabola through three
+// consecutive keys (Catmull-Rom with uneven knots). The motion is smooth, unlike slerp from key to key, which jerks at
+// each key. keys: at least one; frames: at least 1.
 std::vector<View> PathThrough(const std::vector<View>& keys, double length_unit, const Camera& camera, int frames);
 
 }  // namespace vesta::gs

@@ -26,7 +26,7 @@ Vector MeanAxis(const std::vector<View>& views, std::size_t i) {
   return sum / static_cast<double>(views.size());
 }
 
-// A mean of directions that is shorter says none.
+// If the mean direction is shorter, the views have no common direction.
 constexpr double kLeastAgreement = 0.3;
 
 }  // namespace
@@ -51,7 +51,7 @@ View LookingAt(const Camera& camera, const Point3& center, const Point3& target,
 Point3 MeanDirection(const std::vector<View>& views) { return Of(MeanAxis(views, 2)); }
 
 Point3 UpOf(const std::vector<View>& views) {
-  // How much less than a view the mean says: as what a few degrees of roll make.
+  // Weight of the mean up vector relative to all views; equivalent to a few degrees of roll.
   constexpr double kPrior = 0.01;
   Vector mean = -MeanAxis(views, 1);
   if (mean.norm() < kLeastAgreement) mean = -MeanAxis(views, 2);
@@ -65,7 +65,7 @@ Point3 UpOf(const std::vector<View>& views) {
 }
 
 Point3 PointLookedAt(const Scene& scene) {
-  // How much less than an axis the median depth says.
+  // Weight of the median depth relative to an optical axis.
   constexpr double kPrior = 1e-3;
   Vector middle = Vector::Zero();
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images of a model from any camera.
+// Images of per-Gaussian quantities, and views from any camera.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,8 @@
 
 namespace vesta::gs {
 
-// of(i), three floats of Gaussian i, as the colours of its splat; by rank, in the workspace. view: built.
+// Stores of(i), three floats per Gaussian, as the colours of the splats, by rank, in the workspace. The view must be
+// built.
 template <class Of>
 const splat::SplatTangent<float>* AsColors(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace,
                                            const Of& of) {
@@ -32,18 +33,18 @@ const splat::SplatTangent<float>* AsColors(const splat::SplatView<float>& view, 
   return tangents.data();
 }
 
-// Three planes of the sum over the splats of weight times of(i): an image is linear in the colours of its splats, so
-// that is the image's derivative along colours alone. Nothing is behind them. No Jacobian may be cached. Takes as long
-// as Render.
+// Three image planes: the sum over the splats of their weights times of(i), without a background. An image is linear in
+// the colours of its splats, so this is its derivative along the colours. The view must not have a cached Jacobian.
+// Takes the time of Render.
 template <class Of>
 std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
-  VESTA_CHECK(view.cache().empty(), "what is blended is not of the cached Jacobian");
+  VESTA_CHECK(view.cache().empty(), "Blend does not support a cached Jacobian");
   std::vector<float> planes(static_cast<std::size_t>(3 * view.num_pixels()));
   view.ApplyRasterJ(AsColors(view, workspace, of), planes.data());
   return planes;
 }
 
-// Three planes of of(i) of the Gaussian at which the transmittance falls below one half; 0 where none is.
+// Three image planes: of(i) for the Gaussian at which the transmittance falls below one half; 0 where it stays above.
 template <class Of>
 std::vector<float> AtMedian(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
   std::vector<float> planes(static_cast<std::size_t>(3 * view.num_pixels()));
@@ -57,20 +58,20 @@ std::vector<float> AtMedian(const splat::SplatView<float>& view, splat::ViewWork
 
 using Point3 = std::array<double, 3>;
 
-// The view from `center` towards `target`, with `up` upwards in its image, or anything where it looks along that.
-// target and center differ.
+// The view from `center` towards `target`. `up` points upwards in the image; it is ignored if parallel to the viewing
+// direction. target and center must differ.
 View LookingAt(const Camera& camera, const Point3& center, const Point3& target, const Point3& up);
 
-// The mean of the directions that the views look in, world axes: 1 long where all look one way, 0 where they look
-// everywhere.
+// Mean viewing direction in world axes. Its length is 1 if all views look in one direction, and near 0 if they look in
+// all directions.
 Point3 MeanDirection(const std::vector<View>& views);
 
-// The direction, of length 1, across the rows of the views' images that is upwards in them on the whole: vertical, as
-// far as cameras are held level. For cameras that look down at all turns it is what is behind them.
+// Unit vector that points upwards in most views and is perpendicular to their image rows: vertical if the cameras are
+// held level. For cameras that look straight down at different headings, it points opposite to their viewing direction.
 Point3 UpOf(const std::vector<View>& views);
 
-// The point nearest to the optical axes of the views, by least squares. What parallel axes leave open is decided by the
-// scene's extent: the median depth before the middle of the cameras.
+// The point closest to the optical axes of the views, by least squares. Where parallel axes leave it undetermined, it
+// is at the scene's median depth from the mean camera.
 Point3 PointLookedAt(const Scene& scene);
 
 }  // namespace vesta::gs

@@ -20,7 +20,7 @@ constexpr float kLeastOpacity = 0.5f;
 
 using Triple = std::array<float, 3>;
 
-// Attributes of one Gaussian, from the first one named on.
+// Consecutive attributes of one Gaussian, starting at `first`.
 template <std::size_t N>
 std::array<float, N> Values(const splat::Model<float>& model, int first, Index i) {
   std::array<float, N> values;
@@ -28,7 +28,7 @@ std::array<float, N> Values(const splat::Model<float>& model, int first, Index i
   return values;
 }
 
-// Its shortest axis in the world, towards the camera, as long as it counts.
+// Its shortest axis in the world, pointing to the camera; its length is its weight.
 Triple NormalOf(const splat::Model<float>& model, const Triple& camera_center, Index i) {
   const Triple log_scale = Values<3>(model, splat::kLogScale, i), mean = Values<3>(model, splat::kMean, i);
   std::array<std::size_t, 3> by_length{0, 1, 2};
@@ -46,9 +46,8 @@ Triple NormalOf(const splat::Model<float>& model, const Triple& camera_center, I
   return normal;
 }
 
-// Where rays pass its middle, the depth of most density along each: to first order, as the projection is, a plane over
-// the image. Its depth at the middle of the image, and the slopes along u and v: the regression of the depth on the
-// pixel, cov(z, pixel) cov(pixel)^-1.
+// The depth of maximum density along each ray, which to first order is a plane over the image. Returns its depth at the
+// image centre and its slopes along u and v, which are the regression of depth on pixel: cov(z, pixel) cov(pixel)^-1.
 template <class L>
 Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstants<double, L>& camera, Index i) {
   const auto in_double = [](const auto& values) {
@@ -86,15 +85,13 @@ DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float
   const std::vector<float> planes = splat::WithConstants<double>(camera, [&](const auto& constants) {
     return of_all([&](Index i) { return DepthPlaneOf(model, constants, i); });
   });
-  const std::vector<float> opacity = of_all([](Index) {
-    return Triple{1, 0, 0};
-  });  // of the median: 1, where there is one
+  const std::vector<float> opacity = of_all([](Index) { return Triple{1, 0, 0}; });  // of the median: 1 where it exists
   DepthImage image{camera.width, camera.height, {}};
   const auto pixels = static_cast<std::size_t>(view.num_pixels()), width = static_cast<std::size_t>(camera.width);
   image.depth.resize(pixels);
   for (std::size_t p = 0; p < pixels; ++p) {
     if (opacity[p] < kLeastOpacity) continue;
-    // A sum of planes is one: at the pixel it has what those of the splats have there.
+    // Weighted planes add up to a plane: evaluate it at the pixel.
     const std::size_t column = p % width, row = p / width;
     const double u = static_cast<double>(column) + 0.5 - 0.5 * camera.width;
     const double v = static_cast<double>(row) + 0.5 - 0.5 * camera.height;
@@ -115,7 +112,7 @@ NormalImage NormalsOf(const splat::SplatView<float>& view, const splat::Model<fl
   NormalImage image{camera.width, camera.height, {}};
   const auto pixels = static_cast<std::size_t>(view.num_pixels());
   image.normals.resize(3 * pixels);
-  constexpr float kSign[3] = {1, -1, -1};  // of the camera's axes, which are right, down and forward
+  constexpr float kSign[3] = {1, -1, -1};  // from camera axes (right, down, forward) to (right, up, backward)
   for (std::size_t p = 0; p < pixels; ++p) {
     const float length = std::hypot(world[p], world[pixels + p], world[2 * pixels + p]);
     if (opacity[p] < kLeastOpacity || length == 0) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth and normals of a model in a view, and their colours.
+// Depth maps and normal maps of a model in a view, and their colours.
 #pragma once
 
 #include <vector>
@@ -11,38 +11,35 @@
 
 namespace vesta::gs {
 
-// What stands in front of a camera: how far away it is, and which way it faces. Both are blended from the Gaussians of
-// a view with the weights of its colours.
-//
-// kMedian: the depth of the Gaussian at which the transmittance falls below one half. It is always that of something,
-// but jumps where the mean slides.
+// Kind of depth. kMean: expected depth, blended with the weights of the colours.
+// kMedian: depth of the Gaussian at which the transmittance falls below one half. It is always the depth of a Gaussian,
+// but it jumps where the mean changes smoothly.
 enum class DepthKind { kMean, kMedian };
 
-// Expected depth along the optical axis, world units: the mean, by weight, of where the ray of the pixel passes the
-// middle of each Gaussian. Where something is half transparent, and at silhouettes, it lies between what is in front
-// and what is behind. (The depths of the Gaussians' centres would make surfaces that are seen obliquely too near, by
-// percents: of two that overlap the nearer one is in front in the other's pixels too.)
+// Depth along the optical axis in world units. The mean depth averages the depths of maximum density of the Gaussians
+// along the ray of the pixel, by weight. At silhouettes and half-transparent surfaces, it lies between foreground and
+// background. (Averaging the depths of the Gaussians' centres would place oblique surfaces some percent too near: where
+// two Gaussians overlap, the nearer one also has the larger weight in the pixels of the other.)
 struct DepthImage {
   int width = 0, height = 0;
-  std::vector<float> depth;  // row by row; 0 where less than half of the colour is the Gaussians'
+  std::vector<float> depth;  // row by row; 0 where the Gaussians' opacity is below one half
 };
 
 // Unit normals in the axes x right, y up, z towards the camera.
 struct NormalImage {
   int width = 0, height = 0;
-  std::vector<float> normals;  // planes of x, y and z; 0 where less than half of the colour is the Gaussians'
+  std::vector<float> normals;  // planes of x, y and z; 0 where the Gaussians' opacity is below one half
 };
 
-// Of a view that Build has made of the model, whatever else is rendered of it; no Jacobian may be cached. Each takes
-// about twice as long as Render.
+// For a view that Build has made of the model, without a cached Jacobian. Each takes about twice the time of Render.
 DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
                    splat::ViewWorkspace<float>& workspace, DepthKind kind = DepthKind::kMean);
-// A Gaussian's normal is its shortest axis, turned to the camera. It counts by 1 - shortest / middle deviation: discs
-// have normals, balls and needles have none.
+// The normal of a Gaussian is its shortest axis, pointing to the camera. Its weight is 1 - shortest / middle standard
+// deviation, so discs have normals, and balls and needles have none.
 NormalImage NormalsOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
                       splat::ViewWorkspace<float>& workspace);
 
-// Of models and views; keeps its working memory between calls.
+// Renders depth and normals of models. Keeps its working memory between calls.
 class SurfaceRenderer {
  public:
   // Distance of the near plane, world units.
@@ -59,12 +56,12 @@ class SurfaceRenderer {
   splat::ViewWorkspace<float> workspace_;
 };
 
-// From near, yellow, to far, violet; black where there is no depth. In the middle of the scale is the depth
-// `middle` > 0: colours are by middle / (middle + depth), so that they mean the same in all images.
+// Colours from yellow (near) to violet (far), and black for no depth. The position on the scale is middle / (middle +
+// depth) with `middle` > 0, so colours are comparable between images.
 Image DepthColors(const DepthImage& depth, double middle);
 
-// As normal maps have them: red, green and blue are x, y and z from -1 to 1; what faces the camera is light blue. Black
-// where there is no normal.
+// Usual colours of normal maps: red, green and blue are x, y and z from -1 to 1. Surfaces that face the camera are
+// light blue; black: no normal.
 Image NormalColors(const NormalImage& normals);
 
 }  // namespace vesta::gs

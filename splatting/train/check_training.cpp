@@ -18,7 +18,7 @@
 namespace vesta::gs {
 namespace {
 
-// A pixel that is no number would make all Gaussians of its view none.
+// One NaN or infinite pixel would turn all Gaussians of its view into NaN.
 void CheckPixels(const std::vector<View>& views) {
   std::vector<char> is_bad(views.size());
   ParallelFor(static_cast<Index>(views.size()), 1, [&](Index i) {
@@ -27,7 +27,7 @@ void CheckPixels(const std::vector<View>& views) {
   });
   const auto bad = std::ranges::find(is_bad, 1);
   if (bad == is_bad.end()) return;
-  Fail(kBadArgument, "view {}: a colour of its image is not a finite number; mend it or leave the view out",
+  Fail(kBadArgument, "view {}: a colour of its image is not finite; repair the image or remove the view",
        views[static_cast<std::size_t>(bad - is_bad.begin())].name);
 }
 
@@ -39,16 +39,17 @@ void CheckViews(const Scene& scene) {
     const bool is_of_camera = image.width == camera.width && image.height == camera.height;
     const bool is_there = is_of_camera && !image.empty() && image.rgb.size() == 3 * image.num_pixels();
     if (!view.stored && !is_there) {
-      Fail(kBadArgument, "view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it",
+      Fail(kBadArgument,
+           "view {}: training needs its image with the camera's {} x {} pixels; load the scene with LoadScene",
            view.name, camera.width, camera.height);
     }
     has_training = has_training || view.is_trained();
   }
-  if (!has_training) Fail(kBadArgument, "the scene has no training view: every 8th is held out for testing");
+  if (!has_training) Fail(kBadArgument, "the scene has no training view: every 8th view is a test view");
   CheckPixels(scene.views);
 }
 
-// Of the photographs of the training views, where they are in a store.
+// Memory of the stored photographs of all training views, in bytes.
 double StoredBytes(const Scene& scene) {
   double bytes = 0;
   for (const View& view : scene.views) {
@@ -57,13 +58,12 @@ double StoredBytes(const Scene& scene) {
   return bytes;
 }
 
-// What needs all photographs at once, or changes them, which those in a store are not for.
+// Rejects options that need all photographs in memory, or change them, if the photographs are in a store.
 void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
   if (!scene.photographs) return;
   const auto refuse = [](const std::string& what) {
     Fail(kOutOfMemory,
-         "{} needs all photographs in memory, which has no room for them; allow more by --photographs_mib, or use "
-         "--downscale",
+         "{} needs all photographs in memory, but they do not fit; increase --photographs_mib, or use --downscale",
          what);
   };
   const bool have_room = StoredBytes(scene) <= scene.photographs->budget_bytes();
@@ -72,12 +72,12 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
   }
   const CameraChoice refined = options.cameras.refine;
   if (FreeBy(refined).color && !have_room) {
-    refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
+    refuse(fmt::format("cameras.refine={}: exposure refinement (unlike cameras.refine=pose)",
                        schema::NameOf(refined, kCameraChoices)));
   }
 }
 
-// A splat is rendered with one filter, that of its scene's cameras.
+// A splat is rendered with a single eps2d, so the scene's cameras must have the same one.
 void CheckEps2d(const Scene& scene, const TrainOptions& options) {
   for (const View& view : scene.views) {
     if (view.camera.eps2d == options.eps2d) continue;
@@ -89,35 +89,35 @@ void CheckEps2d(const Scene& scene, const TrainOptions& options) {
 void CheckTarget(const Scene& scene, const TrainOptions& options) {
   const auto is_held_out = [](const View& view) { return view.role == ViewRole::kHeldOut; };
   if (options.target_psnr <= 0 || std::ranges::any_of(scene.views, is_held_out)) return;
-  Fail(kBadArgument,
-       "train.target_psnr={}: the scene has no views held out to judge by; load it with LoadSceneOptions::hold_out",
+  Fail(kBadArgument, "train.target_psnr={}: the scene has no held-out views; load it with LoadSceneOptions::hold_out",
        options.target_psnr);
 }
 
-// What cannot be found of cameras.
+// Rejects camera refinement that is not supported.
 void CheckCameras(const Scene& scene, const TrainOptions& options, const ProcessGroup& processes) {
   const CameraChoice refined = options.cameras.refine;
   if (!options.cameras.refines()) return;
   const char* const name = schema::NameOf(refined, kCameraChoices);
   if (!processes.is_alone()) {
-    Fail(kUnsupported, "--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name,
+    Fail(kUnsupported,
+         "--refine_cameras={}: only one process can refine cameras, not {}; start one process, or choose none", name,
          processes.ranks()->size());
   }
   if (FindsCamerasByLm(options) && (refined == CameraChoice::kAuto || refined == CameraChoice::kAll)) {
-    Fail(kUnsupported, "--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or find them in an Adam stage",
-         name, refined == CameraChoice::kAuto ? "decides nothing" : "finds no lenses");
+    Fail(kUnsupported,
+         "--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or refine cameras in an Adam stage", name,
+         refined == CameraChoice::kAuto ? "does not support it" : "does not optimise lenses");
   }
   if (!FreeBy(refined).lens) return;
   const auto bent = std::ranges::find_if(scene.views, [](const View& view) { return view.bent.has_value(); });
   if (bent == scene.views.end()) return;
-  Fail(
-      kUnsupported,
-      "--refine_cameras={}: the lens of view {} distorts, and no such one is found; choose pose+exposure, or undistort "
-      "the photographs before",
-      name, bent->name);
+  Fail(kUnsupported,
+       "--refine_cameras={}: the lens of view {} has distortion and cannot be refined; choose pose+exposure, or "
+       "undistort the photographs first",
+       name, bent->name);
 }
 
-// What several processes cannot do. Collective.
+// Rejects options that several processes do not support. Collective.
 void CheckProcesses(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
                     const ProcessGroup& processes) {
   if (!processes.ranks()) return;
@@ -127,22 +127,21 @@ void CheckProcesses(const Scene& scene, const TrainOptions& options, const Stage
   }
   if (options.memory.budget_gib > 0) {
     Fail(kUnsupported,
-         "--memory_budget={}: memory is planned for a training without mpirun; start it so, or leave the budget out",
+         "--memory_budget={}: not supported under mpirun; start the training without mpirun, or omit the budget",
          options.memory.budget_gib);
   }
   if (processes.is_alone()) return;
   if (stages.device_memory)
-    Fail(kUnsupported, "--device=cuda: several processes train on CPUs alone; use --device=cpu");
+    Fail(kUnsupported, "--device=cuda: several processes can train only on CPUs; use --device=cpu");
   if (scene.photographs) {
     Fail(kOutOfMemory,
-         "each of several processes needs all photographs in memory, which has no room for them; start fewer, allow "
-         "more "
-         "by --photographs_mib, or use --downscale");
+         "each of several processes needs all photographs in memory, but they do not fit; start fewer processes, "
+         "increase --photographs_mib, or use --downscale");
   }
   const std::vector<std::uint64_t> scenes = processes.Gather(std::vector<std::uint64_t>{FingerprintOf(scene)});
   for (std::size_t r = 1; r < scenes.size(); ++r) {
     if (scenes[r] != scenes[0])
-      Fail(kBadArgument, "process {} reads another scene than process 0; give all the same", r);
+      Fail(kBadArgument, "process {} has another scene than process 0; pass the same scene to all", r);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a training refuses before it begins.
+// Checks of the scene and options before a training.
 #pragma once
 
 #include "problems/gaussian_splatting/scene/scene.h"
@@ -9,9 +9,9 @@
 
 namespace vesta::gs {
 
-// Throws Error, one line, where this scene cannot be trained on so: views without their photographs, pixels that are no
-// numbers, photographs that have no room where all are needed at once, no views to judge a target by, what
-// several processes cannot do. Collective.
+// Throws Error (one line) if this scene cannot be trained with these options: views without photographs, pixels that
+// are not finite, too little memory for photographs, no held-out views for a target PSNR, or options that several
+// processes do not support. Collective.
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
                    const ProcessGroup& processes);
 

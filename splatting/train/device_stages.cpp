@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stages of a training, compiled for a GPU.
+// CUDA instantiations of the training stages.
 #include "kernels/core/check.h"
 #include "kernels/core/device_sort.h"
 #include "kernels/gaussian_splatting/device/device_splat_view.h"

@@ -22,7 +22,7 @@
 namespace vesta::gs {
 namespace {
 
-// What the store of photographs has yet to take.
+// Memory that the store of photographs may still fill.
 double UnfilledMib(const Scene& scene) {
   if (!scene.photographs) return 0;
   return (scene.photographs->MostBytes() - scene.photographs->kept_bytes()) / kMib;
@@ -32,7 +32,7 @@ void NoteMissedTarget(TrainingSession& session) {
   session.Note(notes::kMissesTarget, session.history().held_out_psnr(), session.options().target_psnr);
 }
 
-// All that the session has to tell.
+// Copies the session's findings to the result.
 void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->eval_seconds = session.EvalSeconds();
   result->stopped = session.early_end().stopped();
@@ -47,14 +47,14 @@ void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->notes = session.TakeNotes();
 }
 
-// What a training begins with.
+// The initial model of a training.
 struct TrainingStart {
   SplatModel model;
-  bool is_given;  // by the caller, who is told the gain
+  bool is_given;  // given by the caller, so the history starts with its quality
   BeforeTraining before;
 };
 
-// Where the training goes on in the stage of LM, its model.
+// Loads the model of a saved LM stage, if the training resumes in LM.
 void GoOnFromLm(TrainingSession& session, SplatModel* model) {
   if (session.saved().first_stage() != Stage::kLm || !session.saved().state()) return;
   *model = session.saved().Validate([&] { return ModelOfLmStage(*session.saved().state()); });
@@ -66,8 +66,8 @@ void NoteSampledEvaluations(TrainingSession& session) {
   session.Note(notes::kEvaluatesSomeViews, evaluated, trained);
 }
 
-// The Adam stage, where there is one to run, and its result for the caller, where LM is to come. Returns why there is
-// to be no LM; else nothing.
+// Runs the Adam stage, if any, and passes its result to the caller before LM. Returns the reason to skip LM; else an
+// empty string.
 std::string RunAdam(TrainingSession& session, const StageRunners& stages, const TrainCallbacks& callbacks,
                     SplatModel* model) {
   if (!session.options().adam.runs() || session.saved().first_stage() != Stage::kAdam) return "";
@@ -85,8 +85,8 @@ std::string RunAdam(TrainingSession& session, const StageRunners& stages, const 
   return left_out;
 }
 
-// Decides ResolvedPlan::max_gaussians: no more than fit, where memory is limited (memory/memory_plan.h). Throws Error
-// where even the given model does not fit.
+// Sets ResolvedPlan::max_gaussians to the number that fits into limited memory (memory/memory_plan.h). Throws Error if
+// even the given model does not fit.
 void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
   const TrainOptions& options = session.options();
   if (options.memory.budget_gib == 0 && !stages.device_memory) return;
@@ -103,7 +103,7 @@ void LimitGaussians(TrainingSession& session, const StageRunners& stages, const 
   session.Decide().max_gaussians = fit;
 }
 
-// At the end of a training that leaves this model. lm: of its LM stage.
+// The memory report at the end of a training. lm: the outcome of its LM stage.
 MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages, const SplatModel& model,
                             const LmOutcome& lm) {
   session.memory().NoteModel(model);
@@ -127,7 +127,7 @@ MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages
 TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOptions& asked,
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckTraining(scene, asked, stages, ProcessGroup(callbacks.ranks));
-  const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
+  const double unfilled_mib = UnfilledMib(scene);  // before the session loads photographs
   TrainingSession session(scene, asked, start.before.seconds, callbacks);
   session.Decide().held_mib = start.before.mib + session.cameras().CopiedMib() + unfilled_mib;
   if (!stages.note.empty()) session.Note("{}", stages.note);
@@ -138,7 +138,7 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
   LimitGaussians(session, stages, model);
   TellRenderSettings(session.options(), &model), model.origin = scene.origin;
   NoteSampledEvaluations(session);
-  // The first row is of what was given, so that the gain can be told. Without Adam LM records that row.
+  // The first row describes the given model, to show the gain. Without Adam, LM records that row.
   const bool tells_gain = start.is_given && session.options().adam.runs() && !callbacks.resume;
   if (tells_gain) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
   TrainResult result;
@@ -165,7 +165,7 @@ SplatModel ModelOfAdamStage(const std::string& saved, const TrainOptions& option
                           ViewOrder(1, options.seed)};
   ArchiveReader reader(saved);
   reader(state);
-  VESTA_CHECK(state.IsWhole(), "a saved state of {} Gaussians that do not go together", state.model.count());
+  VESTA_CHECK(state.IsWhole(), "an inconsistent saved state of {} Gaussians", state.model.count());
   SplatModel model;
   state.model.DownloadResult(model);
   return model;
@@ -192,9 +192,9 @@ TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& opt
   without_growth.density.enabled = false;
   TrainResult result =
       RunStages(scene, {InOrder(std::move(model), order), true, before}, without_growth, callbacks, stages);
-  // Some were taken out, or have a lower degree now: those left stay in the order of space.
+  // After pruning, Gaussians stay in spatial order.
   if (result.model.layout() != layout) return result;
-  // Neither stage moves a Gaussian elsewhere among the others: theirs is the order they came in.
+  // Otherwise neither stage reorders Gaussians: restore the input order.
   std::vector<Index> back(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);
   result.model = InOrder(std::move(result.model), back);
@@ -207,7 +207,7 @@ SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& o
     const bool is_of_adam = checkpoint.run.stage == Stage::kAdam;
     model = is_of_adam ? ModelOfAdamStage(checkpoint.stage_state, options) : ModelOfLmStage(checkpoint.stage_state);
   } catch (const Error&) {
-    Fail(kBadFile, "{}: holds no state of a training of which a splat could be shown", checkpoint.path);
+    Fail(kBadFile, "{}: contains no training state with a splat to show", checkpoint.path);
   }
   TellRenderSettings(options, &model);
   return model;

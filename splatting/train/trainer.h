@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Training in two stages: Adam from points, then Levenberg-Marquardt by the engine; or LM alone, from a given model;
-// and the splat of a saved training.
+// Training in two stages, Adam and then Levenberg-Marquardt; refinement of a given model; and the model of a
+// checkpoint.
 #pragma once
 
 #include "problems/gaussian_splatting/model/splat_model.h"
@@ -13,24 +13,24 @@
 
 namespace vesta::gs {
 
-// What the process has spent before the training: seconds since its start (loading), and memory in MiB, the scene's
-// included, a model to refine not.
+// Resources used before the training: seconds since the start of the process, and memory in MiB, including the scene
+// but not a model to refine.
 struct BeforeTraining {
   double seconds = 0, mib = 0;
 };
 
-// The scene's images must be loaded. With callbacks.resume
-// the training goes on with these options, to the same bits as without the break where they are those of before; throws
-// Error where the checkpoint is of another scene, or no iterations are asked for beyond those that it has.
+// Trains a scene whose images are loaded. With callbacks.resume the training continues from a checkpoint; with
+// unchanged options the result is bit-identical to an uninterrupted run. Throws Error if the checkpoint belongs to
+// another scene, or if no iterations remain.
 TrainResult Train(const Scene& scene, const TrainOptions& options, const BeforeTraining& before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
-// From `model`, whose SH degree is kept, and count and order too where none are to be taken out; stages as the options
-// have them.
+// Refines `model`; the options select the stages. The SH degree is kept; without pruning, so are the count and order of
+// the Gaussians.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, const BeforeTraining& before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 
-// The splat that a training had when its state was saved, in the frame of its scene. options: those of the training.
-// Throws Error, which names the file, where the state is none of such a training.
+// The model of a checkpoint, in the frame of its scene. options: the options of that training. Throws Error, which
+// names the file, if the state does not belong to such a training.
 SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& options);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever is wrong with flags or files is one line on stderr and a non-zero exit, and nothing is left behind.
+// Bad flags or files: one line on stderr, a non-zero exit status, and no output files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 class BadScene : public testing::Test {
  protected:
-  // Trains the scene and expects it to be refused, with the output folder not even made.
+  // Training must refuse the scene before it creates the output folder.
   void ExpectTrainRefusal(const std::string& token) {
     ExpectRefusal({"train", scene_, "--out=" + out_, "--iterations=1", "--lm_iterations=0"}, kFailed, {token});
     EXPECT_FALSE(fs::exists(out_));
@@ -132,6 +132,8 @@ TEST(BadCommandLine, IsOneLine) {
            {{"train", "a", "--set", "lm.l1_floor=-1"}, {"lm.l1_floor=-1", "1e-06", "1"}},
            {{"train", "a", "--set=lm.l1_floor="}, {"lm.l1_floor=", "1e-06", "1"}},
            {{"train", "a", "--set=lm.l1_floor=nan"}, {"lm.l1_floor=nan"}},
+           {{"train", "a", "--set=rates.opacity=1"}, {"rates.opacity", "lr.opacity"}},
+           {{"train", "a", "--low_pass=1"}, {"--low_pass", "--eps2d"}},
            {{"train", "a", "--set=lm.l1_flor=1"}, {"lm.l1_flor", "lm.l1_floor"}},
            {{"train", "a", "--set=adam.length=2"}, {"adam.length", "adam.iterations_scale"}},
            {{"train", "a", "--set=parsimony.price=2"}, {"parsimony.price", "pruning.aic_weight"}},

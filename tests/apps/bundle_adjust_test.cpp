@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bundle_adjust as a user runs it.
+// Tests of `vesta bundle_adjust`, run as a user would.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ TEST_F(BundleAdjust, WritesTheSolvedProblemAndItsNumbers) {
   EXPECT_LT(json["final_rms_pixels"].get<double>(), 1);
   EXPECT_EQ(json["history"].back()["cost"], json["final_cost"]);
   EXPECT_EQ(bundle::ReadBal(out_).observations.size(), json["observations"].get<std::size_t>());
-  // What was written is at its minimum.
+  // The written problem is at its minimum.
   const std::string again = folder_ / "again.txt";
   ASSERT_EQ(RunProgram({"bundle_adjust", out_, "--out=" + again, "--json=" + json_}).status, 0);
   const auto second = nlohmann::json::parse(ReadBytes(json_));
@@ -65,11 +65,11 @@ TEST_F(BundleAdjust, ComputesWhereItIsTold) {
   ASSERT_EQ(solve("cpu").status, 0);
   EXPECT_EQ(nlohmann::json::parse(ReadBytes(json_))["device"], "cpu");
   const std::string on_cpu = ReadBytes(out_);
-  // auto is the CPU to the last digit.
+  // `auto` gives exactly the result of the CPU.
   ASSERT_EQ(solve("auto").status, 0);
   EXPECT_EQ(nlohmann::json::parse(ReadBytes(json_))["device"], "cpu");
   EXPECT_EQ(ReadBytes(out_), on_cpu);
-  // cuda fails where there is no GPU, in one line.
+  // Without a GPU, `cuda` fails with one line.
   std::filesystem::remove(out_);
   const ProgramOutput output = solve("cuda");
   if (output.status == 0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings that are killed, and go on.
+// Trainings that are killed and resumed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,12 +42,12 @@ TEST_F(KilledTraining, GoesOnToTheSameSplat) {
   TrainAndKill();
   const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_, "--profile"});
   ASSERT_EQ(resumed.status, 0) << resumed.err;
-  EXPECT_THAT(resumed.out, HasSubstr("\nphase ")) << "of the part that was gone on with";
+  EXPECT_THAT(resumed.out, HasSubstr("\nphase ")) << "profile of the resumed part";
   ASSERT_EQ(RunProgram(Train(whole_)).status, 0);
   EXPECT_EQ(ReadBytes(out_ + "/point_cloud.ply"), ReadBytes(whole_ + "/point_cloud.ply"));
 }
 
-// Resumed without a word about checkpoints, and killed again later.
+// Resumed without checkpoint flags, and killed again later.
 TEST_F(KilledTraining, IsSavedAsOftenAfterItIsResumed) {
   TrainAndKill();
   const std::string first = ReadBytes(out_ + "/checkpoint.vesta");
@@ -103,7 +103,7 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
   }
   ExpectRefusal({"train", "--resume=" + (folder_ / "none")}, kFailed, {"none/checkpoint.vesta", "--checkpoint_every"});
   ExpectRefusal(Train(whole_, {"--checkpoint_every=often"}), kUsage, {"--checkpoint_every=often"});
-  // A longer LM is the resumed run's own affair.
+  // The resumed run may run more LM iterations.
   EXPECT_EQ(RunProgram({"train", "--resume=" + out_, "--lm_iterations=5", "--set=lm.function_tolerance=0"}).status, 0);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options in and out: `vesta config`, --config, --set, and what metrics.json says of them.
+// Options in and out: `vesta config`, --config, --set, and the options in metrics.json.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,13 +28,13 @@ std::string Config(Flags flags) {
   return output.out;
 }
 
-// The JSON of an option.
+// The JSON value of an option.
 json OptionIn(const json& config, const std::string& name) {
   const std::size_t dot = name.find('.');
   return config.at("options").at(name.substr(0, dot)).at(name.substr(dot + 1));
 }
 
-// A value that is not the default: of numbers the upper end, which all of them together can have.
+// A value other than the default. For numbers it is the maximum, which is valid for all of them together.
 std::string OtherValue(const schema::FieldInfo& field, const std::string& value) {
   switch (field.kind) {
     case Kind::kSwitch:
@@ -113,6 +113,7 @@ TEST_F(ConfigFiles, WhatIsWrongInOneIsOneLine) {
     std::vector<std::string> tokens;
   };
   for (const auto& [text, tokens] : std::vector<Case>{
+           {R"({"options": {"parsimony": {"price": 0.1}}})", {"parsimony.price", "pruning.aic_weight"}},
            {R"({"options": {"lm": {"l1_flor": 0.1}}})", {"lm.l1_flor", "lm.l1_floor"}},
            {R"({"options": {"ln": {"l1_floor": 0.1}}})", {"ln.l1_floor"}},
            {R"({"options": {"lm": 3}})", {"lm"}},
@@ -154,7 +155,7 @@ TEST_F(ConfigFiles, ATrainingIsRepeatedFromItsMetrics) {
   EXPECT_EQ(json::parse(Config({"--config", metrics}))["options"], before["options"]);
   EXPECT_EQ(OptionIn(before, "density.enabled"), false);
   EXPECT_EQ(OptionIn(before, "train.downscale"), 2);
-  // And what is given besides is another training.
+  // Further flags change the training.
   ASSERT_EQ(RunProgram({"train", scene, "--out=" + again, "--config", metrics, "--seed=4", "--iterations=30"}).status,
             0);
   EXPECT_FALSE(ReadBytes(first + "/point_cloud.ply") == ReadBytes(again + "/point_cloud.ply"));

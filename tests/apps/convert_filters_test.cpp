@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta convert with --box and --clean: what stays, and that nothing goes unsaid.
+// vesta convert with --box and --clean: the Gaussians kept, and the message about removed ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,8 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// A cube of 6 x 6 x 6 small Gaussians about the origin, from -1.25 to 1.25, and four more: one too faint to be drawn,
-// one around everything, one alone far behind, and one beside what the tiny scene's cameras see.
+// A cube of 6 x 6 x 6 small Gaussians around the origin, from -1.25 to 1.25, and four more: one too faint to be drawn,
+// one around everything, one isolated far behind, and one outside the views of the tiny scene.
 class ConvertFilters : public testing::Test {
  protected:
   static constexpr Index kCube = 216;
@@ -66,7 +66,7 @@ class ConvertFilters : public testing::Test {
 TEST_F(ConvertFilters, ABoxKeepsWhatLiesWithin) {
   EXPECT_THAT(Said({"--box=-9,-9,-9,0.1,0.1,9"}), HasSubstr("box: 56 of 220 Gaussians are inside\n56 Gaussians of SH"));
   const gs::SplatModel left = gs::ReadSplat(out_);
-  EXPECT_EQ(left.count, 56) << "3 x 3 x 6 of the cube, and two in the middle";
+  EXPECT_EQ(left.count, 56) << "3 x 3 x 6 of the cube, and two at its centre";
   EXPECT_LE(*std::max_element(left.attribute(0), left.attribute(0) + left.count), 0.1f);
   EXPECT_EQ(left.background[1], 0.5f);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats in other formats: one line says what became of them, and what is read stays.
+// Conversion of splats to other formats: one line summarises it, and the input file is unchanged.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ class Convert : public testing::Test {
                                             "--background=0.25,0.5,1", "--set=pruning.sh_aic_weight=0"});
     EXPECT_EQ(train.status, 0) << train.err;
   }
-  // PSNR of the training views, dB, over the background that the file tells.
+  // PSNR of the training views in dB, over the background stored in the file.
   double TrainPsnr(const std::string& splat) const {
     const std::string json = folder_ / "eval.json";
     EXPECT_EQ(RunProgram({"eval", splat, scene_, "--json=" + json}).status, 0);
@@ -51,7 +51,7 @@ TEST_F(Convert, EveryFormatShowsTheSame) {
                                          std::string(name) + "\n"));
     EXPECT_EQ(output.err, "");
     EXPECT_NEAR(TrainPsnr(splat), psnr, 0.3);
-    // And back: what all trainers read.
+    // And back to .ply, which all trainers read.
     ASSERT_EQ(RunProgram({"convert", splat, "--out=" + back}).status, 0);
     EXPECT_EQ(gs::ReadSplatPly(back).count, gs::ReadSplatPly(ply_).count);
     EXPECT_EQ(TrainPsnr(back), TrainPsnr(splat));
@@ -71,7 +71,7 @@ TEST_F(Convert, TheProgramTakesEveryFormat) {
   EXPECT_EQ(gs::ReadSplatPly(refined + "/point_cloud.ply").background[2], 1);
 }
 
-// Gaussians of different degrees go through all commands, and stay what they are.
+// All commands accept and preserve Gaussians of different SH degrees.
 TEST_F(Convert, DegreesGoThroughTheProgram) {
   const gs::SplatModel trained = gs::ReadSplatPly(ply_);
   ASSERT_EQ(trained.sh_degree, 2);

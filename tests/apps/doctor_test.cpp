@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta doctor: each thing that can be odd about a scene, planted in one where nothing is.
+// vesta doctor: each warning, caused by one defect in an otherwise good scene.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using testing::StartsWith;
 
 constexpr int kSize = 48;
 
-// Detail of a few pixels, other in each view.
+// An image with details of a few pixels, different in each view.
 gs::Image Picture(int view) {
   gs::Image image(kSize, kSize);
   for (int c = 0; c < 3; ++c) {
@@ -35,7 +35,7 @@ gs::Image Picture(int view) {
   return image;
 }
 
-// Twelve views side by side, with 600 points before them.
+// Twelve views side by side, with 600 points in front.
 gs::Scene SoundScene() {
   gs::Scene scene;
   for (int i = 0; i < 12; ++i) {
@@ -70,7 +70,7 @@ TEST(SceneWarnings, FewViewsAndPoints) {
 
 TEST(SceneWarnings, ViewThatLooksAway) {
   gs::Scene scene = SoundScene();
-  scene.views[3].rotation = {-1, 0, 0, 0, 1, 0, 0, 0, -1};  // half a turn
+  scene.views[3].rotation = {-1, 0, 0, 0, 1, 0, 0, 0, -1};  // rotated by 180 degrees
   scene.views[3].translation = {0.2, 0, -4};
   EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("03.png: sees only 0 of the points")));
 }
@@ -108,7 +108,7 @@ TEST(SceneWarnings, ExposureThatDiffers) {
   gs::Scene scene = SoundScene();
   Change(&scene.views[1].image, [](float value) { return 0.6f * value; });
   Change(&scene.views[8].image, [](float value) { return 1.55f * value; });
-  // A view that shows other things is none of another exposure.
+  // Different content is not reported as different exposure.
   for (float& value : scene.views[4].image.rgb) value = value > 0.6f ? 0.1f : value;
   EXPECT_THAT(SceneWarnings(scene),
               ElementsAre(testing::MatchesRegex("01.png: 1.[5-9] stops darker than the others"),

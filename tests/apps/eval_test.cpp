@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program measures a splat with test cameras that are fitted to it.
+// vesta eval --align fits the test cameras to the splat before it measures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ using testing::Not;
 
 constexpr double kTurn = 0.02;
 
-// A scene whose test photographs are images of the splat, darkened by `gain`, from poses other than those stated.
+// A scene whose test photographs are renderings of the splat, darkened by `gain`, from perturbed poses.
 class AlignedEval : public testing::Test {
  protected:
   void Write(float gain) {
@@ -31,7 +31,7 @@ class AlignedEval : public testing::Test {
     ASSERT_EQ(RunProgram({"render", splat_, trained, "--out=" + renders}).status, 0);
     gs::ColmapModel model = TinyModel();
     for (const std::size_t test_view : {0, 8}) {
-      // About the camera's own y axis.
+      // Rotated about the y axis of the camera.
       const double half_angle = 0.03 * (static_cast<double>(test_view) - 0.5 * kTinyViews) + 0.5 * kTurn;
       model.images[test_view].rotation = {std::cos(half_angle), 0, std::sin(half_angle), 0};
       model.images[test_view].translation = {4 * std::sin(kTurn), 0, 4 * std::cos(kTurn)};
@@ -67,7 +67,7 @@ TEST_F(AlignedEval, FindsTheCamerasAndLeavesTheUsualFigures) {
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_THAT(output.out, AllOf(HasSubstr("\naligned    2"), HasSubstr("moved by 1.1"), Not(HasSubstr("exposed"))));
   const json aligned = Numbers()["aligned"];
-  EXPECT_GT(aligned["psnr"], 45.0);  // photographs are of 8 bits
+  EXPECT_GT(aligned["psnr"], 45.0);  // photographs have 8 bits
   EXPECT_GT(aligned["ssim"], 0.999);
   EXPECT_NEAR(aligned["moved_degrees"], kTurn * 180 / std::numbers::pi, 0.05);
   EXPECT_NEAR(aligned["moved_pixels"], kTurn * 40, 0.1);
@@ -104,7 +104,7 @@ TEST_F(AlignedEval, SaysWhichViewsItCouldNotFit) {
   EXPECT_EQ(numbers["aligned"]["not_found"], 2);
   EXPECT_EQ(numbers["aligned"]["views"][0]["status"], "flat image");
   EXPECT_EQ(numbers["aligned"]["psnr"], numbers["test"]["psnr"]);
-  // Of no test views nothing was measured, which is not 0 dB.
+  // Without test views the result is empty and not 0 dB.
   const ProgramOutput none = Eval({"--align=pose+colour", "--test_every=0"});
   ASSERT_EQ(none.status, 0) << none.err;
   EXPECT_THAT(none.out, AllOf(HasSubstr("\naligned    0        -        -\n"), Not(HasSubstr("moved by"))));

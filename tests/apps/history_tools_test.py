@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The demo's table, plot and contact sheet, on a made-up run. Usage: history_tools_test.py table|plot
+"""The demo's table, plot and contact sheet for a made-up run. Usage: history_tools_test.py table|plot
 
-Exit status 77, which ctest reports as skipped, where the plot cannot be tested for want of matplotlib."""
+Exit status 77, which ctest reports as skipped, if the plot cannot be tested because matplotlib is missing."""
 import json
 import pathlib
 import subprocess

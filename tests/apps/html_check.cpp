@@ -16,7 +16,7 @@ struct Tag {
 
 bool IsSpace(char c) { return c == ' ' || c == '\n' || c == '\t'; }
 
-// Reads the tag at page[*at], which is '<', up to behind its '>'.
+// Reads the tag that starts at page[*at] ('<') and moves *at behind its '>'.
 Tag ReadTag(const std::string& page, std::size_t* at, std::vector<std::string>* faults) {
   Tag tag;
   std::size_t i = *at + 1;
@@ -43,10 +43,10 @@ Tag ReadTag(const std::string& page, std::size_t* at, std::vector<std::string>* 
   return tag;
 }
 
-// Calls see(tag) and text(characters between tags, name of the element they are in).
+// Calls see(tag) for tags, and text(characters, name of the enclosing element) for the text between them.
 void Walk(const std::string& page, std::vector<std::string>* faults, const std::function<void(const Tag&)>& see,
           const std::function<void(const std::string&, const std::string&)>& text) {
-  std::string raw;  // "style" or "script" while in one
+  std::string raw;  // "style" or "script" while inside one
   for (std::size_t at = 0; at < page.size();) {
     const std::size_t next = raw.empty() ? page.find('<', at) : page.find("</" + raw, at);
     text(page.substr(at, next - at), raw);
@@ -67,9 +67,9 @@ std::vector<std::string> HtmlFaults(const std::string& page) {
   std::set<std::string> ids;
   const auto see = [&](const Tag& tag) {
     for (const auto& [name, value] : tag.attributes) {
-      if (name == "id" && !ids.insert(value).second) faults.push_back("id " + value + " is there twice");
+      if (name == "id" && !ids.insert(value).second) faults.push_back("id " + value + " occurs twice");
       if ((name == "src" || name == "href" || name == "action") && !value.starts_with("data:")) {
-        faults.push_back(tag.name + " asks for " + value);
+        faults.push_back(tag.name + " refers to " + value);
       }
       if (name.starts_with("on")) faults.push_back(tag.name + " has " + name);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a page is sound and stands alone.
+// Checks that an HTML page is well formed and self-contained.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@
 
 namespace vesta::test {
 
-// What is wrong with the page, a line each: tags that do not pair, attributes without quotes, an id given twice, a
-// reference that leads out of the page, a style that loads something. Elements come as ReportPage writes them.
+// The faults of the page, one a line: unpaired tags, attributes without quotes, duplicate ids, references to other
+// resources, styles that load something. Expects elements as ReportPage writes them.
 std::vector<std::string> HtmlFaults(const std::string& page);
 
-// The values of an attribute of all elements of a name, entities left as they are.
+// The values of an attribute in all elements of this name, with entities unchanged.
 std::vector<std::string> AttributeValues(const std::string& page, const std::string& element, const std::string& name);
 
-// The page without tags, styles and scripts, entities replaced.
+// The text of the page without tags, styles and scripts, with entities replaced.
 std::string PageText(const std::string& page);
 
 }  // namespace vesta::test

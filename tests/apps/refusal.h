@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program does with a command that it cannot follow.
+// Checks that a program refuses a command.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@ namespace vesta::test {
 
 constexpr int kFailed = 1, kUsage = 2;  // exit statuses
 
-// One line on stderr with these tokens (HasTokens), this status, and nothing on stdout.
+// Expects one line on stderr with these tokens (HasTokens), this exit status, and an empty stdout.
 inline void ExpectRefusal(const std::vector<std::string>& arguments, int status,
                           const std::vector<std::string>& tokens) {
   SCOPED_TRACE(testing::PrintToString(arguments));

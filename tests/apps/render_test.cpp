@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta render: paths of cameras, films, depth and normals. What goes wrong is one line, and nothing is left behind.
+// vesta render: camera paths, films, depth and normals. An error is one line and leaves no files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-// As long as it lives, programs are looked for in this folder alone.
+// Limits the search path for programs to this folder while it exists.
 class PathIs {
  public:
   explicit PathIs(const std::string& folder) : before_(std::getenv("PATH")) { ::setenv("PATH", folder.c_str(), 1); }
@@ -39,7 +39,7 @@ class PathIs {
 
 bool HasFfmpeg() { return std::system("ffmpeg -version >/dev/null 2>&1") == 0; }
 
-// A wall across what all views of the tiny scene see, 4 before them: discs that face them.
+// A wall of discs that fills all views of the tiny scene, at distance 4 and facing the cameras.
 gs::SplatModel Wall() {
   gs::SplatModel wall;
   wall.Resize(0, 41 * 41);
@@ -88,7 +88,7 @@ TEST_F(Render, PathsAreNumberedImagesAndTheirCameras) {
     EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("00000.png", "00001.png", "00002.png", "cameras.json"));
     const gs::ImageSize size = gs::ReadImageSize(out_ + "/00002.png");
     EXPECT_TRUE(size.width == 24 && size.height == 20);
-    // The middle of what the photographs show: their height is 24, and 20 now.
+    // The central part of the photograph: the height is 20 instead of 24.
     const auto frame = nlohmann::json::parse(ReadBytes(out_ + "/cameras.json"))["frames"][1];
     EXPECT_EQ(frame["file_path"], "00001.png");
     EXPECT_NEAR(frame["fl_x"].get<double>(), 40.0 * 20 / 24, 1e-9);
@@ -107,12 +107,12 @@ TEST_F(Render, TheCamerasOfAPathAreAPath) {
   EXPECT_FALSE(ReadBytes(out_ + "/00000.png") == ReadBytes(out_ + "/00001.png"));
   ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + through, "--path=" + cameras, "--frames=9"}).status, 0);
   EXPECT_EQ(FilesIn(through).size(), 10u);
-  // What is read is not replaced.
+  // The input path is not overwritten.
   ExpectRefusal({"render", ply_, scene_, "--out=" + out_, "--path=" + out_ + "/cameras.json"}, kFailed,
                 {"--out=" + out_, out_ + "/cameras.json"});
 }
 
-// Cameras that are made anew have the splat's filter too.
+// New cameras also use the eps2d of the splat.
 TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
   for (const std::string path : {"orbit", "spiral", "photographs", "file"}) {
     SCOPED_TRACE(path);
@@ -137,8 +137,7 @@ TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
   }
 }
 
-// A scene far from the origin of its files is drawn about one of its own, and its cameras are in the world all the
-// same.
+// A scene far from the origin is rendered in a shifted frame, but its cameras are written in world coordinates.
 TEST_F(Render, CamerasAreInTheWorld) {
   constexpr double kFar = 1e5;
   gs::ColmapModel model = TinyModel();
@@ -157,7 +156,7 @@ TEST_F(Render, CamerasAreInTheWorld) {
   const std::string again = folder_ / "again";
   ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + again, "--path=" + out_ + "/cameras.json"}).status, 0);
   const gs::Image one = gs::LoadImage(out_ + "/00001.png"), other = gs::LoadImage(again + "/00001.png");
-  EXPECT_LT(*std::min_element(one.rgb.begin(), one.rgb.end()), 0.4f) << "the wall is in sight";
+  EXPECT_LT(*std::min_element(one.rgb.begin(), one.rgb.end()), 0.4f) << "the wall is visible";
   for (std::size_t i = 0; i < one.rgb.size(); ++i) ASSERT_NEAR(one.rgb[i], other.rgb[i], 1.5 / 255);
 }
 
@@ -167,7 +166,7 @@ TEST_F(Render, DepthIsLevelsOfAStatedUnit) {
               UnorderedElementsAre("000.png", "000_preview.png", "008.png", "008_preview.png", "cameras.json"));
   const double unit = nlohmann::json::parse(ReadBytes(out_ + "/cameras.json"))["depth_unit"];
   const gs::Image depth = gs::LoadImage(out_ + "/008.png");
-  // The wall is 4 before all cameras, turned by 0.18 for this one.
+  // The wall is at distance 4 from all cameras; this camera is rotated by 0.18.
   const double level = 65535 * static_cast<double>(depth.plane(0)[12 * kTinyWidth + 16]);
   EXPECT_NEAR(unit * level, 4, 0.02);
   EXPECT_THAT(ReadBytes(out_ + "/008.png"), HasSubstr("scene units per level"));
@@ -177,21 +176,21 @@ TEST_F(Render, NormalsAreColours) {
   ExpectDone({"--show=normals", "--path=photographs", "--frames=2"}, "wrote 2 images");
   const gs::Image normals = gs::LoadImage(out_ + "/00001.png");
   const std::size_t middle = 12 * kTinyWidth + 16;
-  EXPECT_GT(normals.plane(2)[middle], 0.95f) << "towards the camera";
+  EXPECT_GT(normals.plane(2)[middle], 0.95f) << "points towards the camera";
   EXPECT_NEAR(normals.plane(1)[middle], 0.5, 0.01);
 }
 
-// Decoded, its frames are the images: pixels of other frames, or of other colours, are farther off.
+// The decoded frames equal the images; other frames or wrong colours would differ more.
 TEST_F(Render, AFilmHasTheFrames) {
   if (!HasFfmpeg()) GTEST_SKIP() << "no ffmpeg";
   const std::string film = folder_ / "-a film's.mp4", raw = folder_ / "raw";
   ExpectDone({"--path=orbit", "--frames=5", "--size=63x48", "--film=" + film, "--fps=7"}, " and " + film);
-  EXPECT_EQ(FilesIn(folder_.path()).size(), 4u) << "no temporary";
+  EXPECT_EQ(FilesIn(folder_.path()).size(), 4u) << "no temporary file";
   const std::string decode = "ffmpeg -v error -i \"file:" + film + "\" -f rawvideo -pix_fmt rgb24 -vf " +
                              "scale=in_color_matrix=bt709 " + raw + " 2>&1";
   ASSERT_EQ(std::system(decode.c_str()), 0);
   const std::string bytes = ReadBytes(raw);
-  ASSERT_EQ(bytes.size(), 5u * 3 * 64 * 48) << "five frames, with a column of black";
+  ASSERT_EQ(bytes.size(), 5u * 3 * 64 * 48) << "five frames with a black column";
   const gs::Image last = gs::LoadImage(out_ + "/00004.png");
   double difference = 0;
   for (std::size_t y = 0; y < 48; ++y) {
@@ -210,7 +209,7 @@ TEST_F(Render, WithoutFfmpegThereIsNoFilm) {
   fs::create_directory(programs);
   const PathIs only(programs);
   ExpectRefused({"--path=orbit", "--film=" + film}, kFailed, {"--film=" + film, "ffmpeg"});
-  // One that fails at once: the reason is its own, and an older film stays.
+  // If ffmpeg fails at once, its error is reported and an older film is kept.
   std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\necho no such codec >&2\nexit 3\n";
   fs::permissions(programs + "/ffmpeg", fs::perms::owner_all);
   std::ofstream(film) << "old";
@@ -218,7 +217,7 @@ TEST_F(Render, WithoutFfmpegThereIsNoFilm) {
     ExpectRefusal(Words({"--path=orbit", "--film=" + film, frames}), kFailed, {"--film=" + film, "ffmpeg", reason});
   };
   refused("--frames=20", "codec");
-  // One that fails when it has all frames, as for a full disk.
+  // ffmpeg fails after the last frame, as with a full disk.
   std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\nwhile read -r line; do :; done\necho full >&2\nexit 1\n";
   refused("--frames=2", "full");
   EXPECT_EQ(ReadBytes(film), "old");

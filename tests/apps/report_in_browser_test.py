@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A report in Chromium without a network: nothing is asked for, and its console stays empty. Skipped (77) where there is
-no Chromium. Beforehand a page with both faults, so that it is known that they would be seen.
+"""Opens a report in Chromium without a network: it requests nothing, and its console stays empty. A page with both
+faults is tested first, to show that the test detects them. Skipped (77) if there is no Chromium.
 
-  report_in_browser_test.py VESTA DEMO_SCENE     the two programs
+  report_in_browser_test.py VESTA DEMO_SCENE     (the two programs)
 """
 import json
 import pathlib
@@ -20,7 +20,7 @@ def run(*command):
 
 
 def visit(browser, page, folder):
-    """(lines of the console, addresses that the page asked for)"""
+    """Returns (lines of the console, addresses requested by the page)."""
     log = folder / "net.json"
     done = subprocess.run([browser, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run",
                            "--disable-background-networking", "--disable-component-update", "--disable-sync", f"--user-data-dir={folder / 'profile'}",
@@ -34,10 +34,10 @@ def visit(browser, page, folder):
     except json.JSONDecodeError:  # the browser ended before it closed the list
         events = json.loads(text.rstrip().rstrip(",") + "]}")["events"]
     asked = {event["params"]["url"] for event in events if "url" in event.get("params", {})}
-    # The browser's own services are none of the page's.
+    # Requests by the browser's own services are not the page's.
     own = ("google", "gvt1.com", "data:", "chrome")
     if not (folder / "shot.png").exists():
-        sys.exit("the browser made no picture:\n" + done.stderr[-2000:])
+        sys.exit("the browser made no screenshot:\n" + done.stderr[-2000:])
     return console, {url for url in asked if not any(name in url for name in own)}
 
 
@@ -52,7 +52,7 @@ def main():
         faulty = folder / "faulty.html"
         faulty.write_text(FAULTY, encoding="utf-8")
         console, asked = visit(browser, faulty, folder)
-        assert console and asked, f"a faulty page is not seen: {console} {asked}"
+        assert console and asked, f"a faulty page is not detected: {console} {asked}"
         run(demo_scene, "--out", folder / "scene")
         for run_name, iterations in (("one", 20), ("two", 40)):
             run(vesta, "train", folder / "scene", "--out", folder / run_name, f"--iterations={iterations}",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// report.html, by the program.
+// The report.html that the program writes.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ TEST_F(TinyReport, ShowsTheTestViewsOfATraining) {
                                   "PSNR")));
 }
 
-// The same page from the files of the run.
+// The same page is written again from the files of the run.
 TEST_F(TinyReport, IsMadeAgainFromFiles) {
   WriteTinyScene(scene_);
   Train(out_, {"--downscale=2"});
@@ -66,7 +66,7 @@ TEST_F(TinyReport, IsMadeAgainFromFiles) {
   EXPECT_TRUE(Page(out_) == before);
 }
 
-// With the photographs that the training looked at, and its test views.
+// The report uses the same photographs and test views as the training.
 TEST_F(TinyReport, ReadsTheSceneAsTheTrainingDid) {
   WriteTinyScene(scene_);
   fs::rename(scene_ + "/images", scene_ + "/pictures");
@@ -84,7 +84,7 @@ TEST_F(TinyReport, ReadsTheSceneAsTheTrainingDid) {
             nlohmann::json::parse(R"({"images": "pictures", "allow_missing": "true", "test_every": "4"})"));
 }
 
-// Of two runs with other test views the scene is read twice.
+// If two runs have different test views, the scene is read twice.
 TEST_F(TinyReport, RunsWithOtherTestViewsShowTheirOwn) {
   WriteTinyScene(scene_);
   const std::string other = folder_ / "other", page = folder_ / "both.html";
@@ -137,7 +137,7 @@ TEST_F(TinyReport, PutsRunsSideBySide) {
   ASSERT_EQ(RunProgram({"report", out_, other, "--out=" + file}).status, 0);
   const std::string page = ReadBytes(file);
   EXPECT_THAT(HtmlFaults(page), IsEmpty());
-  EXPECT_EQ(AttributeValues(page, "img", "src").size(), 10u) << "each photograph is there once";
+  EXPECT_EQ(AttributeValues(page, "img", "src").size(), 10u) << "each photograph appears once";
   EXPECT_EQ(AttributeValues(page, "img", "data-of").size(), 2u);
   EXPECT_THAT(PageText(page), HasSubstr("train.seed"));
   const ProgramOutput output = RunProgram({"report", out_, other});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the built `vesta` program, as a user would.
+// Runs the built `vesta` program as a user would.
 #pragma once
 
 #include <sys/types.h>
@@ -12,16 +12,16 @@
 namespace vesta::test {
 
 struct ProgramOutput {
-  int status = 0;  // exit status; 128 + signal where one killed it
+  int status = 0;  // exit status, or 128 + the number of the signal that killed it
   std::string out, err;
 };
 
-// The program while it runs. Wait must be called.
+// A running program. Wait must be called.
 class Program {
  public:
   explicit Program(const std::vector<std::string>& arguments);
 
-  // Until stdout contains the text; false when it ends, or a minute goes by, without.
+  // Waits until stdout contains the text. Returns false if the program ends first or after a minute.
   bool WaitForOutput(const std::string& text);
   void Signal(int number) const;
   ProgramOutput Wait();
@@ -36,11 +36,11 @@ class Program {
 };
 
 ProgramOutput RunProgram(const std::vector<std::string>& arguments);
-// By the shell, for what it does with files: status and what came to stdout.
+// Runs a shell command, for example with redirections. Returns its exit status and stdout.
 ProgramOutput RunShell(const std::string& command);
 
 int CountLines(const std::string& text);
-// The names of what is in a folder.
+// The names of all entries in a folder.
 std::vector<std::string> FilesIn(const std::string& folder);
 
 }  // namespace vesta::test

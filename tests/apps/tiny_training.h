@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings of the tiny scene by the program.
+// Trainings of the tiny scene with the program.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ class TinyTraining : public testing::Test {
     return RunProgram(flags);
   }
 
-  // What eval measures on the written model must be what its metrics.json says.
+  // `vesta eval` on the written model must reproduce the figures in metrics.json.
   void ExpectEvalReproduces(const std::string& out) const {
     const std::string file = folder_ / "eval.json";
     const ProgramOutput output = RunProgram({"eval", Ply(out), scene_, "--json=" + file});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program on scenes whose cameras are found along, and on those of other hands.
+// vesta train with camera optimisation, and on scenes from other programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   const gs::ColmapModel found = gs::ReadColmapModel(out_ + "/cameras"), given = TinyModel();
   ASSERT_EQ(found.images.size(), given.images.size());
   EXPECT_EQ(found.points.size(), given.points.size());
-  // Test views stay: 000.png and 008.png.
+  // Test views are unchanged: 000.png and 008.png.
   for (std::size_t v = 0; v < found.images.size(); ++v) {
     double apart = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -45,7 +45,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   EXPECT_EQ(metrics["cameras"]["views"].size(), 8u);
   EXPECT_GT(metrics["cameras"]["moved_pixels_most"], 0.0);
   EXPECT_GT(metrics["cameras"]["gain_most"], 0.0);
-  // It trains on from there.
+  // The written cameras can be used for another training.
   fs::create_directories(folder_ / "again/sparse");
   fs::copy(fs::path(scene_) / "images", folder_ / "again/images");
   fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
@@ -53,7 +53,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   EXPECT_THAT(Train(out_, {"--refine_cameras=everything"}).err, HasTokens("--refine_cameras=everything"));
 }
 
-// Photographs of a lens that distorts: the camera of their files stays, so that they are read by it again.
+// With lens distortion, the written camera keeps the distortion, because it belongs to the original photographs.
 TEST_F(TinyTraining, WritesLensesAsPhotographsHaveThem) {
   gs::ColmapModel model = TinyModel();
   gs::ColmapCamera& camera = model.cameras.front();
@@ -78,7 +78,7 @@ TEST_F(TinyTraining, WritesLensesAsPhotographsHaveThem) {
               HasTokens("--refine_cameras=all"));
 }
 
-// Folder, test views, missing photographs and points: what scenes of others lack or have otherwise.
+// Scenes from other programs: another image folder, a list of test views, missing photographs and points.
 TEST_F(TinyTraining, TakesScenesOfOtherHands) {
   gs::ColmapModel model = TinyModel();
   model.points.clear();
@@ -101,15 +101,15 @@ TEST_F(TinyTraining, TakesScenesOfOtherHands) {
   EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasTokens(folder_ / "none"));
 }
 
-// Photographs that are decoded when their turn comes: the same splat and figures, less memory.
+// Decoding photographs on demand gives the same splat and figures with less memory.
 TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
-  // Cameras follow the sizes of photographs. A decoded one of these takes 3.5 MiB.
+  // The cameras are scaled to the photographs. A decoded photograph takes 3.5 MiB.
   constexpr int kWidth = 640, kHeight = 480, kEnlarged = kWidth / kTinyWidth;
   for (int view = 0; view < kTinyViews; ++view) {
     const std::string path = fmt::format("{}/images/{:03}.png", scene_, view);
     const gs::Image small = gs::LoadImage(path);
     gs::Image large(kWidth, kHeight);
-    for (int row = 0; row < 3 * kHeight; ++row) {  // of the three planes
+    for (int row = 0; row < 3 * kHeight; ++row) {  // rows of three planes
       for (int x = 0; x < kWidth; ++x) {
         const std::ptrdiff_t to = std::ptrdiff_t{row} * kWidth + x,
                              from = std::ptrdiff_t{row / kEnlarged} * kTinyWidth + x / kEnlarged;
@@ -126,10 +126,10 @@ TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
   };
   const std::string few = folder_ / "few";
   EXPECT_THAT(train(out_, "1000"), testing::Not(HasSubstr("photographs take")));
-  // What is known by its header alone may have a mask.
+  // Photographs known only by their header may have masks.
   EXPECT_THAT(train(few, "8"), testing::ContainsRegex("10 photographs take 3[5-8] MiB, of which 8 are kept"));
   EXPECT_EQ(ReadBytes(Ply(few)), ReadBytes(Ply(out_)));
-#ifndef __SANITIZE_ADDRESS__  // which keeps what was freed
+#ifndef __SANITIZE_ADDRESS__  // it keeps freed memory
   const json all_memory = Metrics(out_)["memory"], memory = Metrics(few)["memory"];
   EXPECT_LT(memory["peak_mib"].get<double>() + 15, all_memory["peak_mib"].get<double>());
   EXPECT_LT(memory["peak_mib"].get<double>(), 1.1 * memory["predicted_mib"].get<double>());

@@ -57,7 +57,7 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_THAT(Keys(metrics["memory"]),
               UnorderedElementsAre("predicted_mib", "peak_mib", "budget_mib", "jacobian", "batches"));
   EXPECT_EQ(metrics["memory"]["peak_mib"], metrics["peak_memory_mib"]);
-  EXPECT_EQ(metrics["memory"]["jacobian"], "rebuild");
+  EXPECT_EQ(metrics["memory"]["jacobian"], "on_the_fly");
   ExpectEvalReproduces(out_);
 }
 
@@ -141,7 +141,7 @@ TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
   ASSERT_EQ(Train(out_, {"--iterations=20", "--lm_iterations=0", "--background=0.25,0.5,1"}).status, 0);
   EXPECT_THAT(gs::ReadSplatPly(Ply(out_)).background, ElementsAre(0.25f, 0.5f, 1.0f));
   ExpectEvalReproduces(out_);
-  // Another one by flag gives other figures: the flag counts.
+  // A background given by flag changes the figures, so the flag takes precedence.
   const std::string file = folder_ / "black.json";
   ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--background=0,0,0", "--json", file}).status, 0);
   EXPECT_NE(json::parse(ReadBytes(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
@@ -155,7 +155,7 @@ TEST_F(TinyTraining, Eps2dTravelsWithTheModel) {
   const std::string file = folder_ / "blurred.json", refined = folder_ / "refined";
   ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--eps2d=0.3", "--json", file}).status, 0);
   EXPECT_NE(json::parse(ReadBytes(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
-  // Refining keeps it, or leads to another.
+  // Refining keeps eps2d, or changes it on request.
   const auto refine = [&](const std::vector<std::string>& flags) {
     std::vector<std::string> words = {"refine",           Ply(out_),     scene_,
                                       "--out=" + refined, "--method=lm", "--lm_iterations=1"};
@@ -213,7 +213,7 @@ TEST_F(TinyTraining, RefineBySingleViewsKeepsTheGaussians) {
   const json metrics = Metrics(refined);
   const json& history = metrics["history"];
   EXPECT_EQ(history[0]["iteration"], 0);
-  EXPECT_NEAR(history[0]["test_psnr"], Metrics(out_)["test"]["psnr"].get<double>(), 1e-6) << "of what was given";
+  EXPECT_NEAR(history[0]["test_psnr"], Metrics(out_)["test"]["psnr"].get<double>(), 1e-6) << "the figures of the input";
   EXPECT_EQ(history.back()["stage"], "adam");
   EXPECT_EQ(history.back()["iteration"], 60);
   EXPECT_LT(history.back()["cost"], history[0]["cost"]);
@@ -233,7 +233,7 @@ TEST_F(TinyTraining, KeepsWhatPaysForItsParameters) {
   EXPECT_LT(kept["gaussians"], before["gaussians"]);
   EXPECT_LT(kept["parameters"].get<Index>() * before["gaussians"].get<Index>(),
             before["parameters"].get<Index>() * kept["gaussians"].get<Index>())
-      << "of each of them too";
+      << "fewer parameters per Gaussian too";
   ExpectEvalReproduces(out_);
 }
 
@@ -252,8 +252,8 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
   const auto count = [&] { return Metrics(pruned)["gaussians"].get<Index>(); };
   prune("--keep=0.5", "40");
   EXPECT_NEAR(static_cast<double>(count()), 0.5 * static_cast<double>(all), 1);
-  EXPECT_EQ(Metrics(pruned)["history"][0]["gaussians"], all) << "what was given is in the history";
-  // Without iterations at once.
+  EXPECT_EQ(Metrics(pruned)["history"][0]["gaussians"], all) << "the history begins with the input";
+  // Without iterations the model is pruned once and not trained.
   EXPECT_THAT(prune("--keep=0.5", "0"), HasSubstr(fmt::format("pruned from {} to {} Gaussians in", all, count())));
   const double size = 0.3 * static_cast<double>(fs::file_size(Ply(out_))) / (1 << 20);
   prune(fmt::format("--size_mib={}", size), "0");
@@ -261,7 +261,7 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
   EXPECT_GT(fs::file_size(Ply(pruned)), 0.5 * size * (1 << 20));
   EXPECT_THAT(prune("--max_loss=0.1", "0"), HasSubstr("training loss 1.0"));
   EXPECT_LT(count(), all);
-  // Refining keeps them all, whatever the file of options asks for.
+  // Refining keeps all Gaussians, even if the config file enables pruning.
   prune("--keep=0.5", "30");
   const Index half = count();
   ASSERT_EQ(
@@ -291,7 +291,7 @@ TEST_F(TinyTraining, RefineLowersTheCost) {
                                     history[2]["train_psnr"].get<double>() - history[0]["train_psnr"].get<double>())));
 }
 
-// A file from elsewhere: another SH degree than the default, no word of its background.
+// A splat from another program: not the default SH degree, and no background in the file.
 TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
   ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0", "--sh_degree=1", "--background=0.25,0.5,1",
                          "--set=pruning.sh_aic_weight=0"})
@@ -324,7 +324,7 @@ TEST_F(TinyTraining, WarnsOfASplatOfAnotherFrame) {
   ASSERT_EQ(Train(out_, {"--iterations=100", "--lm_iterations=0"}).status, 0);
   EXPECT_EQ(RunProgram({"eval", Ply(out_), scene_}).out.find(kDoubt), std::string::npos);
   gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
-  for (Index i = 0; i < model.count; ++i) model.attribute(0)[i] += 100;  // beside all views
+  for (Index i = 0; i < model.count; ++i) model.attribute(0)[i] += 100;  // outside all views
   const std::string moved = folder_ / "moved.ply";
   gs::WriteSplatPly(moved, model);
   EXPECT_THAT(RunProgram({"eval", moved, scene_}).out, HasSubstr(kDoubt));
@@ -339,7 +339,7 @@ TEST_F(TinyTraining, RefineByNoIterationsChangesNothing) {
   EXPECT_TRUE(ReadBytes(Ply(refined)) == ReadBytes(Ply(out_)));
 }
 
-// Each option of LM's in a run of its own; the budget of 1 GiB changes nothing, one of 1 MiB is refused.
+// Each LM option in a separate run. A memory budget of 1 GiB changes nothing; 1 MiB is refused.
 TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
   ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0"}).status, 0);
   const std::string refined = folder_ / "refined";

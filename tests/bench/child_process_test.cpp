@@ -11,7 +11,7 @@ namespace vesta::bench {
 namespace {
 
 TEST(RunInChild, BringsBackWhatWasSent) {
-  // More than a pipe holds.
+  // More than a pipe can buffer.
   const std::string sent(200'000, 'x');
   const ChildResult result = RunInChild("child", [&](const Send& send) {
     send("one ", 4);
@@ -43,7 +43,7 @@ TEST(RunInChild, PeakMemoryIsTheChilds) {
   const double little = peak(1), much = peak(65);
   EXPECT_GT(much, little + 60);
   EXPECT_LT(much, little + 130);
-  EXPECT_LT(peak(1), little + 10) << "the second child's memory stayed";
+  EXPECT_LT(peak(1), little + 10) << "the second child must not count the first one's memory";
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST(MedianCurve, TakesTheMedianOfTheSeconds) {
 
 TEST(MedianCurve, EndsWhereALimitOfTimeEndedOneRepeat) {
   Curve stopped = kCurve;
-  stopped[1].iteration = 2;  // of the row that the limit made, where kCurve has its third
+  stopped[1].iteration = 2;  // of a row that the time limit added; kCurve has iteration 3 here
   stopped[1].cost = .45;
   stopped.resize(2);
   EXPECT_EQ(MedianCurve({kCurve, stopped}).size(), 1u);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves by hand.
+// Handmade curves.
 #pragma once
 
 #include "bench/training_race/curve.h"
 
 namespace vesta::bench::test {
 
-// A row after so many seconds; each is an iteration more than seconds say.
+// A history row at this time; its iteration is `seconds` + 1.
 inline gs::HistoryRow Row(double seconds, double cost, double test_psnr, double test_ssim) {
   gs::HistoryRow row;
   row.seconds = seconds, row.iteration = static_cast<int>(seconds) + 1, row.cost = cost;

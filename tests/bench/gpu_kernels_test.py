@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""bench/gpu's gpu_kernels, made for an emulated device, on a workload of a few tiles: it runs through, agrees with the
-host and reports what a GPU's run is judged by.
+"""bench/gpu's gpu_kernels, built for an emulated device, on a workload of a few tiles: it completes, agrees with the
+host and reports the targets of a GPU run.
 
 Usage: gpu_kernels_test.py PROGRAM"""
 import json
@@ -33,7 +33,7 @@ class GpuKernels(unittest.TestCase):
 
     def test_counts_launches_and_waits(self):
         rows = {row["pass"]: row for row in self.report["rows"]}
-        # Seen splats, pairs, and the cost.
+        # For the number of visible splats, of pairs, and the cost.
         self.assertEqual(rows["Adam iteration"]["waits"], 3)
         self.assertEqual((rows["J v"]["launches"], rows["J v"]["waits"]), (2, 0))
         self.assertEqual((rows["J^T u"]["launches"], rows["J^T u"]["waits"]), (4, 0))

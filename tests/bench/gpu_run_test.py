@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""bench/gpu/run.sh and pack.sh without a GPU: a dry run with programs that stand in for the build's.
+"""bench/gpu/run.sh and pack.sh without a GPU: a dry run with mock programs instead of a build.
 
-Usage: gpu_run_test.py PROGRAM     PROGRAM: any that was linked with shared libraries, for pack.sh to gather"""
+Usage: gpu_run_test.py PROGRAM     PROGRAM: any program with shared libraries, for pack.sh to collect"""
 import json
 import os
 import pathlib
@@ -19,7 +19,7 @@ ORDER = ["gpu", "sanitizer", "device_math", "backend", "engine", "splat", "train
 TOOLS = ["memcheck", "racecheck", "synccheck"]
 LINKED_PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else None
 
-# Notes its call and how many steps the summary tells of by then; fails, hangs or has no GPU where it is told to.
+# Logs its call and the number of steps in the summary so far. On request it fails, hangs or reports no GPU.
 STAND_IN = """#!/usr/bin/env bash
 name=$(basename "$0")
 rows=$(grep -c '"step"' "$OUT/summary.json" 2>/dev/null)
@@ -41,7 +41,7 @@ shift 4
 "$@" || exit
 echo "========= ERROR SUMMARY: 0 errors"
 """
-# Ends the program of that name as timeout does one that has run too long.
+# Ends the program with this name as `timeout` does after the time limit.
 TIMEOUT = """#!/usr/bin/env bash
 [[ $1 == -k ]] || exit 99
 shift 3
@@ -57,7 +57,7 @@ def write_program(path, text):
 
 
 class Folder:
-    """A build that the stand-ins make up, and a way to run the script on it."""
+    """A build made of mock programs, and a function to run the script on it."""
 
     def __init__(self, path):
         self.path, self.out, self.calls, self.build = path, path / "out", path / "calls", path / "a build"
@@ -91,7 +91,7 @@ class WithFolder(unittest.TestCase):
 
 
 class WhereAllPasses(unittest.TestCase):
-    """One run, from a folder that pack.sh made and that was moved since."""
+    """One run, in a moved folder that pack.sh made."""
 
     @classmethod
     def setUpClass(cls):
@@ -137,7 +137,7 @@ class WhereAllPasses(unittest.TestCase):
             calls = [c for c in self.calls if c.startswith("sanitizer") and f"--tool {tool} " in c and "--probe" not in c]
             self.assertEqual(len(calls), 2)
             self.assertTrue(all("--error-exitcode" in call for call in calls))
-            # Reductions; and all that views, caches, Adam, density and evaluation launch.
+            # Reductions, and every kernel of views, caches, Adam, density and evaluation.
             for program in ["cuda_backend_test", "cuda_splat_test"]:
                 self.assertTrue(any(program in c and "filter" not in c for c in calls))
 
@@ -175,7 +175,7 @@ class WhereSomethingIsAmiss(WithFolder):
         self.assertEqual(steps["gpu_kernels"], "stopped after 150 s")
         self.assertEqual(steps["splat"], "passed")
         self.assertIsNone(self.folder.summary()["gpu_kernels"])
-        # A tool that runs and sees nothing is no failure, and is not believed either.
+        # If the tool detects nothing although it runs, that is no failure, but its result is not used.
         self.assertEqual(steps["sanitizer"], "does not work here (0)")
         self.assertEqual({steps[s] for s in steps if "check." in s}, {"skipped: no compute-sanitizer that works"})
 

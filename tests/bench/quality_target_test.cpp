@@ -13,7 +13,7 @@ namespace {
 using test::Row;
 
 TEST(BestQuality, IsTheBestAtAnyTimeLessTheTolerances) {
-  // Over-fits from 2 s on.
+  // Over-fits after 2 s.
   const Curve a = {Row(1, .5, 25, .80), Row(2, .4, 26.5, .850), Row(3, .3, 26, .849)};
   const Curve b = {Row(1, .5, 24, .70), Row(4, .4, 26, .84)};
   const QualityTarget target = BestQuality({&a, &b});
@@ -24,12 +24,12 @@ TEST(BestQuality, IsTheBestAtAnyTimeLessTheTolerances) {
   EXPECT_DOUBLE_EQ(target.ssim, .849);
   EXPECT_EQ(SecondsTo(target, a), 2);
   EXPECT_TRUE(std::isinf(SecondsTo(target, b)));
-  // Both at once: neither the PSNR alone nor the SSIM alone is enough.
+  // PSNR and SSIM must be reached together; one of them is not enough.
   EXPECT_EQ(SecondsTo(target, {Row(1, 0, 27, .8), Row(2, 0, 26, .9), Row(3, 0, 26.481, .8491)}), 3);
 }
 
 TEST(BestQuality, WidensBothTolerancesWhereNoRowHoldsBoth) {
-  // 26.5 and .860 are of different curves: a's last row is 5 tolerances of SSIM short, b's 10 of PSNR.
+  // 26.5 and .860 are on different curves. The last row of a is 5 tolerances of SSIM short, and b 10 of PSNR.
   const Curve a = {Row(1, .5, 26.5, .80), Row(2, .4, 26.45, .855)};
   const Curve b = {Row(1, .5, 26.3, .860)};
   const QualityTarget target = BestQuality({&a, &b});

@@ -29,7 +29,7 @@ TEST(Outcomes, MedianOfTheRepeats) {
   const Outcome outcome{"a", {Falling({{0, 9, 0}, {1, 2, 3}}), Failed(), Falling({{0, 9, 0}, {3, 1, 5}})}};
   EXPECT_EQ(outcome.BestCost(), 1);
   EXPECT_EQ(outcome.MedianSecondsTo(2), 3);
-  EXPECT_EQ(outcome.MedianSecondsTo(1), kNever) << "one of three got there";
+  EXPECT_EQ(outcome.MedianSecondsTo(1), kNever) << "one of three reached it";
   EXPECT_EQ(outcome.runs.front().FirstWithin(2)->inner, 3);
   EXPECT_EQ(outcome.runs.front().FirstWithin(1), nullptr);
 }
@@ -39,7 +39,7 @@ TEST(Outcomes, GoalsAreOfTheBestKnownCost) {
   EXPECT_EQ(GoalsOf(outcomes).best, 4);
   EXPECT_EQ(GoalsOf(outcomes, 3).best, 3);
   EXPECT_EQ(GoalsOf(outcomes, 5).best, 4);
-  EXPECT_EQ(GoalsOf(outcomes, 0).Within(1.01), 1e-12) << "0 but for rounding, relative to the start";
+  EXPECT_EQ(GoalsOf(outcomes, 0).Within(1.01), 1e-12) << "0 up to rounding, relative to the start";
 }
 
 TEST(Outcomes, FiguresOfAContenderThatFailed) {
@@ -75,7 +75,7 @@ TEST(Choices, CrossSolversAndTolerances) {
   EXPECT_EQ(made[5].preconditioner, PreconditionerKind::kJacobi);
 }
 
-// A cost in float may lie under the minimum, and would then be what the others are measured by.
+// A cost computed in float may lie below the minimum, and all others would be compared with it.
 TEST(Choices, SolvesInFloatAreJudgedInDouble) {
   for (const SmallRace& race : NistChoices(2, {.threads = 1, .seconds = 5})) {
     if (race.problem != "Gauss1 from 2" && race.problem != "Chwirut2 from 2") continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adam on the GPU against Adam on the host.
+// Compares Adam on the GPU with Adam on the host.
 #include "splatting/adam/adam.h"
 
 #include "kernels/core/cuda_backend.h"
@@ -13,7 +13,7 @@
 namespace vesta::gs {
 namespace {
 
-// Adam on both, by the same gradients.
+// Adam on host and device with the same gradients.
 class Both {
  public:
   Both(SecondMoment metric, Index gaussians, int views = 1)
@@ -24,10 +24,10 @@ class Both {
 
   void Step(int attributes) {
     std::vector<float> gradient = random_.NormalVector<float>(model_.data.size());
-    // So that the attributes of a Gaussian go together.
+    // Correlates the attributes of each Gaussian.
     const auto n = static_cast<std::size_t>(model_.count);
     for (std::size_t i = n; i < gradient.size(); ++i) gradient[i] = 0.1f * gradient[i] + gradient[i - n];
-    // Some are not seen.
+    // Some Gaussians are unseen.
     for (std::size_t k = 0; k < gradient.size(); ++k) {
       if (k % n % 5 == 2) gradient[k] = 0;
     }
@@ -63,8 +63,8 @@ class Both {
   }
 
  private:
-  // C of each block. Bases are not compared: rounding turns eigenvectors whose eigenvalues lie close together, and what
-  // they are for, the second moments and the steps, shows whether they are right.
+  // The covariances C of all blocks. Bases are not compared, because rounding rotates eigenvectors of nearly equal
+  // eigenvalues. Second moments and steps depend on the bases and show any error.
   std::vector<float> Covariances(const BlockBases<Host>& bases) const {
     std::vector<float> values;
     for (Index i = 0; i < model_.count && !bases.empty(); ++i) {
@@ -100,11 +100,11 @@ TEST_F(CudaAdam, DiagonalStepsAreThoseOfTheHost) {
 }
 
 TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
-  // Chunks whose bases are turned at different steps, the last one not full; each more than once.
+  // Several chunks whose bases are rotated at different steps, each more than once. The last chunk is not full.
   Both both(SecondMoment::kBlock, 2 * kTurnChunk + 70);
   for (int step = 0; step < 110; ++step) both.Step(step < 10 ? 14 : 23);
   both.ExpectTheSame();
-  // Gaussians that stay, have none before, and are dropped.
+  // Gaussians that are kept, have no previous moments, or are removed.
   both.Rearrange({3, 500, 40, 3, 41}, {true, true, true, false, true});
   both.Reset(splat::kOpacity);
   both.ExpectTheSame();

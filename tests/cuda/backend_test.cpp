@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The vector algebra, block-diagonal matrices and sorting of the GPU against those of the host.
+// Compares vector algebra, block-diagonal matrices and sorting on the GPU with the host.
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -23,10 +23,10 @@ class CudaBackendTest : public test::OnDevice {
  protected:
   using Gpu = CudaBackend<S>;
   using Cpu = CpuBackend<S>;
-  // Several chunks of a reduction, and no multiple of a block.
+  // Several chunks of a reduction, and not a multiple of the block size.
   static constexpr Index kLong = 100'003;
 
-  // Applies op(backend, x, y) in both spaces and compares y.
+  // Applies op(backend, x, y) on host and device and compares y.
   template <class Op>
   void ExpectSame(const Op& op) {
     test::Random random(1);
@@ -105,7 +105,7 @@ TYPED_TEST(CudaBackendTest, SlotsKeepTheContract) {
   EXPECT_EQ(gpu.ReadLagged(gpu.SlotOf(slots, 1)), 0);
   EXPECT_EQ(gpu.ReadLagged(gpu.SlotOf(slots, 1)), 2);
   gpu.Write(ViewOf(start), slots);
-  EXPECT_EQ(gpu.ReadLagged(gpu.SlotOf(slots, 1)), 0) << "an earlier solve's reading";
+  EXPECT_EQ(gpu.ReadLagged(gpu.SlotOf(slots, 1)), 0) << "must not return a value of an earlier solve";
 
   const S nan = std::numeric_limits<S>::quiet_NaN();
   const DeviceBuffer<S> bad = ToDevice(std::vector<S>{nan, nan});
@@ -128,7 +128,7 @@ TYPED_TEST(CudaBackendTest, BlockDiagonalMatricesAreThoseOfTheHost) {
     const Index n = count * order;
     BlockDiagonal<CpuBackend<S>> cpu(n, groups);
     BlockDiagonal<CudaBackend<S>> gpu(n, groups);
-    // Positive definite blocks.
+    // Positive definite matrices.
     for (Index i = 0; i < count; ++i) {
       const auto a = random.NormalVector<S>(std::size_t{289});
       const auto at = [&a](int row, int k) {

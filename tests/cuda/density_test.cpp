@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Density control on the GPU against that of the host.
+// Compares density control on the GPU with the host.
 #include "splatting/density/density.h"
 
 #include <optional>
@@ -39,11 +39,11 @@ struct Case {
   Index gaussians;
   void (*apply)(DensityOptions&);
   void (*change)(SplatModel&);
-  Index after = 0;  // so many are there then; 0: some
+  Index after = 0;  // expected number of Gaussians; 0: any
 };
 const Case kCases[] = {
     {"clones_splits_and_prunes", 300, [](DensityOptions&) {}, [](SplatModel&) {}},
-    // Many pulls are alike, and the cap comes between them.
+    // Many gradients are equal, and the limit falls between them.
     {"cap", 300, [](DensityOptions& o) { o.max_gaussians = 250; }, [](SplatModel&) {}, 250},
     {"no_room", 300, [](DensityOptions& o) { o.max_gaussians = 10; }, [](SplatModel&) {}},
     {"all_split", 3, [](DensityOptions& o) { o.grow_scale3d = 1e-6, o.grow_grad2d = 0, o.prune_opa = 0; },
@@ -53,12 +53,12 @@ const Case kCases[] = {
     {"all_transparent", 40, [](DensityOptions&) {},
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, -9.0f); }},
     {"different_degrees", 300, [](DensityOptions&) {}, [](SplatModel& m) { m = OfDifferentDegrees(m.count); }},
-    // A logit without an exponential in float.
+    // exp of this logit overflows in float.
     {"opaque_ones", 40, [](DensityOptions& o) { o.grow_grad2d = 0, o.grow_scale3d = 1; },
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, 200.0f); }},
 };
 
-// A model in training on the host, and the same on the GPU.
+// A model in training on the host and an identical one on the GPU.
 class Both {
  public:
   Both(const Case& c, SecondMoment metric) {
@@ -67,7 +67,7 @@ class Both {
     c.change(model);
     host_.emplace(Start<CpuBackend<float>>(c, metric, model));
     for (int step = 0; step < kSteps; ++step) StepHost();
-    // The state of the one is that of the other.
+    // Copies the optimiser state to both.
     std::string bytes;
     ArchiveWriter([&](std::string_view piece) { bytes.append(piece); })(host_->adam());
     host_->DownloadResult(model);
@@ -77,7 +77,7 @@ class Both {
     host_.emplace(Start<CpuBackend<float>>(c, metric, model));
     ArchiveReader reader(bytes);
     reader(host_->adam());
-    // Of few values, so that many are alike; of some Gaussians none.
+    // Only a few different values, so that many are equal; some Gaussians are unobserved.
     std::vector<float> pull;
     std::vector<int> seen;
     for (Index i = 0; i < c.gaussians; ++i) {
@@ -107,7 +107,7 @@ class Both {
     host_->ResetOpacity();
     device_->ResetOpacity();
   }
-  // A step on both by the same gradient: by the rates of a new model, and by its units.
+  // A step on both with the same gradient, learning rates of a new model, and units.
   void Step() {
     const std::vector<float> gradient = StepHost();
     const int attributes = splat::NumAttributes(device_->sh_degree());
@@ -130,7 +130,7 @@ class Both {
     device_->DownloadResult(device);
     ASSERT_EQ(device.layout(), host.layout());
     ASSERT_EQ(device.data.size(), host.data.size());
-    // What is copied is the same to the bit; what exp, log and cos have a part in may differ by their rounding.
+    // Copied values are bit-identical; values that use exp, log and cos may differ by rounding.
     if (tolerance == 0) {
       for (int a = splat::kQuaternion; a < host.num_attributes(); ++a) {
         if (a == splat::kOpacity) continue;
@@ -156,14 +156,14 @@ class Both {
   template <class B>
   TrainedModel<B> Start(const Case& c, SecondMoment metric, const SplatModel& model) const {
     DensityOptions options;
-    options.grow_scale3d = 0.05;  // of Gaussians of 0.05 to 0.2
-    options.prune_opa = 0.45;     // of 0.3 to 0.9
+    options.grow_scale3d = 0.05;  // Gaussians have 0.05 to 0.2
+    options.prune_opa = 0.45;     // Gaussians have 0.3 to 0.9
     options.grow_grad2d = 1.65e-3;
     c.apply(options);
     return {model, Adam<B>({}, metric), DensityControl<typename B::Space>(options, kExtent, kSeed),
             UnitViews(views_, kNear), kExtent};
   }
-  // A step of the host; returns its gradient.
+  // Makes a step on the host and returns its gradient.
   std::vector<float> StepHost() {
     const int attributes = splat::NumAttributes(host_->sh_degree());
     std::vector<float> gradient = random_.NormalVector<float>(static_cast<std::size_t>(host_->layout().Size()));
@@ -211,9 +211,9 @@ TEST_F(CudaDensity, DegreesAreLoweredAsOnTheHost) {
   both.ExpectTheSame(1e-5);
 }
 
-// A new model has been observed nowhere.
+// Observations are reset after densification.
 TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
-  // Fewer than before, so that their numbers fit where the old ones are.
+  // Fewer Gaussians than before, so the old arrays are large enough and could contain stale values.
   Both both({"", 300, [](DensityOptions& o) { o.prune_opa = 0.7, o.grow_grad2d = 1.75e-3; }, [](SplatModel&) {}},
             SecondMoment::kDiagonal);
   both.Densify();
@@ -231,7 +231,7 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   std::vector<float> pull(60);
   for (std::size_t i = 0; i < pull.size(); ++i) pull[i] = 1e-4f * static_cast<float>(1 + i);
   host.Observe(host_control, pull);
-  // The same twice from the GPU's own splats: pulls as given there.
+  // The same, observed twice from the splats on the GPU, with these gradients.
   const DeviceBuffer<float> x = vesta::test::ToDevice(host.model.data);
   const splat::Model<float> model{x.data(), 60, host.model.sh_degree, host.model.sh_degree};
   splat::DeviceViewWorkspace workspace;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shared formulas, called once each: host and device evaluate this same template, and the test compares them.
+// Calls each shared formula once. Host and device evaluate the same template, and the test compares the results.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/color.h"
@@ -11,9 +11,9 @@ namespace vesta::splat {
 
 inline constexpr int kDeviceMathOutputs = 66;
 
-// x: mean, log-scale, quaternion and opacity logit of a Gaussian, as in layout.h; dx: a direction. out: the projection,
-// the opacity, the view direction and the SH basis with their derivatives along dx, then the adjoint of the projection,
-// a colour and the adjoint of the colour by the mean.
+// x: mean, log-scale, quaternion and opacity logit of a Gaussian, as in layout.h. dx: a direction. out: projection,
+// opacity, view direction and SH basis with their derivatives along dx; then the adjoint of the projection, a colour,
+// and the colour's adjoint by the mean.
 template <class S>
 VESTA_HD inline void EvaluateAll(const CameraConstants<S, Pinhole<S>>& camera, const S x[kGeometry],
                                  const S dx[kGeometry], S out[kDeviceMathOutputs]) {
@@ -53,10 +53,10 @@ VESTA_HD inline void EvaluateAll(const CameraConstants<S, Pinhole<S>>& camera, c
   for (const S value : mean_bar) *out++ = value;
 }
 
-// True where a GPU can run this program's device code.
+// Whether a GPU can run the device code of this program.
 bool HasDevice();
 
-// EvaluateAll on the device. Returns CUDA's message when a call fails, else nullptr.
+// EvaluateAll on the device. Returns CUDA's error message if a call fails, otherwise nullptr.
 template <class S>
 const char* EvaluateAllOnDevice(const CameraConstants<S, Pinhole<S>>& camera, const S* x, const S* dx, S* out);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The formulas that host and device share give the same numbers on both.
+// The formulas shared by host and device give the same results on both.
 #include "tests/cuda/device_math.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ struct Arguments {
 template <class S>
 using Outputs = std::array<S, kDeviceMathOutputs>;
 
-// Always the same ones; exact in float.
+// Fixed arguments that are exact in float.
 std::vector<Arguments<float>> MakeArguments() {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
@@ -53,9 +53,9 @@ Outputs<S> OnHost(const Arguments<float>& arguments) {
   return out;
 }
 
-// What rounding may change in output i, relative to the larger of 1 and its value. In double a fixed bound; in float by
-// the host's own errors: the largest of all trials, for the device rounds at other places (it fuses multiply-adds, and
-// its exp has errors of four units in the last place), and eight times that for what chance spared the host.
+// The tolerance of output i for rounding, relative to max(1, |value|). In double it is fixed. In float it is eight
+// times the largest rounding error of the host over all trials. The device rounds at other places, because it fuses
+// multiply-adds and its exp has errors up to four ulp.
 template <class S>
 Outputs<double> Tolerances() {
   Outputs<double> tolerances{};
@@ -73,13 +73,13 @@ Outputs<double> Tolerances() {
   return tolerances;
 }
 
-// How many outputs differ by more from the values in double.
+// The number of outputs that differ from the double results by more than the tolerance.
 template <class S>
 int CountBeyond(const Outputs<S>& found, const Arguments<float>& arguments, const Outputs<double>& tolerances) {
   const Outputs<double> exact = OnHost<double>(arguments);
   int beyond = 0;
   for (std::size_t i = 0; i < exact.size(); ++i) {
-    // NaN is beyond too.
+    // NaN counts as different.
     const double limit = tolerances[i] * std::max(1.0, std::abs(exact[i]));
     beyond += std::abs(static_cast<double>(found[i]) - exact[i]) <= limit ? 0 : 1;
   }
@@ -106,8 +106,8 @@ void CompareHostAndDevice() {
 TEST(DeviceMath, FloatAgreesWithHost) { CompareHostAndDevice<float>(); }
 TEST(DeviceMath, DoubleAgreesWithHost) { CompareHostAndDevice<double>(); }
 
-// Without a GPU: other roundings, as of arguments that are a unit in the last place off, are within the tolerance, and
-// what is wrong in the fourth digit is not.
+// Needs no GPU. Other rounding, as from arguments changed by one ulp, is within the tolerance. An error in the fourth
+// digit is not.
 TEST(DeviceMath, ToleranceIsThatOfRounding) {
   const Outputs<double> tolerances = Tolerances<float>();
   int beyond = 0, outputs = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene in a view on the device, with the members of test::RenderedView: vectors come from the host and go there.
+// A scene in a view on the device, with the interface of test::RenderedView. Vectors are copied from and to the host.
 #pragma once
 
 #include "kernels/gaussian_splatting/device/device_splat_view.h"

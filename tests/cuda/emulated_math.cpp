@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// device_math.h where the device is the host.
+// device_math.h with the host as the device.
 #include "tests/cuda/device_math.h"
 
 namespace vesta::splat {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evaluation on the GPU against that of the host.
+// Compares evaluation on the GPU with the host.
 #include "splatting/evaluate/evaluation.h"
 
 #include "kernels/image/device_photometric_loss.h"
@@ -20,7 +20,7 @@ TEST_F(CudaMetrics, AreThoseOfTheHost) {
   test::Random random(3);
   std::vector<float> truth, rendered;
   for (Index i = 0; i < shape.NumValues(); ++i) {
-    // Beyond what 8 bits hold, too.
+    // Including values outside the 8-bit range.
     truth.push_back(static_cast<float>(random.Uniform(-0.1, 1.1)));
     rendered.push_back(truth.back() + static_cast<float>(0.1 * random.Normal()));
   }
@@ -54,14 +54,14 @@ TEST_F(CudaEvaluation, IsThatOfTheHost) {
   const auto targets = gs::MakeTargets<CudaBackend<float>>(session.training_views(), gs::NearPlane(session.scene()));
   const DeviceBuffer<float> x = test::ToDevice(other_.data);
   splat::DeviceViewWorkspace workspace;
-  // A band of the harmonics is not active yet.
+  // One SH band is inactive.
   for (const int degree : {0, 1}) {
     const gs::Evaluation expected =
         session.history().Evaluate({other_.data.data(), other_.count, other_.sh_degree, degree});
     const splat::Model<float> model{x.data(), other_.count, other_.sh_degree, degree};
     const gs::Evaluation found =
         gs::Evaluate<CudaBackend<float>>(scene_, options_.background, targets, model, workspace);
-    // Truths that are there already, or copied one at a time.
+    // With target images already on the device, or copied one at a time.
     EXPECT_EQ(gs::Evaluate<CudaBackend<float>>(scene_, options_.background, {}, model, workspace).cost, found.cost);
     EXPECT_EQ(found.train.views, 7);
     EXPECT_EQ(found.test.views, 2);

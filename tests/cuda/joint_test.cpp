@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats and cameras as one problem on a GPU against the host.
+// Compares the joint problem of Gaussians and cameras on a GPU with the host.
 #include <memory>
 #include <utility>
 #include <vector>
@@ -19,15 +19,15 @@ namespace {
 using Cpu = CpuBackend<float>;
 using Gpu = CudaBackend<float>;
 
-// Relative to the whole, in float, with what cancels in sums over all Gaussians.
+// Relative to the norm, in float, including cancellation in sums over all Gaussians.
 constexpr double kJointTolerance = 1e-3;
 
 class CudaJointProblem : public OnDevice {};
 
-// A step whose parts count alike.
+// A random step in which all parts have similar size.
 std::vector<float> StepOf(Index size, std::uint64_t seed) { return Random(seed).NormalVector<float>(size); }
 
-// Vectors come from the host and go there.
+// A joint problem on one backend; vectors are copied from and to the host.
 template <class B>
 class Asked {
  public:
@@ -78,7 +78,7 @@ class Asked {
     at_->BlockGram(blocks);
     return Here(blocks.all_values());
   }
-  // Of the system with views eliminated: the right-hand side, a product, the diagonal blocks, a completed step.
+  // Parts of the system with views eliminated: right-hand side, a product, diagonal blocks, and a complete step.
   std::vector<std::vector<float>> Reduced(const std::vector<float>& rhs, const std::vector<float>& step) {
     const Vector metric = There(Diagonal());
     const auto system = at_->MakeReducedSystem();
@@ -110,7 +110,7 @@ class Asked {
  private:
   template <class Call>
   static std::int64_t Waits(const Call& call) {
-    call();  // once for what it works in
+    call();  // the first call allocates work space
     const std::int64_t before = device::CountedHostWork().waits;
     call();
     return device::CountedHostWork().waits - before;
@@ -143,8 +143,8 @@ class Asked {
   std::unique_ptr<LinearizationAdaptor<B>> at_;
 };
 
-// Values of two problems that are said to be the same, part by part: the few numbers of cameras and of the prior would
-// be lost beside those of splats and pixels.
+// Compares two vectors part by part. Otherwise errors in the few camera and prior values would be hidden by the many
+// values of splats and pixels.
 class Comparison {
  public:
   explicit Comparison(std::vector<Index> parts) : parts_(std::move(parts)) {}
@@ -209,7 +209,7 @@ TEST_F(CudaJointProblem, IsThatOfTheHost) {
   for (const gs::FreeUnknowns free : {gs::FreeUnknowns(), gs::FreeUnknowns{true, true}}) {
     SCOPED_TRACE(free.num_tangent());
     gs::test::JointSetup<float> setup(free, 4, 40, 2, 5);
-    // What is left out of a view.
+    // Masked pixels of a view.
     std::vector<std::uint8_t> mask;
     for (Index i = 0; i < setup.ring.views[1].shape().PlaneSize(); ++i) mask.push_back(i % 5 == 0 ? 0 : 1);
     setup.ring.views[1].mask = ViewOf(mask);
@@ -217,8 +217,8 @@ TEST_F(CudaJointProblem, IsThatOfTheHost) {
   }
 }
 
-// As docs/cuda.md has it: for what is not the splats' of the vectors, and for the sums over images and splats of each
-// view.
+// As in docs/cuda.md, a product waits for the non-splat parts of the vectors, and for each view's sums over images and
+// splats.
 TEST_F(CudaJointProblem, AProductWaitsFewTimes) {
   for (const gs::FreeUnknowns free : {gs::FreeUnknowns(), gs::FreeUnknowns{true, true}}) {
     const gs::test::JointSetup<float> setup(free, 4, 40, 2, 5);

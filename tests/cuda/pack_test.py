@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""bench/gpu/pack.sh on a CUDA build: once moved, its programs find in the folder all shared libraries but the C
-library's, and run. No GPU is needed.
+"""bench/gpu/pack.sh on a CUDA build: after moving the folder, its programs run and find all shared libraries in it,
+except those of the C library. Needs no GPU.
 
 Usage: pack_test.py BUILD"""
 import os
@@ -26,7 +26,7 @@ with tempfile.TemporaryDirectory() as folder:
         flag = ["--probe", "yes"] if program.name == "gpu_kernels" else ["--gtest_list_tests"]
         run = subprocess.run([program, *flag], capture_output=True, text=True, env=environment, cwd="/", check=False)
         assert run.returncode in (0, 3), (program, run.returncode, run.stderr)
-    # Where there is no GPU the script ends after its first step.
+    # Without a GPU the script ends after its first step.
     probe = subprocess.run([moved / "bench" / "gpu_kernels", "--probe", "yes"], env=environment, check=False)
     if probe.returncode == 3:
         run = subprocess.run(["bash", moved / "run.sh"], capture_output=True, text=True, env=environment, cwd="/",

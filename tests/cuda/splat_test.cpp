@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views, the loss and the splatting problem of the GPU against those of the host.
+// Compares views, the loss and the splatting problem on the GPU with the host.
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
@@ -12,7 +12,7 @@
 namespace vesta::test {
 namespace {
 
-// Relative to the whole, in float. A decision of alpha's within rounding of a threshold may fall the other way.
+// Relative to the norm, in float. An alpha within rounding of a threshold may be decided differently.
 constexpr double kTolerance = 1e-4;
 
 class CudaView : public OnDevice {};
@@ -22,7 +22,7 @@ class CudaSplatProblem : public OnDevice {};
 TEST_F(CudaView, ImageProductsAndBlocksAreThoseOfTheHost) {
   std::vector<Scene> scenes;
   for (const SceneOptions& options : SceneKinds()) scenes.push_back(RandomScene(options, 8));
-  // Different degrees, and one of them above that of the colours.
+  // Different SH degrees, some above the active degree.
   scenes.push_back(WithBands(RandomScene(SceneOptions(), 8), {40, 29, 17, 5}));
   scenes.push_back(scenes.back());
   scenes.back().active_sh_degree = 2;
@@ -49,7 +49,7 @@ TEST_F(CudaView, ImageProductsAndBlocksAreThoseOfTheHost) {
     view.AddJT(model, image.data(), du.data(), g.data(), workspace);
     const std::vector<float> JTu = ToHost(g);
     EXPECT_LT(RelativeError(JTu, host.ApplyJT(u)), kTolerance);
-    // The two are adjoint to each other on the device itself.
+    // J and J^T on the device are adjoint to each other.
     double left = 0, right = 0, scale = 0;
     for (std::size_t i = 0; i < u.size(); ++i) left += double{u[i]} * Jv[i], scale += std::pow(double{u[i]} * Jv[i], 2);
     for (std::size_t i = 0; i < v.size(); ++i) right += double{v[i]} * JTu[i];
@@ -101,7 +101,7 @@ TEST_F(CudaLoss, ValueGradientAndCurvatureAreThoseOfTheHost) {
   }
 }
 
-// The operators of the problem at x, its first batch in turn 3, and what is made of them.
+// Compares the operators of the problem at x after OnNewPoint(3), and results computed from them.
 void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   gs::SplatProblem<CpuBackend<float>> host = ring.Make();
   const std::vector<gs::TargetView<CudaBackend<float>>> targets = gs::TargetsIn<CudaBackend<float>>(ring.views);
@@ -143,11 +143,11 @@ void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   found->ApplyH(dv, device_vector);
   const std::vector<float> Hv = ToHost(device_vector);
   EXPECT_LT(RelativeError(Hv, host_vector), 5 * kTolerance);
-  // No sum depends on chance.
+  // Sums are deterministic.
   DeviceBuffer<float> again(x.size());
   found->ApplyH(dv, again);
   EXPECT_EQ(ToHost(again), Hv);
-  // The fused product is the three in a row.
+  // The fused product equals the three separate products.
   ASSERT_EQ(found->num_residuals(), expected->num_residuals());
   DeviceBuffer<float> Jv(found->num_residuals()), WJv(Jv.size());
   found->ApplyJ(dv, Jv);

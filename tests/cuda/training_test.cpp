@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Training on the GPU against that of the host.
+// Compares training on the GPU with training on the host.
 #include "splatting/train/session/stage_runners.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/train/training_scene.h"
@@ -7,7 +7,7 @@
 namespace vesta {
 namespace {
 
-// Products are few, for a device that is emulated.
+// With few PCG iterations, because emulated devices are slow.
 gs::TrainOptions ShortDeviceTraining(int adam_iterations, int lm_iterations) {
   gs::TrainOptions options = gs::test::ShortTraining(adam_iterations, lm_iterations);
   options.lm.pcg_iterations = 3;
@@ -15,7 +15,7 @@ gs::TrainOptions ShortDeviceTraining(int adam_iterations, int lm_iterations) {
   return options;
 }
 
-// With either metric of Adam.
+// With both second-moment options of Adam.
 class CudaTrainingByMetric : public test::OnDevice, public testing::WithParamInterface<gs::SecondMoment> {};
 INSTANTIATE_TEST_SUITE_P(Metrics, CudaTrainingByMetric,
                          testing::Values(gs::SecondMoment::kBlock, gs::SecondMoment::kDiagonal), [](const auto& param) {
@@ -30,8 +30,8 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   const gs::TrainResult device = gs::Train(scene, options, {}, {}, gs::DeviceStages());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
   EXPECT_EQ(device.history.size(), host.history.size());
-  // Without densification rounding has less influence. But Adam steps as far for a gradient that is only rounding, so
-  // its steps are small here: at full rates the instruction sets of the host differ by 0.2 dB.
+  // Without densification, rounding matters less. Adam takes full steps even for gradients that are only rounding
+  // errors, so its steps are small here. At full learning rates the instruction sets of the host differ by 0.2 dB.
   gs::TrainOptions fixed = options;
   fixed.density.enabled = false;
   fixed.adam.lr_scale = 1;
@@ -59,7 +59,7 @@ TEST_F(CudaTraining, RunsAreTheSameToTheBit) {
   options.adam.batch_size = 2;
   options.adam.iterations = 60;
   const gs::TrainResult first = gs::Train(scene, options, {}, {}, gs::DeviceStages());
-  EXPECT_GT(first.model.count, scene.points.size()) << "so that density control has a part in it";
+  EXPECT_GT(first.model.count, scene.points.size()) << "density control must add Gaussians";
   EXPECT_EQ(gs::Train(scene, options, {}, {}, gs::DeviceStages()).model.data, first.model.data);
 }
 

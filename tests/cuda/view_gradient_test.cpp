@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Terms of a gradient on the GPU against those of the host, to the bit.
+// Per-view gradients on the GPU have the same bits as on the host.
 #include <vector>
 
 #include "kernels/core/device_buffer.h"
@@ -64,7 +64,7 @@ TEST_F(CudaViewGradients, AddUpAsOnTheHost) {
     EXPECT_EQ(device.gradient, host.gradient) << views;
     EXPECT_EQ(device.seen, host.seen) << views;
     EXPECT_EQ(device.objective, host.objective) << views;
-    // The device's hypot rounds otherwise.
+    // hypot on the device rounds differently.
     for (std::size_t i = 0; i < host.pull.size(); ++i) EXPECT_NEAR(device.pull[i], host.pull[i], 1e-5 * host.pull[i]);
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The demo's scene: geometry, pictures, and what is written agree with each other.
+// The scene of the demo: its geometry, images and written files agree with each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class DemoSceneTest : public testing::Test {
   std::filesystem::path folder_ = temporary_ / "scene";
 };
 
-// Pixel position of a world point in a loaded view, and its depth.
+// The pixel position of a world point in a loaded view, and its depth.
 Vec3 Project(const gs::View& view, const Vec3& p) {
   const auto& r = view.rotation;
   const auto& t = view.translation;
@@ -57,7 +57,7 @@ TEST_F(DemoSceneTest, RaysEndOnSurfacesThatFaceThem) {
       ASSERT_NEAR(clear, 0, 2e-4);
     }
   }
-  for (std::size_t k = 0; k < seen.size(); ++k) EXPECT_GT(seen[k], 20) << "object " << k << " is hardly seen";
+  for (std::size_t k = 0; k < seen.size(); ++k) EXPECT_GT(seen[k], 20) << "object " << k << " is hardly visible";
 }
 
 TEST_F(DemoSceneTest, LoadsBackWithExactPoses) {
@@ -86,7 +86,7 @@ TEST_F(DemoSceneTest, RaysComeFromWhereTheLensShowsThem) {
   DemoOptions options = kSmall;
   options.lens = ParseLens("-0.15,0.03,0.002,-0.001");
   WriteDemoScene(options, folder_.string());
-  const gs::Scene loaded = gs::LoadScene(folder_.string());  // as a pinhole of the same focal length
+  const gs::Scene loaded = gs::LoadScene(folder_.string());  // as a pinhole with the same focal length
   const Scene scene = MakeScene();
   View view = CameraPath(options.views, options.width, options.height)[3];
   view.lens = options.lens;
@@ -111,7 +111,7 @@ TEST_F(DemoSceneTest, UndistortIsTheInverseOfDistort) {
     EXPECT_NEAR((*back)[0], x, 1e-11);
     EXPECT_NEAR((*back)[1], y, 1e-11);
   }
-  EXPECT_FALSE(Undistort(ParseLens("-0.5"), 0.9, 0.0));  // it folds at sqrt(2/3), which it shows at 0.54
+  EXPECT_FALSE(Undistort(ParseLens("-0.5"), 0.9, 0.0));  // the distortion folds at radius sqrt(2/3), which maps to 0.54
 }
 
 TEST_F(DemoSceneTest, LensesThatAreNoneAreRefused) {
@@ -159,7 +159,8 @@ TEST_F(DemoSceneTest, MasksHideAllOfAPasserBy) {
   }
 }
 
-// Median difference of the points' colours from those in all views that see them, the pixel shifted to the right.
+// The median difference between the colours of points and of their pixels in all views, with pixels shifted to the
+// right.
 double MedianColorDifference(const Scene& scene, const gs::Scene& loaded, int shift) {
   std::vector<double> differences;
   for (Index n = 0; n < loaded.points.size(); ++n) {
@@ -173,7 +174,7 @@ double MedianColorDifference(const Scene& scene, const gs::Scene& loaded, int sh
       if (projected.z <= 0 || i < 0 || i >= view.camera.width || j < 0 || j >= view.camera.height) continue;
       const double distance = Length(point - origin);
       const Hit hit = Intersect(scene, origin, (1 / distance) * (point - origin));
-      if (std::abs(hit.distance - distance) > 0.03 * distance) continue;  // hidden
+      if (std::abs(hit.distance - distance) > 0.03 * distance) continue;  // occluded
       for (int c = 0; c < 3; ++c) {
         const float pixel = view.image.plane(c)[j * view.camera.width + i];
         differences.push_back(std::abs(pixel - loaded.points.colors[static_cast<std::size_t>(n)][c]));
@@ -201,7 +202,7 @@ TEST_F(DemoSceneTest, PointNoiseIsTheStatedShareOfTheDistance) {
   const Scene scene = MakeScene();
   const std::vector<View> views = CameraPath(2, 40, 30);
   const std::vector<gs::Image> images(2, gs::Image(40, 30));
-  // Noise moves a point off the room's floor along y alone: a sample of one axis.
+  // Noise moves points of the room's floor off the floor only along y, which gives samples of one axis.
   double sum2 = 0;
   int count = 0;
   for (const SurfacePoint& p : SampleSurface(scene, views, images, 20000, 3)) {
@@ -212,7 +213,7 @@ TEST_F(DemoSceneTest, PointNoiseIsTheStatedShareOfTheDistance) {
     ++count;
   }
   ASSERT_GT(count, 100);
-  const double deviation = std::sqrt(sum2 / count);  // distances from 3.5 to about 7
+  const double deviation = std::sqrt(sum2 / count);  // at distances from 3.5 to about 7
   EXPECT_GT(deviation, 3.5 * kPointNoise);
   EXPECT_LT(deviation, 7.5 * kPointNoise);
 }

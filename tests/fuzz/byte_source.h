@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers from the front of a target's bytes; zeros when they are used up.
+// Reads numbers from the input bytes of a fuzz target; returns zeros when they are used up.
 #pragma once
 
 #include <algorithm>
@@ -21,9 +21,9 @@ class ByteSource {
     rest_.remove_prefix(size);
     return value;
   }
-  // 0 to count - 1.
+  // A number from 0 to count - 1.
   int Below(int count) { return Take<std::uint8_t>() % count; }
-  // lo to hi, in 65536 steps.
+  // A number from lo to hi, in 65536 steps.
   double Between(double lo, double hi) { return lo + (hi - lo) * Take<std::uint16_t>() / 65535.0; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every file of the corpus through its target: seeds, and what fuzzing has found.
+// Runs every file of the corpus through its target: seeds, and inputs that fuzzing found.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -49,7 +49,7 @@ TEST_P(FuzzCorpus, HoldsNoFinding) {
 
 INSTANTIATE_TEST_SUITE_P(All, FuzzCorpus, testing::ValuesIn(kTargets), testing::PrintToStringParamName());
 
-// Seeds of an earlier form would be refused at once, and nothing behind that be reached.
+// Seeds of an older format would be refused at once, and the code behind that check would not be tested.
 TEST(FuzzCorpusSeeds, CheckpointsAreOfThisVersion) {
   for (const char* seed : {"adam", "lm"}) {
     EXPECT_TRUE(ReadsCheckpoint(ReadFile((kCorpus / "checkpoint" / seed).string()))) << seed << ": see docs/fuzzing.md";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer's way into the target that VESTA_FUZZ_TARGET names.
+// The libFuzzer entry point of the target VESTA_FUZZ_TARGET.
 #include <cstddef>
 #include <cstdint>
 

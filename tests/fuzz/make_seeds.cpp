@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes those seeds of the corpus that are not text, by the writers of the library and of its tests:
+// Writes the binary seeds of the corpus with the writers of the library and of its tests:
 //   fuzz_seeds tests/fuzz/corpus
 #include <png.h>
 #include <tiff.h>
@@ -39,7 +39,7 @@ void ColmapSeeds(const ScratchFolder& scratch, const std::string& corpus) {
   }
 }
 
-// What was compressed by gzip.
+// Decompresses gzip data.
 std::string Unzipped(const std::string& zipped) {
   gs::GzipReader reader("seed", zipped);
   std::string bytes(1 << 16, '\0');
@@ -67,7 +67,7 @@ void SplatSeeds(const ScratchFolder& scratch, const std::string& corpus) {
     WriteSeed(corpus + "/spz/" + name, comment + bytes);
     if (degree == 1) WriteSeed(corpus + "/spz/zipped.spz", zipped);
     if (degree > 0) continue;
-    // Version 3 has a byte more for each rotation, which lie at the end; version 1 three fewer for each mean.
+    // Version 3 has one more byte per rotation (stored last), and version 1 three fewer per mean.
     bytes[4] = 3;
     WriteSeed(corpus + "/spz/version3", bytes + "\x80\xc0");
     bytes[4] = 1;
@@ -101,7 +101,7 @@ void ImageSeeds(const std::string& corpus) {
   WriteSeed(folder + "tile.tif", gs::EncodeTiff(tiff));
 }
 
-// A checkpoint without its beginning and its checksum, which the target adds.
+// Checkpoints without magic number, version and checksum, which the target adds.
 void CheckpointSeeds(const ScratchFolder& scratch, const std::string& corpus) {
   constexpr std::size_t kMagicAndVersion = 12, kChecksum = 4;
   for (const gs::Stage stage : {gs::Stage::kAdam, gs::Stage::kLm}) {
@@ -122,7 +122,7 @@ void CheckpointSeeds(const ScratchFolder& scratch, const std::string& corpus) {
   }
 }
 
-// Any bytes are a scene; these are few enough to read, and different in length.
+// Any bytes are a valid scene. The seeds are short and have different lengths.
 void OperatorSeeds(const std::string& corpus) {
   unsigned state = 1;
   for (const std::size_t size : {40u, 200u, 700u, 1500u}) {

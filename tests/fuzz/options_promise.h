@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds of options that were read, from a file or from a command line.
+// The invariants of options read from a file or a command line.
 #pragma once
 
 #include "apps/settings/train_settings.h"
@@ -8,14 +8,14 @@
 
 namespace vesta::fuzz {
 
-// Each is one of its field's values, and as JSON they read back as they are. Together they may be refused. Throws
-// Finding.
+// Every option has a valid value that survives writing and reading as JSON. The combination of options may be invalid.
+// Throws Finding.
 inline void PromiseOptions(const gs::TrainOptions& options) {
   gs::TrainOptions again;
   app::ConfigFile("options", nlohmann::ordered_json{{"options", app::OptionsJson(options)}}.dump()).Apply(again);
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
-    Promise(field.IsValid(options), field.name + " has a value that it may not have");
-    Promise(field.Text(options) == field.Text(again), field.name + " reads back as another value");
+    Promise(field.IsValid(options), field.name + " has an invalid value");
+    Promise(field.Text(options) == field.Text(again), field.name + " is read back with another value");
   }
   try {
     gs::ValidateOptions(options);

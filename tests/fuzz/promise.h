@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every target holds the code to.
+// Checks shared by all fuzz targets.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace vesta::fuzz {
 
-// A promise that was broken.
+// Thrown if an invariant is violated.
 class Finding : public std::logic_error {
  public:
   using std::logic_error::logic_error;
@@ -21,15 +21,15 @@ inline void Promise(bool holds, const std::string& what) {
   if (!holds) throw Finding(what);
 }
 
-// One line that a terminal can bear.
+// Checks that the message is one line without control characters.
 inline void PromiseOneLine(std::string_view message) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
   Promise(!message.empty() && std::none_of(message.begin(), message.end(), is_control),
-          "not one line: " + std::string(message));
+          "not a single line: " + std::string(message));
 }
 
-// True where call() reads what it is to read. False where it throws Error, whose one line must name what lies at the
-// path. Nothing else may be thrown.
+// Returns true if call() succeeds, and false if it throws Error. The message of the Error must be one line and contain
+// the path. Any other exception is a Finding.
 template <class Call>
 bool Reads(const std::string& path, const Call& call) {
   try {
@@ -37,7 +37,7 @@ bool Reads(const std::string& path, const Call& call) {
   } catch (const Error& error) {
     const std::string message = error.what();
     PromiseOneLine(message);
-    Promise(message.find(path) != std::string::npos, "names no file: " + message);
+    Promise(message.find(path) != std::string::npos, "does not name the file: " + message);
     return false;
   }
   return true;

@@ -31,16 +31,17 @@ void PromiseScene(const gs::Scene& scene) {
   for (const gs::View& view : scene.views) {
     const gs::Camera& camera = view.camera;
     const splat::Lens& lens = camera.lens;
-    Promise(camera.width > 0 && camera.height > 0 && lens.fx > 0 && lens.fy > 0, "a camera that sees nothing");
+    Promise(camera.width > 0 && camera.height > 0 && lens.fx > 0 && lens.fy > 0,
+            "a camera with an empty image or focal length");
     Promise(AllFinite(std::array{lens.fx, lens.fy, lens.cx, lens.cy}), "a camera that is not finite");
-    Promise(IsRotation(view.rotation), "a rotation that is none");
+    Promise(IsRotation(view.rotation), "an invalid rotation");
     Promise(AllFinite(view.translation) && AllFinite(gs::CameraCenter(view)), "a pose that is not finite");
     Promise(!view.name.empty() && !view.image_path.empty(), "a view without a name");
   }
   Promise(scene.points.size() > 0 && scene.points.positions.size() == scene.points.colors.size(), "no points");
   for (const auto& position : scene.points.positions) Promise(AllFinite(position), "a point that is not finite");
   for (const auto& color : scene.points.colors) {
-    for (const float channel : color) Promise(channel >= 0 && channel <= 1, "a colour beyond 0..1");
+    for (const float channel : color) Promise(channel >= 0 && channel <= 1, "a colour outside 0..1");
   }
   Promise(scene.extent > 0 && std::isfinite(scene.extent), "a scene without extent");
   Promise(AllFinite(scene.origin), "an origin that is not finite");

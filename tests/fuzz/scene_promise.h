@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds of every scene that a reader lets pass.
+// The invariants of every scene that a reader accepts.
 #pragma once
 
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::fuzz {
 
-// Cameras that can project, rotations, poses and points that are finite, colours in 0..1, an extent above zero. Throws
-// Finding.
+// Checks that cameras can project, that rotations, poses and points are finite, colours in 0..1, and the extent
+// positive. Throws Finding.
 void PromiseScene(const gs::Scene& scene);
 
 }  // namespace vesta::fuzz

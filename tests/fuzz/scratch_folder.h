@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the bytes of a run become a file.
+// A folder for the input file of a fuzz run.
 #pragma once
 
 #include <fstream>
@@ -13,7 +13,7 @@ namespace vesta::fuzz {
 
 class ScratchFolder : public TempFolder {
  public:
-  // The path of the file, which then holds the bytes and nothing else.
+  // Writes a file with exactly these bytes and returns its path.
   std::string Write(const std::string& name, std::string_view bytes) const {
     std::string file = *this / name;
     std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model of two cameras, three images and four points: what the files of the COLMAP target stand beside, and its
-// seeds.
+// A model of two cameras, three images and four points: the unchanged files of the COLMAP target, and its seeds.
 #pragma once
 
 #include "splatting/io/scenes/colmap.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds of every splat that has been read.
+// The invariants of every splat that was read.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace vesta::fuzz {
 
-// Throws Finding unless it has Gaussians of a degree that there is, finite values, no zero quaternion, a background in
-// 0..1 and a finite origin.
+// Checks the count, the SH degree, finite values, nonzero quaternions, a background in 0..1 and a finite origin. Throws
+// Finding.
 void PromiseSplat(const gs::SplatModel& model);
 
-// Of a compact format: written to `copy` by `write` and read again by ReadSplat it has as many Gaussians, the same
-// degree, background and origin. Or it is refused in one line that names the copy.
+// Writes the model in a compact format to `copy` with `write` and reads it with ReadSplat. Number of Gaussians, degree,
+// background and origin must be equal, or the model is refused with one line that names `copy`.
 void PromiseItSurvives(const gs::SplatModel& model, const std::string& copy,
                        void (*write)(const std::string& path, const gs::SplatModel& model));
 

@@ -13,10 +13,10 @@ namespace {
 
 void PromiseBundle(const bundle::BundleData& data) {
   const auto numbers = static_cast<std::size_t>(9 * data.num_cameras + 3 * data.num_points);
-  Promise(data.num_cameras >= 0 && data.num_points >= 0 && data.x.size() == numbers, "parameters of another number");
+  Promise(data.num_cameras >= 0 && data.num_points >= 0 && data.x.size() == numbers, "a wrong number of parameters");
   for (const bundle::Observation& o : data.observations) {
-    Promise(o.camera >= 0 && o.camera < data.num_cameras, "an observation by no camera");
-    Promise(o.point >= 0 && o.point < data.num_points, "an observation of no point");
+    Promise(o.camera >= 0 && o.camera < data.num_cameras, "an observation by an unknown camera");
+    Promise(o.point >= 0 && o.point < data.num_points, "an observation of an unknown point");
     Promise(std::isfinite(o.pixel[0]) && std::isfinite(o.pixel[1]), "a pixel that is not finite");
   }
   for (const double value : data.x) Promise(std::isfinite(value), "a parameter that is not finite");
@@ -40,7 +40,7 @@ void FuzzBal(std::string_view bytes) {
   if (!Reads(path, [&] { data = bundle::ReadBal(path); })) return;
   PromiseBundle(data);
   bundle::WriteBal(copy, data);
-  Promise(Same(data, bundle::ReadBal(copy)), "written and read again it is another problem");
+  Promise(Same(data, bundle::ReadBal(copy)), "writing and reading changes the problem");
 }
 
 }  // namespace vesta::fuzz

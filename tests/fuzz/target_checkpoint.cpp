@@ -14,7 +14,7 @@
 namespace vesta::fuzz {
 namespace {
 
-// What every checkpoint of this version begins with.
+// The beginning of every checkpoint of this version.
 std::string Beginning(const ScratchFolder& folder) {
   constexpr std::size_t kMagicAndVersion = 12;
   gs::RunState run;
@@ -35,7 +35,7 @@ bool ReadsCheckpoint(std::string_view bytes) {
   gs::Checkpoint checkpoint;
   if (!Reads(path, [&] { checkpoint = gs::ReadCheckpoint(path); })) return false;
   const gs::Stage stage = checkpoint.run.stage;
-  Promise(stage == gs::Stage::kAdam || stage == gs::Stage::kLm, "no stage");
+  Promise(stage == gs::Stage::kAdam || stage == gs::Stage::kLm, "an unknown stage");
   Promise(checkpoint.iteration() >= 0, "iterations below zero");
   app::Origin origin;
   const bool has_origin = Reads(path, [&] { origin = app::ReadOrigin(checkpoint); });
@@ -44,7 +44,7 @@ bool ReadsCheckpoint(std::string_view bytes) {
   gs::SplatModel model;
   if (!Reads("", [&] { model = gs::ModelOfLmStage(checkpoint.stage_state); })) return false;
   Promise(model.sh_degree >= 0 && model.sh_degree <= 3 && static_cast<Index>(model.data.size()) == model.Size(),
-          "a model of another number of values");
+          "a model with a wrong number of values");
   return has_origin;
 }
 

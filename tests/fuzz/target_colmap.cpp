@@ -24,7 +24,7 @@ bool Same(const gs::ColmapModel& a, const gs::ColmapModel& b) {
          std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(), same_point);
 }
 
-// A scene in each format, of which one file is to be replaced.
+// A scene in each format; one file is replaced by the input.
 struct Scenes {
   ScratchFolder folder;
   std::array<std::string, 2> names{"binary", "text"};
@@ -47,7 +47,7 @@ void FuzzColmap(std::string_view bytes) {
   const auto choice = static_cast<std::size_t>(bytes[0] - '0'), format = choice / 3;
   const ScratchFolder& folder = scenes.folder;
   const std::string name = scenes.names[format] + "/sparse/0/" + kFiles[choice];
-  static std::array<std::string, 6> intact;  // filled as files are met
+  static std::array<std::string, 6> intact;  // filled when a file is first needed
   if (intact[choice].empty()) intact[choice] = folder.Read(name);
 
   folder.Write(name, bytes.substr(1));
@@ -58,11 +58,11 @@ void FuzzColmap(std::string_view bytes) {
   const bool sees = Reads(scene_folder, [&] { scene = gs::ReadColmapScene(scene_folder, "images"); });
   folder.Write(name, intact[choice]);
 
-  Promise(reads || !sees, "a scene of a model that cannot be read");
+  Promise(reads || !sees, "a scene was loaded from an unreadable model");
   if (sees) PromiseScene(scene);
   if (!reads) return;
   gs::WriteColmapModel(model, folder / "copy", gs::ColmapFormat::kBinary);
-  Promise(Same(model, gs::ReadColmapModel(folder / "copy")), "written and read again it is another model");
+  Promise(Same(model, gs::ReadColmapModel(folder / "copy")), "writing and reading changes the model");
 }
 
 }  // namespace vesta::fuzz

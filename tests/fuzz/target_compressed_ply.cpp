@@ -7,7 +7,7 @@
 
 namespace vesta::fuzz {
 
-// By the reader of all formats: it decides, too, whether the file is compressed.
+// Uses the reader for all formats, which also detects compression.
 void FuzzCompressedPly(std::string_view bytes) {
   static const ScratchFolder folder;
   const std::string path = folder.Write("splat.compressed.ply", bytes);

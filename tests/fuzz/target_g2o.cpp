@@ -16,21 +16,21 @@ void PromiseGraph(const PoseGraph& graph) {
     return static_cast<Index>(values.size()) == count * each;
   };
   const Index poses = graph.num_poses(), edges = graph.num_edges();
-  Promise(poses > 0 && fits(graph.poses, poses, PoseSize(graph.space)), "poses of another number");
-  Promise(fits(graph.measurements, edges, PoseSize(graph.space)), "measurements of another number");
-  Promise(fits(graph.information, edges, InformationSize(graph.space)), "information of another number");
+  Promise(poses > 0 && fits(graph.poses, poses, PoseSize(graph.space)), "a wrong number of poses");
+  Promise(fits(graph.measurements, edges, PoseSize(graph.space)), "a wrong number of measurements");
+  Promise(fits(graph.information, edges, InformationSize(graph.space)), "a wrong size of the information");
   for (const PoseGraph::Edge& edge : graph.edges) {
     const bool is_there = edge.from >= 0 && edge.from < poses && edge.to >= 0 && edge.to < poses;
-    Promise(is_there && edge.from != edge.to, "an edge between no two poses");
+    Promise(is_there && edge.from != edge.to, "an edge without two different poses");
   }
-  for (const Index fixed : graph.fixed) Promise(fixed >= 0 && fixed < poses, "no pose is fixed");
+  for (const Index fixed : graph.fixed) Promise(fixed >= 0 && fixed < poses, "an unknown fixed pose");
   for (const auto* values : {&graph.poses, &graph.measurements, &graph.information}) {
     for (const double value : *values) Promise(std::isfinite(value), "a number that is not finite");
   }
   for (const std::string& note : graph.notes) PromiseOneLine(note);
 }
 
-// But for rounding of the quaternions.
+// Equality up to rounding of the quaternions.
 bool Same(const PoseGraph& a, const PoseGraph& b) {
   const auto near = [](const std::vector<double>& x, const std::vector<double>& y) {
     return std::equal(x.begin(), x.end(), y.begin(), y.end(),
@@ -50,8 +50,8 @@ void FuzzG2o(std::string_view bytes) {
     if (!Reads(path, [&] { graph = pose_graph::ReadG2o(path, {.clip_indefinite = clip}); })) continue;
     PromiseGraph(graph);
     pose_graph::WriteG2o(graph, copy);
-    // What was clipped is no longer indefinite.
-    Promise(Same(graph, pose_graph::ReadG2o(copy)), "written and read again it is another graph");
+    // Information matrices clipped on the first reading are semidefinite, so the second reading does not change them.
+    Promise(Same(graph, pose_graph::ReadG2o(copy)), "writing and reading changes the graph");
   }
 }
 

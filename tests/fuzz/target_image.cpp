@@ -11,14 +11,14 @@
 namespace vesta::fuzz {
 namespace {
 
-// Bytes of a 32-bit number, the most significant first.
+// A 32-bit big-endian number.
 std::uint32_t BigEndian(const std::string& bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
   return value;
 }
 
-// A PNG with the checksums that its chunks should have: else every change would end at the first of them.
+// Corrects the checksums of PNG chunks; otherwise almost every mutation would fail at the first one.
 std::string WithChecksums(std::string_view bytes) {
   constexpr std::size_t kSignature = 8, kAround = 12;  // length, type and checksum of a chunk
   std::string png(bytes);
@@ -37,12 +37,11 @@ std::string WithChecksums(std::string_view bytes) {
 }  // namespace
 
 void FuzzImage(std::string_view bytes) {
-  // Larger ones take long to decode. What their headers may ask for is bounded by CheckImageSize, which is passed here
-  // whatever the size.
+  // Larger images take long to decode. CheckImageSize, which limits the size in headers, runs here for any size.
   constexpr std::int64_t kMostPixels = 1 << 20;
   static const ScratchFolder folder;
   const int orientation = gs::ExifOrientation(bytes);
-  Promise(orientation >= 1 && orientation <= 8, "an orientation that there is none of");
+  Promise(orientation >= 1 && orientation <= 8, "an invalid orientation");
   const std::string path = folder.Write("image", WithChecksums(bytes));
   gs::ImageSize size;
   if (!Reads(path, [&] { size = gs::ReadImageSize(path); })) return;
@@ -50,9 +49,9 @@ void FuzzImage(std::string_view bytes) {
   if (std::int64_t{size.width} * size.height > kMostPixels) return;
   gs::Image image;
   if (!Reads(path, [&] { image = gs::LoadImage(path, {0.2f, 0.5f, 1.0f}); })) return;
-  Promise(image.width == size.width && image.height == size.height, "an image of another size than its header");
-  Promise(image.rgb.size() == 3 * image.num_pixels(), "values of another number");
-  for (const float value : image.rgb) Promise(value >= 0 && value <= 1, "a colour beyond 0..1");
+  Promise(image.width == size.width && image.height == size.height, "the image size differs from the header");
+  Promise(image.rgb.size() == 3 * image.num_pixels(), "a wrong number of values");
+  for (const float value : image.rgb) Promise(value >= 0 && value <= 1, "a colour outside 0..1");
 }
 
 }  // namespace vesta::fuzz

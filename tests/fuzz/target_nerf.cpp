@@ -11,7 +11,7 @@
 namespace vesta::fuzz {
 namespace {
 
-// What a transforms.json may name: an image, and points.
+// Files that a transforms.json can refer to: an image and points.
 struct NerfFolder {
   ScratchFolder folder;
   NerfFolder() {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few Gaussians in a small view. The bytes: whether they are wild, their number, degree and the size of the image, a
-// byte each; the camera; the Gaussians, attribute by attribute. Wild parameters are any floats, NaN and infinity
-// among them, and nothing may then break but the numbers. Others lie within the limits that are stated here, and the
-// numbers must hold too. Runs in float, and where tame in double.
+// Fuzzes the operators on a few Gaussians in a small view. The input bytes are: a flag for wild parameters, the number
+// of Gaussians, the SH degree and the image size (one byte each); the camera; the Gaussians, attribute by attribute.
+// Wild parameters are any floats, including NaN and infinity; the code must not crash. Other parameters lie within the
+// limits below, and results must be accurate. Runs in float, and also in double unless wild.
 #include <fmt/format.h>
 
 #include <bit>
@@ -29,7 +29,7 @@ splat::PosedCamera TakeCamera(ByteSource& bytes) {
   for (int i = 0; i < 3; ++i) {
     view.centre[i] = -(view.R[i] * view.T[0] + view.R[3 + i] * view.T[1] + view.R[6 + i] * view.T[2]);
   }
-  // Fields of view of about 1 to 175 degrees, the principal point up to two images away.
+  // Fields of view from about 1 to 175 degrees; the principal point is up to two images away.
   view.lens.fx = view.width * std::exp2(bytes.Between(-5, 6));
   view.lens.fy = view.lens.fx * std::exp2(bytes.Between(-1, 1));
   view.lens.cx = view.width * bytes.Between(-2, 3), view.lens.cy = view.height * bytes.Between(-2, 3);
@@ -71,10 +71,11 @@ void PromiseAdjoint(test::RenderedView<S>& rendered, const std::vector<S>& v, co
   const std::vector<S> Jv = rendered.ApplyJ(v), JTu = rendered.ApplyJT(u);
   Promise(AllFinite(Jv) && AllFinite(JTu), "a product that is not finite");
   const double gap = test::AdjointGap(u, Jv, JTu, v);
-  Promise(gap <= bound, fmt::format("J and J^T are {} apart", gap));
+  Promise(gap <= bound, fmt::format("J and J^T differ by {}", gap));
 }
 
-// The diagonal of J^T diag(omega) J at parameter k, but for rounding: of terms that cancel nothing is left.
+// Compares the diagonal of J^T diag(omega) J at parameter k with J, up to rounding. If terms cancel, only rounding
+// remains.
 template <class S>
 void PromiseSquare(test::RenderedView<S>& rendered, std::size_t k, const std::vector<S>& omega,
                    const std::vector<S>& squares) {
@@ -89,11 +90,10 @@ void PromiseSquare(test::RenderedView<S>& rendered, std::size_t k, const std::ve
   }
   const double gap = std::abs(square - expected);
   Promise(gap <= kTolerance * expected + kRounding * largest,
-          fmt::format("parameter {}: {} in the Gram matrix, {} by J", k, square, expected));
+          fmt::format("parameter {}: {} in the Gram matrix, {} from J", k, square, expected));
 }
 
-// All operators once. Promises what holds of numbers within the limits only where bound > 0, which is that of the
-// adjoint's gap.
+// Runs all operators once. If bound > 0, results must be finite and accurate, and `bound` limits the adjoint gap.
 template <class S>
 void RunOperators(const test::Scene& scene, std::uint64_t seed, double bound) {
   test::RenderedView<S> rendered(scene);
@@ -115,9 +115,9 @@ void RunOperators(const test::Scene& scene, std::uint64_t seed, double bound) {
       const std::size_t a = k / count, i = k % count;
       squares.push_back(a < splat::kGeometry ? blocks[(a * (a + 1) / 2 + a) * count + i]
                                              : harmonics[(a - splat::kGeometry) * count + i]);
-      Promise(squares.back() >= 0, "a square below zero");
+      Promise(squares.back() >= 0, "a negative square");
     }
-    // In float those far below the others are rounding.
+    // In float, entries much smaller than the largest are rounding errors.
     if (sizeof(S) == sizeof(double) && !squares.empty()) PromiseSquare(rendered, seed % squares.size(), omega, squares);
   } else {
     rendered.ApplyJ(v), rendered.ApplyJT(u);

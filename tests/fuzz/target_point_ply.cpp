@@ -18,7 +18,7 @@ void FuzzPointPly(std::string_view bytes) {
     for (const double value : position) Promise(std::isfinite(value), "a point that is not finite");
   }
   for (const auto& color : points.colors) {
-    for (const float channel : color) Promise(channel >= 0 && channel <= 1, "a colour beyond 0..1");
+    for (const float channel : color) Promise(channel >= 0 && channel <= 1, "a colour outside 0..1");
   }
 }
 

@@ -25,7 +25,7 @@ void FuzzSplatPly(std::string_view bytes) {
     if (!Reads(path, [&] { model = gs::ReadSplatPly(path, {.drop_unusable = drop}); })) continue;
     PromiseSplat(model);
     gs::WriteSplatPly(copy, model);
-    Promise(Same(model, gs::ReadSplatPly(copy)), "written and read again it is another splat");
+    Promise(Same(model, gs::ReadSplatPly(copy)), "writing and reading changes the splat");
   }
 }
 

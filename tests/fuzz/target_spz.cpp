@@ -9,11 +9,11 @@
 
 namespace vesta::fuzz {
 
-// The checksum of gzip lets nothing through that is changed: bytes are compressed here, unless they are already.
+// Gzip's checksum would reject every mutation, so uncompressed input is compressed here.
 void FuzzSpz(std::string_view bytes) {
   static const ScratchFolder folder;
   const bool is_zipped = bytes.starts_with("\x1f\x8b");
-  // A first line is the comment of the gzip header.
+  // A first line becomes the comment of the gzip header.
   const std::size_t line = std::min(bytes.find('\n'), bytes.size());
   const bool has_comment = bytes.starts_with("vesta") && line < bytes.size();
   const std::string comment(bytes.substr(0, has_comment ? line : 0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program in several processes, as a user starts it by mpirun.
+// The program in several processes, started with mpirun as a user would.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Arguments of mpirun: so many processes of the command.
+// Arguments for mpirun to run the command in `count` processes.
 std::vector<std::string> On(int count, std::vector<std::string> command) {
   std::vector<std::string> arguments{"-n", std::to_string(count)};
   arguments.insert(arguments.end(), command.begin(), command.end());
@@ -32,7 +32,7 @@ std::vector<std::string> Vesta(int count, std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), VESTA_UNDER_MPI);
   return On(count, arguments);
 }
-// The lines that vesta itself complains by.
+// The number of error lines printed by vesta itself.
 int Complaints(const std::string& err) {
   int count = 0;
   for (std::size_t at = err.find("vesta: "); at != std::string::npos; at = err.find("vesta: ", at + 1)) ++count;
@@ -42,7 +42,7 @@ int Complaints(const std::string& err) {
 class UnderMpi : public testing::Test {
  protected:
   void SetUp() override {
-    // More processes than cores, and root in a container: Open MPI wants to be told, others do not read it.
+    // Settings of Open MPI for more processes than cores, and for root in a container. Other MPIs ignore them.
     setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
     setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
     setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
@@ -53,7 +53,7 @@ class UnderMpi : public testing::Test {
   std::vector<std::string> Adjust(int count, const std::string& out) {
     return Vesta(count, {"bundle_adjust", in_, "--out=" + out, "--threads=1"});
   }
-  // Two processes, the first of in0.txt, the second of in1.txt.
+  // Two processes: rank 0 reads in0.txt, rank 1 in1.txt.
   ProgramOutput AdjustOwnFiles() {
     const std::string command = "exec " VESTA_UNDER_MPI " bundle_adjust " + (folder_ / "in") +
                                 "${OMPI_COMM_WORLD_RANK:-$PMI_RANK}.txt --out=" + (folder_ / "out.txt");
@@ -73,7 +73,7 @@ TEST_F(UnderMpi, AdjustsToTheSameFileOnAnyNumberOfProcesses) {
     const ProgramOutput output = RunProgram(Adjust(count, out));
     EXPECT_EQ(output.status, 0) << output.err;
     EXPECT_TRUE(ReadBytes(out) == ReadBytes(alone)) << count << " processes";
-    // One of them prints.
+    // Only one process prints.
     EXPECT_EQ(output.out.find("reprojection error"), output.out.rfind("reprojection error"));
   }
 }
@@ -105,7 +105,7 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     const ProgramOutput output =
         RunProgram(Vesta(count, {"train", folder_ / "scene", "--out=" + out, "--iterations=120", "--threads=1", "--set",
                                  "adam.batch_size=3", "--lm_iterations=1", "--noreport", "--profile"}));
-    EXPECT_EQ(output.out.find("\nphase "), output.out.rfind("\nphase ")) << "the first process alone prints one";
+    EXPECT_EQ(output.out.find("\nphase "), output.out.rfind("\nphase ")) << "only rank 0 prints one";
     EXPECT_NE(output.out.find("\nphase "), std::string::npos);
     ASSERT_EQ(output.status, 0) << output.err;
     const std::string splat = ReadBytes(out + "/point_cloud.ply");
@@ -116,7 +116,7 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     EXPECT_EQ(processes["received_mib"] > 0.0, count > 1);
     EXPECT_GT(processes["exchange_seconds"], 0.0);
   }
-  // The Adam stage is the same without mpirun.
+  // The Adam stage gives the same result without mpirun.
   const auto by_adam = [&](const std::string& name, bool is_under_mpi) {
     const std::string out = folder_ / name;
     std::vector<std::string> arguments{"train",       folder_ / "scene", "--out=" + out,      "--iterations=120",
@@ -143,7 +143,7 @@ TEST_F(UnderMpi, SaysWhatIsWrongForAllOnce) {
 TEST_F(UnderMpi, EndsAllWhereOneFails) {
   WriteProblem();
   std::filesystem::copy_file(in_, folder_ / "in0.txt");
-  // The second process alone finds no file.
+  // Only rank 1 finds no file.
   const ProgramOutput output = AdjustOwnFiles();
   EXPECT_NE(output.status, 0);
   EXPECT_EQ(Complaints(output.err), 1) << output.err;
@@ -197,7 +197,7 @@ TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
   const auto refusal = [&](int count, const std::vector<std::string>& arguments) {
     const ProgramOutput output = RunProgram(Vesta(count, arguments));
     EXPECT_NE(output.status, 0);
-    EXPECT_EQ(Complaints(output.err), 1) << output.err;  // though all of them find it
+    EXPECT_EQ(Complaints(output.err), 1) << output.err;  // although every process detects it
     return output.err;
   };
   const std::string scene = folder_ / "scene", out = "--out=" + (folder_ / "out");
@@ -205,7 +205,7 @@ TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
   EXPECT_THAT(refusal(2, {"train", scene, out, "--memory_budget=0.001"}), HasTokens("--memory_budget=0.001", "mpirun"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--view=8123"}), HasTokens("--view"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=30", "--refine_cameras=pose"}),
-              HasSubstr("--refine_cameras=pose: one process finds cameras, not 2"));
+              HasSubstr("--refine_cameras=pose: only one process can refine cameras, not 2"));
   EXPECT_THAT(refusal(9, {"train", scene, out, "--iterations=2", "--lm_iterations=1"}), HasTokens("9", "8"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=2", "--lm_iterations=1", "--set", "lm.batches=2"}),
               HasTokens("lm.batches=1"));

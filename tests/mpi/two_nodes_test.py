@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trains the demo's scene in one process and on two nodes: the same splat.
+"""Trains the demo's scene in one process and on two nodes and expects the same splat.
 
 two_nodes_test.py link|slurm SOURCE_DIR VESTA VESTA_DEMO_SCENE
   link: tools/two_nodes.py; slurm: tools/two_slurm_nodes.sh, by srun and by mpirun in a batch job
-Ends with 77 where this machine does not let it make nodes.
+Exit status 77 (skipped) if this machine cannot create nodes.
 """
 import subprocess
 import sys
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def status_of(command, folder):
-    """Of a command that is asked to end where it takes too long, so that it takes its nodes away."""
+    """Returns the exit status of a command. After a timeout, terminates it so that it removes its nodes."""
     with subprocess.Popen(command, cwd=folder) as process:
         try:
             return process.wait(timeout=120)
@@ -31,7 +31,7 @@ def by_slurm(tools, folder, train):
 
 def by_mpirun_under_slurm(tools, folder, train):
     job = folder / "job.sh"
-    as_root = "export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1\n"  # who alone makes nodes
+    as_root = "export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1\n"  # only root can create nodes
     job.write_text("#!/bin/sh\n#SBATCH --nodes=2 --ntasks-per-node=1\n" + as_root +
                    " ".join(["exec", "mpirun", *map(str, train)]) + "\n")
     return status_of([tools / "two_slurm_nodes.sh", "sbatch", "--wait", job], folder)
@@ -54,7 +54,7 @@ def main(kind, source, vesta, demo_scene):
         alone = (folder / "alone" / "point_cloud.ply").read_bytes()
         for splat in splats:
             if splat != alone:
-                print(f"two nodes came to another splat than one process: {len(splat)} for {len(alone)} bytes, or other numbers")
+                print(f"two nodes trained another splat: {len(splat)} instead of {len(alone)} bytes, or other numbers")
                 return 1
         return 0
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What LinearSolverKind::kAuto takes for problems of blocks, and why.
+// The choice of LinearSolverKind::kAuto for block problems, and its reasons.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,8 @@ namespace {
 
 using B = CpuBackend<double>;
 
-// A view of a flat target by a camera that all views share: a focal length, a turn about the axis, a shift.
+// A corner of a flat target in one view. All views share the focal lengths; each has a rotation about the axis and a
+// shift.
 struct Corner {
   double x, y, u, v;
   template <class T>
@@ -30,7 +31,7 @@ struct Corner {
   }
 };
 
-// Turns and shifts are blocks of their own, so that no group is most of the step.
+// Rotations and shifts are separate blocks, so that no group is most of the step.
 struct Calibration {
   explicit Calibration(int views) {
     const int focal = problem.AddParameterBlock(2);
@@ -57,7 +58,7 @@ struct Calibration {
   B::Vector x;
 };
 
-// Points seen from three stations in a row each, of a long street or of a small square.
+// Points observed from three consecutive stations each, on a long street or in a small square.
 struct Sighting {
   double seen;
   template <class T>
@@ -85,9 +86,9 @@ TEST(AutoChoice, SparseCalibrationIsFactorisedAndEndsWhereQrDoes) {
   Calibration by_auto(12), by_qr(12);
   B backend;
   const LmSummary chosen = SolveLm<B>(options, backend, by_auto.problem, by_auto.x.view());
-  EXPECT_EQ(chosen.linear_solver.find("PCG, sparse Cholesky of 0.0 MiB (auto: by count 0."), 0U)
+  EXPECT_EQ(chosen.linear_solver.find("PCG, sparse Cholesky of 0.0 MiB (auto: estimated 0."), 0U)
       << chosen.linear_solver;
-  EXPECT_NE(chosen.linear_solver.find(" ms a step, dense QR "), std::string::npos) << chosen.linear_solver;
+  EXPECT_NE(chosen.linear_solver.find(" ms per step, dense QR "), std::string::npos) << chosen.linear_solver;
   options.normal_system.linear_solver = LinearSolverKind::kDenseQr;
   const LmSummary expected = SolveLm<B>(options, backend, by_qr.problem, by_qr.x.view());
   EXPECT_TRUE(IsConverged(chosen.status)) << chosen.FullReport();
@@ -95,7 +96,7 @@ TEST(AutoChoice, SparseCalibrationIsFactorisedAndEndsWhereQrDoes) {
 }
 
 TEST(AutoChoice, FullJacobiansKeepDenseQr) {
-  // The focal lengths and one view: every residual has every parameter.
+  // The focal lengths and one view: every residual depends on every parameter.
   Calibration calibration(1);
   B backend;
   const LmSummary summary = SolveLm<B>(LmOptions(), backend, calibration.problem, calibration.x.view());
@@ -139,10 +140,10 @@ TEST(AutoChoice, DistanceCountsHops) {
   };
   EXPECT_EQ(distance({}, 0, false), 0);
   EXPECT_EQ(distance({{0}, {1}}, 2, false), 0) << "two parts";
-  EXPECT_EQ(distance({{2, 0}, {0, 1}, {1, 3}}, 4, false), 3) << "a chain, begun within";
+  EXPECT_EQ(distance({{2, 0}, {0, 1}, {1, 3}}, 4, false), 3) << "a chain, started in the middle";
   EXPECT_EQ(distance({{0, 1, 2, 3}}, 4, false), 1) << "one residual over all";
   EXPECT_EQ(distance({{0, 1}, {2, 3}, {3, 4}}, 5, false), 2) << "the longer of two parts";
-  // Blocks 2 to 6 are eliminated: they join 0 and 1 in one hop.
+  // Blocks 2 to 6 are eliminated; they connect 0 and 1 in one hop.
   EXPECT_EQ(distance({{0, 2}, {1, 2}, {0, 3}, {1, 3}, {0, 4}, {1, 5}, {1, 6}}, 7, true), 1);
 }
 

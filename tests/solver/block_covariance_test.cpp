@@ -47,7 +47,7 @@ TEST(BlockCovariance, IsForProblemsWhoseDenseOneDoesNotFit) {
   EXPECT_EQ(chain.problem.num_tangent(), 1999 * 6 + 400);
   const std::pair<int, int> pair(chain.shifts[1999], chain.shifts[1999]);
   EXPECT_THROW(EstimateCovariance(chain.problem, chain.x), Error);
-  // The end of a chain is known worse than its begin.
+  // The end of a chain is less certain than its start.
   const std::pair<int, int> both[] = {pair, {chain.shifts[2], chain.shifts[2]}};
   const BlockCovariance covariance = EstimateBlockCovariance(chain.problem, chain.x, both);
   ASSERT_EQ(covariance.blocks.size(), 2U);

@@ -17,7 +17,7 @@
 namespace vesta {
 namespace {
 
-// A camera (a quaternion and a shift) sees a point: three residuals.
+// A camera (quaternion and shift) observes a point: three residuals.
 struct Seen {
   double observed[3];
   template <class T>
@@ -65,7 +65,7 @@ struct Scene {
     }
     problem.AddResidualBlock(std::make_shared<AutoDiffCost<Prior, 3, 3>>(Prior{0.2}), nullptr, {shifts[0]});
     problem.SetConstant(rotations[0]);
-    // From the truth to a start nearby.
+    // Moves from the truth to a start nearby.
     AsEigen(x.view()) += 0.1 * Eigen::VectorXd::Random(x.size());
     for (const int block : rotations) AsEigen(x.view()).segment(problem.offset(block), 4).normalize();
   }
@@ -126,7 +126,7 @@ TEST_F(BlockProblemTest, EliminationGivesTheSameMinimum) {
   EXPECT_LT(b.num_pcg_iterations, a.num_pcg_iterations);
 }
 
-// S and its diagonal blocks, and the completed step, against dense algebra.
+// S, its diagonal blocks and the back-substituted step agree with dense algebra.
 TEST_F(BlockProblemTest, ReducedSystemIsTheSchurComplement) {
   Scene scene;
   const auto linearization = LinearizeAt(scene.problem, scene.x);
@@ -236,7 +236,7 @@ TEST_F(BlockProblemTest, CallbackSeesEveryEvaluation) {
   EXPECT_EQ(jacobians, summary.num_linearizations);
 }
 
-// A residual block that has no value at some x rejects the steps that lead there.
+// A residual block without a value at some x rejects steps to there.
 struct Wall final : CostFunction {
   Wall() : CostFunction(1, {1}) {}
   bool Evaluate(const double* const* p, double* r, double** j) const override {

@@ -51,7 +51,7 @@ TEST(Bounds, ThatDoNotBindChangeNothing) {
   EXPECT_NEAR(x[1], y[1], 1e-8);
 }
 
-// Every vertex, edge and face of a box around a linear problem, against a search over all sets of active bounds.
+// The minima at all vertices, edges and faces of a box agree with a search over all sets of active bounds.
 TEST(Bounds, ABoxAroundALinearProblem) {
   Cpu backend;
   for (unsigned seed = 1; seed <= 20; ++seed) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bridge, with ceres::Problem::Evaluate and ceres::Solve as the oracles.
+// The Ceres bridge agrees with ceres::Problem::Evaluate and ceres::Solve.
 #include "solver/ceres/ceres_problem.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using ceres_bridge::CeresProblem;
 
-// Two poses (quaternion x y z w, position) and what one sees of the other.
+// Two poses (quaternion x y z w, position) and the measured pose of one relative to the other.
 struct Between {
   Eigen::Vector3d seen;
   template <class T>
@@ -31,7 +31,7 @@ struct Between {
   }
 };
 
-// A direction on the sphere, drawn to a point; one entry of an offset.
+// A unit direction attracted to a point, plus entries of an offset.
 struct Drawn {
   Eigen::Vector3d to;
   template <class T>
@@ -43,7 +43,7 @@ struct Drawn {
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-// Every kind of thing a problem may hold.
+// A problem with every feature that the bridge supports.
 struct Mixture {
   Mixture() {
     srand(21);
@@ -111,7 +111,7 @@ TEST(CeresProblemTest, EvaluatesAsCeresDoes) {
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     EXPECT_NEAR(linearization->residuals()[static_cast<Index>(i)], residuals[i], 1e-14);
   }
-  // Column by column: Ceres orders them as `blocks` does, constant ones included as zeros.
+  // Column by column: Ceres orders them as in `blocks`; constant blocks are zero columns.
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(jacobian.num_rows, jacobian.num_cols);
   for (int row = 0; row < jacobian.num_rows; ++row) {
     for (int k = jacobian.rows[static_cast<std::size_t>(row)]; k < jacobian.rows[static_cast<std::size_t>(row) + 1];
@@ -163,10 +163,10 @@ TEST(CeresProblemTest, ReachesCeressMinimum) {
         << ToString(kind) << summary.FullReport();
     double cost = 0;
     ASSERT_TRUE(fresh.problem.Evaluate({}, &cost, nullptr, nullptr, nullptr));
-    EXPECT_NEAR(cost, summary.final_cost, 1e-13 * cost) << "the answer is in the parameter blocks";
+    EXPECT_NEAR(cost, summary.final_cost, 1e-13 * cost) << "the solution is in the parameter blocks";
     EXPECT_GE(fresh.offset[0], -0.01);
     EXPECT_LE(fresh.offset[0], 0.01);
-    EXPECT_EQ(fresh.poses[0], ours.poses[0]) << "constant blocks stay";
+    EXPECT_EQ(fresh.poses[0], ours.poses[0]) << "constant blocks do not move";
     EXPECT_EQ(fresh.poses[3].t[1], ours.poses[3].t[1]);
   }
 }
@@ -196,7 +196,7 @@ TEST(CeresProblemTest, OptionsCarryOver) {
   EXPECT_TRUE(IsConverged(ceres_bridge::Solve(options, empty).status));
 }
 
-// A cost function that leaves an entry out is named, as without the bridge.
+// A cost function that leaves an entry unwritten is named in the message, as without the bridge.
 class Incomplete final : public ceres::SizedCostFunction<2, 1> {
  public:
   Incomplete(bool value, bool derivative) : value_(value), derivative_(derivative) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ceres::Solve promises beyond the minimum, held against ceres::Solve itself.
+// Behaviour of ceres::Solve beyond the minimum: the bridge behaves like ceres::Solve.
 #include "solver/ceres/ceres_solve.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 using ceres_bridge::Solve;
 
-// Rosenbrock's valley, its two coordinates blocks of their own.
+// Rosenbrock's valley with its two coordinates as separate blocks.
 struct Valley {
   template <class T>
   bool operator()(const T* x, const T* y, T* r) const {
@@ -102,7 +102,7 @@ TEST(CeresSolve, RefusesAConstantBlockOutsideItsBoundsAsCeresDoes) {
   EXPECT_EQ(summary.status, LmStatus::kInfeasible);
   EXPECT_NE(summary.message.find("constant, and its entry 0 is 1, outside of ["), std::string::npos) << summary.message;
   EXPECT_EQ(ours.x, -1.2);
-  // Bounds that leave a constant block no room are its own affair, as in Ceres.
+  // As in Ceres, contradictory bounds of a constant block do not matter.
   ours.problem.SetParameterUpperBound(&ours.y, 0, 1);
   ours.problem.SetParameterLowerBound(&ours.y, 0, 1);
   EXPECT_TRUE(IsConverged(Solve(Quiet(), ours.problem).status));
@@ -128,7 +128,7 @@ TEST(CeresSolve, CallsTheCallbacksAsCeresDoes) {
     const LmSummary summary = Solve(options(ours_seen), ours.problem);
     ASSERT_EQ(ours_seen.rows.size(), summary.iterations.size());
     ASSERT_GE(theirs_seen.rows.size(), 10U);
-    // The two engines go the same way, so what they tell is the same.
+    // Both solvers take the same steps, so their reports agree.
     for (std::size_t i = 0; i < 10; ++i) {
       const ceres::IterationSummary &a = ours_seen.rows[i], &b = theirs_seen.rows[i];
       EXPECT_EQ(a.iteration, b.iteration);
@@ -160,7 +160,7 @@ TEST(CeresSolve, ACallbackMayEndItAndAbortLeavesTheBlocks) {
   }
 }
 
-// Works out for all residuals what they share, where Ceres says that it may.
+// Computes a value that all residuals share, in Ceres's evaluation callback.
 class Shared final : public ceres::EvaluationCallback {
  public:
   explicit Shared(const double* x) : x_(x) {}
@@ -207,10 +207,10 @@ TEST(CeresSolve, AnEvaluationCallbackSeesThePointInTheBlocks) {
   EXPECT_NEAR(x, 1, 1e-6);
   EXPECT_NEAR(y, 1, 1e-6);
   EXPECT_TRUE(shared.jacobians_asked);
-  EXPECT_TRUE(shared.again) << "the Jacobian is asked for where the cost was";
+  EXPECT_TRUE(shared.again) << "the Jacobian is requested at the point of the cost";
 }
 
-// Nothing but the solver's headers is included here.
+// Only the headers of the solver are included here.
 TEST(CeresSolve, TheHeadersBringTheError) {
   Rosenbrock ours;
   LmOptions options;

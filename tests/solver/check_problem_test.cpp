@@ -26,7 +26,7 @@ class CheckProblemTest : public ::testing::Test {
   std::string Report(Problem<Cpu>& problem, const Cpu::Vector& x, const CheckProblemOptions& options = {}) {
     return CheckProblem<Cpu>(backend_, problem, x, options).Report();
   }
-  // The first faults say so, one text each.
+  // The first faults must contain these texts, in order.
   ProblemCheck ExpectFaults(const std::vector<std::string>& texts) {
     ProblemCheck check = CheckProblem<Cpu>(backend_, faulty_, x_);
     EXPECT_GE(check.faults.size(), texts.size()) << check.Report();
@@ -36,7 +36,7 @@ class CheckProblemTest : public ::testing::Test {
     for (const std::string& fault : check.faults) EXPECT_EQ(fault.find('\n'), std::string::npos);
     return check;
   }
-  // One fault is found, and it says so.
+  // Exactly one fault is found, and it contains this text.
   void ExpectOne(const std::string& text) {
     const ProblemCheck check = ExpectFaults({text});
     EXPECT_EQ(check.faults.size(), 1U) << check.Report();
@@ -69,7 +69,7 @@ TEST_F(CheckProblemTest, FindsNothingInFloat) {
   EXPECT_TRUE(check.ok()) << check.Report();
 }
 
-// Parameters of scales that lie 24 orders apart.
+// Parameters whose scales differ by 24 orders of magnitude.
 struct Scales {
   static constexpr int kResiduals = 2, kParameters = 2;
   template <class T>
@@ -150,10 +150,10 @@ TEST_F(CheckProblemTest, WhatNobodyWrites) {
 
 TEST_F(CheckProblemTest, MistakesThatASolveThrowsAreFaults) {
   faulty_.gives_null = true;
-  ExpectOne("gave null");
+  ExpectOne("returned null");
   faulty_.gives_null = false;
   x_ = Vector({1, 2});
-  ExpectOne("x has 2 entries, the problem 3 parameters");
+  ExpectOne("x has 2 entries, but the problem has 3 parameters");
 }
 
 // Two residuals of two blocks; one derivative is wrong.
@@ -187,7 +187,7 @@ TEST_F(CheckProblemTest, ADerivativeIsNamedByItsBlocks) {
   EXPECT_EQ(check.faults[0],
             "the derivative of residual 1 of residual block 1 by entry 1 of parameter block 1 is -1.5 in J, by "
             "differences of the residuals 1.5");
-  // As an option of a solve.
+  // The check as an option of a solve.
   LmOptions options;
   options.check_derivatives = true;
   Cpu::Vector y = Vector({0.2, 1.5, -0.75});
@@ -220,11 +220,11 @@ struct PoseLike {
   }
 };
 
-// With a loss J is corrected, and only the gradient can be compared.
+// A loss corrects J, so only the gradient can be compared.
 TEST_F(CheckProblemTest, LossesAndManifolds) {
   for (const bool wrong : {false, true}) {
     struct Wrong final : Loss {
-      // rho' of another rho.
+      // rho' belongs to another rho.
       Value Evaluate(double s) const override { return {std::log1p(s), 0.5 / (1 + s), 0}; }
     };
     BlockProblem problem;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost functions beside AutoDiffCost: numeric differences, a prior.
+// Cost functions other than AutoDiffCost: numeric differences and a prior.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,7 +48,7 @@ TEST(NumericDiffCost, AgreesWithDualNumbersToItsDigits) {
     for (int i = 0; i < 3; ++i) EXPECT_EQ(found.r[i], expected.r[i]);
     for (int i = 0; i < 6; ++i) EXPECT_NEAR(found.by_p[i], expected.by_p[i], digits * (1 + std::abs(expected.by_p[i])));
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(found.by_q[i], expected.by_q[i], digits * (1 + std::abs(expected.by_q[i])));
-    // At zero the step is the least one; a block that is not asked for is left alone.
+    // At zero, numeric differences use the smallest step. A block whose Jacobian is not requested is not written.
     const Evaluation at_zero(numeric, 0, 0, 0, false);
     for (const double entry : at_zero.by_p) EXPECT_EQ(entry, 0);
     EXPECT_NEAR(at_zero.by_q[1], 0, 1e-7);
@@ -58,7 +58,7 @@ TEST(NumericDiffCost, AgreesWithDualNumbersToItsDigits) {
   EXPECT_THROW(Cost(Curves{}, {.relative_step = 0}), Error);
 }
 
-// Sizes at run time.
+// Sizes are set at run time.
 class Sum final : public NumericDifferences {
  public:
   explicit Sum(int size) : NumericDifferences(1, {size}) {}
@@ -85,7 +85,7 @@ TEST(NormalPrior, PullsWhereTheDataSaysNothing) {
   options.function_tolerance = 1e-16;
   const LmSummary summary = SolveLm<CpuBackend<double>>(options, backend, problem, x.view());
   EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
-  // From (1, 1, 1) along the normal of x + 2 y + 3 z = 3, nearly to that plane.
+  // The solution moves from (1, 1, 1) along the normal of x + 2 y + 3 z = 3, almost to that plane.
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(x[i], 1 - 3 / (14 + weight * weight) * (i + 1), 1e-7);
 }
 

@@ -50,7 +50,7 @@ TEST(Covariance, TellsOfDirectionsWithoutInformation) {
   const Covariance truncated =
       EstimateCovariance(problem, Cpu::Vector(3), {.relative_threshold = 1e-12, .truncate = true});
   ASSERT_EQ(truncated.values.size(), 9U);
-  // A generalised inverse: H C H = H.
+  // The result is a generalised inverse: H C H = H.
   Eigen::Map<const Eigen::MatrixXd> c(truncated.values.data(), 3, 3);
   const Eigen::MatrixXd h = test::Gram(batch.a);
   EXPECT_LE((test::Multiply(test::Multiply(h, c), h) - h).norm(), 1e-10 * h.norm());

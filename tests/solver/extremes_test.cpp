@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves at the limits of floating-point numbers. Whatever happens, a solve ends in a documented status, throws
-// nothing, and leaves no worse x than it was given.
+// Solves at the limits of floating-point numbers. A solve must always end in a documented status without an exception,
+// and never leave x worse than at the start.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
 
-// One residual block over all of x with its Jacobian, from a function.
+// One residual block over all of x, with residuals and Jacobian from a function.
 class Custom final : public CostFunction {
  public:
   using Function = std::function<void(const Eigen::VectorXd& x, Eigen::VectorXd& r, Eigen::MatrixXd& j)>;
@@ -49,7 +49,7 @@ class Extremes : public ::testing::TestWithParam<LinearSolverKind> {
     options.normal_system.lsmr = {.max_iterations = 200, .relative_tolerance = 1e-13};
     return options;
   }
-  // Solves from x, in place; what holds of every solve is checked here.
+  // Solves from x, in place, and checks the properties of every solve.
   LmSummary Solve(Problem<Cpu>& problem, Cpu::Vector& x, const LmOptions& options) {
     const double before = problem.Cost(x);
     const Eigen::VectorXd given = AsEigen(x.view());
@@ -78,7 +78,7 @@ class Extremes : public ::testing::TestWithParam<LinearSolverKind> {
 };
 
 TEST_P(Extremes, ParametersFrom1em12To1e12) {
-  // r_k = tanh-like in each parameter of its own scale, neighbours coupled.
+  // r_k saturates like tanh in each parameter at its own scale; neighbours are coupled.
   constexpr int kSize = 9;
   Eigen::VectorXd scale(kSize);
   for (int k = 0; k < kSize; ++k) scale[k] = std::pow(10.0, 3 * k - 12);
@@ -100,7 +100,7 @@ TEST_P(Extremes, ParametersFrom1em12To1e12) {
 }
 
 TEST_P(Extremes, RankDeficientAndZeroColumns) {
-  // x_0 + x_1 = 1 leaves their difference free; x_2 is in nothing.
+  // x_0 + x_1 = 1 leaves their difference free; no residual depends on x_2.
   const LmSummary summary = Solve(2, Vector({5, -2, 7}), [](const auto& x, auto& r, auto& j) {
     r << x[0] + x[1] - 1, 2 * (x[0] + x[1] - 1);
     j << 1, 1, 0, 2, 2, 0;
@@ -120,7 +120,7 @@ TEST_P(Extremes, ResidualsOf1e150) {
   EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
   EXPECT_NEAR(x_[0], -1.0 / 3, 1e-7);
   EXPECT_NEAR(x_[1], 2.0 / 3, 1e-7);
-  // Where the squares overflow, the cost is infinite, and the status reports it.
+  // If the squares overflow, the cost is infinite, and the status reports it.
   const LmSummary overflow = Solve(1, Vector({1}), [](const auto&, auto& r, auto& j) { r[0] = j(0, 0) = 1e160; });
   EXPECT_EQ(overflow.status, LmStatus::kNonFinite);
 }
@@ -143,7 +143,7 @@ TEST_P(Extremes, NotFiniteAtTheStart) {
     EXPECT_EQ(summary.status, LmStatus::kNonFinite);
     EXPECT_EQ(summary.num_accepted, 0);
   }
-  // x itself.
+  // NaN in x.
   EXPECT_EQ(Solve(1, Vector({kNan}), [](const auto& x, auto& r, auto& j) { r[0] = x[0], j(0, 0) = 1; }).status,
             LmStatus::kNonFinite);
 }
@@ -161,7 +161,7 @@ TEST_P(Extremes, JacobianNotFiniteAtTheStart) {
 }
 
 TEST_P(Extremes, NotFiniteInMidSolve) {
-  // Rosenbrock, whose derivative is lost once x_0 has passed 0.
+  // Rosenbrock, with a NaN derivative once x_0 is positive.
   const auto f = [](const auto& x, auto& r, auto& j) {
     r << 1 - x[0], 10 * (x[1] - x[0] * x[0]);
     j << -1, 0, -20 * x[0], 10;
@@ -174,7 +174,7 @@ TEST_P(Extremes, NotFiniteInMidSolve) {
 }
 
 TEST_P(Extremes, NotFiniteOnlyAtTheTrialPoint) {
-  // log(x) + 2 x: the first full step leads below 0, where there is no logarithm.
+  // r = log(x) + 2: the first full step goes below 0, where the logarithm is undefined.
   int bad = 0;
   const LmSummary summary = Solve(1, Vector({4}), [&](const auto& x, auto& r, auto& j) {
     if (x[0] <= 0) ++bad;
@@ -190,7 +190,7 @@ TEST_P(Extremes, NothingToDo) {
   BlockProblem empty;
   Cpu::Vector none;
   EXPECT_TRUE(IsConverged(Solve(empty, none, Options()).status));
-  // Parameters, but no residual.
+  // Parameters without residuals.
   BlockProblem idle;
   idle.AddParameterBlock(3);
   Cpu::Vector x(3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problems whose solve cannot succeed: it must not end as converged, and must say why.
+// Problems that cannot be solved: the solve must not report convergence, and must state the reason.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -59,14 +59,14 @@ TEST_P(FalseConvergence, OfDiagonalsAndGradientsIsNamed) {
     EXPECT_EQ(summary.status, fault.status) << summary.BriefReport();
     EXPECT_THAT(summary.message, IsLineWith());
     EXPECT_THAT(summary.message, HasEachToken(fault.tokens));
-    // One zero column leaves the others free to move; with all of them zero nothing moves.
+    // With one zero column the other parameters still move; with three, x does not move.
     if (fault.status != LmStatus::kGradientInZeroColumn) continue;
     EXPECT_EQ(summary.final_cost < before, fault.tokens[0] == "1");
     EXPECT_EQ(x_[0] == 1, fault.tokens[0] != "1");
   }
 }
 
-// A point turned by a unit quaternion, seen from where it is not.
+// One coordinate of a point rotated by a unit quaternion, minus 1.
 struct Turned {
   template <class T>
   bool operator()(const T* q, T* r) const {
@@ -84,7 +84,7 @@ TEST_P(FalseConvergence, AQuaternionOfZerosAtTheStart) {
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kDegenerateStart) << summary.BriefReport();
   EXPECT_THAT(summary.message, IsLineWith("1"));
-  // Held constant it does not matter.
+  // A constant block of zeros is accepted.
   problem.SetConstant(rotation);
   EXPECT_TRUE(IsConverged(Solve(problem).status));
 }
@@ -100,7 +100,7 @@ TEST_P(FalseConvergence, ADirectionOfZerosAtTheStart) {
 TEST_P(FalseConvergence, AGradientOfTheWrongSign) {
   FaultyProblem problem;
   const auto negate = [](Cpu::ConstVectorView, Cpu::VectorView out) { Cpu().Axpby(-1.0, out, 0.0, out); };
-  // What is wrong in the step by each solver: normal equations see J^T, the others J.
+  // The mistake that affects the step of each solver: normal equations use J^T, the others J.
   (GetParam() == LinearSolverKind::kDenseQr ? problem.on_jacobian : problem.on_transpose) = negate;
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
@@ -125,7 +125,7 @@ TEST_P(FalseConvergence, ADerivativeOfTheWrongSign) {
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
   EXPECT_THAT(summary.message, testing::AllOf(IsLineWith("CheckProblem"), testing::Not(HasTokens("J^T"))));
-  // Nor by its rounding.
+  // Rounding must not count as convergence either.
   options_.function_tolerance = options_.gradient_tolerance = options_.parameter_tolerance = 0;
   x_ = Vector({2});
   const LmSummary endless = Solve(problem);
@@ -133,7 +133,7 @@ TEST_P(FalseConvergence, ADerivativeOfTheWrongSign) {
   EXPECT_THAT(endless.message, testing::AllOf(IsLineWith("CheckProblem"), testing::Not(HasTokens("J^T"))));
 }
 
-// LSMR solves with J and J^T, and where these are not adjoint its steps go uphill by the model too.
+// LSMR solves with J and J^T. If these are not adjoint, its steps increase even the model.
 TEST(FalseConvergenceOfLsmr, AModelThatPredictsAnIncrease) {
   FaultyProblem problem;
   problem.on_transpose = [](Cpu::ConstVectorView, Cpu::VectorView g) { Cpu().Axpby(-1.0, g, 0.0, g); };
@@ -144,9 +144,9 @@ TEST(FalseConvergenceOfLsmr, AModelThatPredictsAnIncrease) {
   const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x.view());
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
   EXPECT_THAT(summary.message, IsLineWith("CheckProblem", "J^T"));
-  // The gain ratio has the sign of the change.
+  // The gain ratio has the sign of the cost change.
   for (const LmIteration& row : summary.iterations) EXPECT_GE(row.rho * row.cost_change, 0) << summary.FullReport();
-  // The same where a limit ends it.
+  // The message is the same if the iteration limit ends the solve.
   options.max_iterations = 5;
   x = Vector({1, 2, 3});
   const LmSummary limited = SolveLm<Cpu>(options, backend, problem, x.view());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A linear problem of three parameters with a mistake put into one of its parts.
+// A linear problem with three parameters and a configurable mistake in one of its functions.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@ namespace vesta {
 
 class FaultyProblem final : public Problem<Cpu>, public OnManifold<Cpu> {
  public:
-  // Each takes the place of the right answer, which is written before it is called.
+  // Each function is called after the correct result has been written, and may change it.
   std::function<void(Cpu::VectorView d)> on_diagonal;
   std::function<void(Cpu::ConstVectorView u, Cpu::VectorView g)> on_transpose;
   std::function<void(Cpu::ConstVectorView v, Cpu::VectorView u)> on_jacobian;
@@ -21,7 +21,7 @@ class FaultyProblem final : public Problem<Cpu>, public OnManifold<Cpu> {
   std::function<void(Cpu::VectorView values)> on_blocks;
   std::function<void(Cpu::ConstVectorView x, Cpu::ConstVectorView delta, Cpu::VectorView out)> on_plus;
   std::function<double(double cost)> on_cost;
-  // Nothing is written at all by these.
+  // These functions write no result at all.
   bool skips_diagonal = false, skips_transpose = false;
   bool gives_null = false;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt on problems of every kind: empty, solved already, on a manifold, in float, on many threads.
+// Levenberg-Marquardt on problems of every kind: empty, already solved, on a manifold, in float, on many threads.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ TEST(LmKinds, AnEmptyProblemIsSolved) {
   ResidualBlocks<Rosenbrock, Cpu> nothing(0, {});
   Cpu::Vector none;
   EXPECT_TRUE(IsConverged(SolveLm(LmOptions(), backend, nothing, none.view()).status));
-  // Parameters without residuals: every column is frozen.
+  // Parameters without residuals: every column is zero.
   ResidualBlocks<Rosenbrock, Cpu> free(3, {});
   Cpu::Vector x = Vector({1, 2, 3});
   const LmSummary summary = SolveLm(LmOptions(), backend, free, x.view());
@@ -41,7 +41,7 @@ TEST(LmKinds, ParametersNobodyReadsStay) {
   EXPECT_NEAR(x[1], 1, 1e-9);
 }
 
-// A point on the unit circle, x of two numbers moved by one angle.
+// A point on the unit circle: two numbers, moved by one angle.
 class Circle final : public Problem<Cpu>, public OnManifold<Cpu> {
  public:
   Index num_parameters() const override { return 2; }
@@ -107,7 +107,7 @@ TEST(LmFloat, FloatReachesWhatFloatCan) {
 }
 
 TEST(LmThreads, BitsDoNotDependOnThreads) {
-  // Long enough for many chunks of every loop.
+  // Long enough for many chunks in every loop.
   constexpr Index kSize = 30000;
   const std::vector<Rosenbrock> links(kSize - 1);
   ResidualBlocks<Rosenbrock, Cpu> problem(kSize, links, RosenbrockChain(kSize));

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Another problem with its costs and residuals passed through functions.
+// Wraps another problem and passes its costs and residuals through functions.
 class Tampered final : public Problem<Cpu>, public InBatches<Cpu> {
  public:
   explicit Tampered(Problem<Cpu>& inner) : inner_(inner) {}
@@ -71,7 +71,7 @@ TEST_F(LmTest, EveryRuleReachesTheMinimum) {
 TEST_F(LmTest, ATurnBeginsAtEachNewX) {
   SolveLm(Tight(), backend_, tampered_, x_.view());
   ASSERT_GT(tampered_.turns.size(), 2u);
-  // One for each linearisation, but for those that only test a step at the end.
+  // One for each linearization, except the ones that only test a step at the end.
   EXPECT_LE(static_cast<int>(tampered_.turns.size()), tampered_.linearizations);
   for (std::size_t k = 0; k < tampered_.turns.size(); ++k) EXPECT_EQ(tampered_.turns[k], static_cast<int>(k));
 }
@@ -172,7 +172,7 @@ TEST_F(LmTest, ASavedSolveGoesOnAsIfThereHadBeenNoBreak) {
       while (!whole.done()) whole.Step();
       const std::vector<int> turns = std::exchange(tampered_.turns, {});
       rejected += whole.summary().num_rejected;
-      // Broken off after every single iteration.
+      // Interrupted after every single iteration.
       auto broken = std::make_unique<LmStepper<Cpu>>(options, backend_, tampered_, x_);
       while (!broken->done()) {
         broken->Step();
@@ -194,12 +194,12 @@ TEST_F(LmTest, ASavedSolveGoesOnAsIfThereHadBeenNoBreak) {
       EXPECT_EQ(broken->x()[0], whole.x()[0]);
       EXPECT_EQ(broken->x()[1], whole.x()[1]);
       EXPECT_EQ(broken->summary().status, whole.summary().status);
-      // What was drawn for an x is drawn for it again.
+      // Random choices at an x are repeated when x is linearised again.
       EXPECT_EQ(*std::max_element(tampered_.turns.begin(), tampered_.turns.end()), turns.back());
       tampered_.turns.clear();
     }
   }
-  EXPECT_GT(rejected, 5) << "so that the rules have something to remember";
+  EXPECT_GT(rejected, 5) << "so that the rules have state to restore";
 }
 
 TEST_F(LmTest, ASavedSolveOfAnotherSizeIsRefused) {
@@ -225,7 +225,7 @@ TEST_F(LmTest, NaNInALaterLinearizationKeepsTheBest) {
 }
 
 TEST_F(LmTest, TrialsThatAreNotFiniteAreRejectedAndSurvived) {
-  // Beyond a wall at x0 = -1 the first trials have no cost.
+  // Beyond a wall at x0 = -1 the first trial points have no cost.
   for (const double wall : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}) {
     int blocked = 0;
     tampered_.on_cost = [&](Cpu::ConstVectorView x, double cost) {
@@ -255,8 +255,8 @@ TEST_F(LmTest, WhenNoTrialIsFiniteTheStartComesBack) {
   EXPECT_LT(bounded.num_rejected, 10);
 }
 
-// And the solve is the same to the bit. Of many samples: on a busy machine few leave phases of less than 0.5 % of the
-// whole, which are left out.
+// Profiling does not change the result by a bit. Many samples are needed because phases below 0.5 % of the total time
+// are not listed, and with few samples a busy machine produces such phases.
 TEST_F(LmTest, TimesItsPhasesWhereAsked) {
   const auto samples = ExponentialSamples(20000);
   ResidualBlocks<ExponentialFit, Cpu> problem(2, samples);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear least squares 1/2 |A x - b|^2 with dense A, in batches of rows: everything about it is known exactly.
+// Linear least squares 1/2 |A x - b|^2 with dense A, in batches of rows: all results are known exactly.
 #pragma once
 
 #include <memory>
@@ -41,7 +41,7 @@ class LinearProblem final : public Problem<Cpu>, public InBatches<Cpu>, public W
 
   std::vector<BlockGroup> groups;
   double own_metric = 0;
-  Eigen::VectorXd own_right_hand_side;  // times -g, entry by entry; empty: none
+  Eigen::VectorXd own_right_hand_side;  // factor of -g for each entry; empty: none
   Eigen::VectorXd last_diag_h;
   int linearizations = 0;
 
@@ -95,7 +95,7 @@ class LinearProblem final : public Problem<Cpu>, public InBatches<Cpu>, public W
   std::vector<Batch> batches_;
 };
 
-// Random rows, columns of very different scales.
+// Random rows; the columns have very different scales.
 inline LinearProblem::Batch RandomBatch(int rows, int cols, unsigned seed) {
   srand(seed);
   Eigen::MatrixXd a = Eigen::MatrixXd::Random(rows, cols);

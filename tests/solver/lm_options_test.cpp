@@ -59,7 +59,7 @@ TEST(LmSummaryTest, ReportsSayWhatHappened) {
   EXPECT_EQ(brief.find('\n'), std::string::npos);
   EXPECT_NE(brief.find("converged"), std::string::npos);
   EXPECT_NE(full.find("dense QR (auto: a Jacobian of 2 x 2)"), std::string::npos);
-  // A row for each iteration below the heading.
+  // One row per iteration below the heading.
   const auto table = full.find(" iter ");
   ASSERT_NE(table, std::string::npos);
   EXPECT_EQ(std::count(full.begin() + static_cast<std::ptrdiff_t>(table), full.end(), '\n'),

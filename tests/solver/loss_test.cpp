@@ -44,10 +44,10 @@ TEST(Loss, ValuesAndDerivativesAreCeress) {
         double expected[3];
         pair.theirs->Evaluate(s, expected);
         const Loss::Value value = pair.ours->Evaluate(s);
-        // log1p and 1 - (1 - x)^3 differ from Ceres's forms in the last digits relative to the terms of their sums.
+        // log1p and 1 - (1 - x)^3 differ from Ceres's formulas in the last digits relative to the terms of their sums.
         EXPECT_NEAR(value.rho, expected[0], 1e-14 * (std::abs(expected[0]) + a * a)) << pair.name << " at " << s;
         EXPECT_NEAR(value.first, expected[1], 1e-14 * std::abs(expected[1])) << pair.name << " at " << s;
-        // Ceres's tolerant loss has 0 where its bend has decayed below rounding.
+        // Ceres's tolerant loss returns 0 where its curvature is below rounding.
         EXPECT_NEAR(value.second, expected[2], 1e-13 * std::abs(expected[2]) + 1e-16 / a) << pair.name << " at " << s;
       }
     }
@@ -64,11 +64,11 @@ TEST(Loss, ScalesMustBePositive) {
   EXPECT_THROW(ComposedLoss(nullptr, std::make_shared<TrivialLoss>()), Error);
 }
 
-// The corrected block's gradient J^T f and curvature J^T J.
+// The gradient J^T f and curvature J^T J of the corrected block.
 void ExpectCorrection(const Loss::Value& value, const Eigen::VectorXd& f, const Eigen::MatrixXd& jacobian) {
   const double s = f.squaredNorm();
   Eigen::VectorXd corrected_f = f;
-  Eigen::MatrixXd corrected_j = jacobian;  // column after column
+  Eigen::MatrixXd corrected_j = jacobian;  // column-major
   LossCorrection(value, s).Apply(static_cast<int>(f.size()), static_cast<int>(jacobian.cols()), corrected_f.data(),
                                  corrected_j.data(), 1, static_cast<int>(f.size()));
   const Eigen::VectorXd gradient = value.first * jacobian.transpose() * f;
@@ -87,7 +87,7 @@ TEST(Loss, CorrectionGivesTheGradientAndTheCurvature) {
     const Loss::Value value = pair.ours->Evaluate(f.squaredNorm());
     if (value.first > 0) ExpectCorrection(value, f, jacobian);
   }
-  // A loss that grows faster than the square has rho'' > 0, where the second derivative helps.
+  // A loss that grows faster than the square has rho'' > 0; there the second derivative helps.
   ExpectCorrection({1.0, 0.8, 0.4}, f, jacobian);
   ExpectCorrection({0.0, 0.8, 0.4}, Eigen::Vector3d::Zero(), jacobian);
 }

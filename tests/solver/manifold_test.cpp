@@ -26,7 +26,7 @@ RowMajor PlusJacobian(const Manifold& manifold, const Eigen::VectorXd& x) {
   return jacobian;
 }
 
-// The properties every manifold has, at one x: Plus(x, 0) = x, in place or not, and the Jacobian against differences.
+// Properties of every manifold at one x: Plus(x, 0) = x, Plus works in place, and the Jacobian agrees with differences.
 void Check(const Manifold& manifold, const Eigen::VectorXd& x) {
   ASSERT_EQ(x.size(), manifold.ambient_size());
   const int n = manifold.tangent_size();
@@ -58,7 +58,7 @@ TEST(Manifold, PlusAndItsJacobian) {
     pose << q, Eigen::Vector3d::Random();
     Check(ProductManifold({std::make_shared<QuaternionManifold>(), std::make_shared<EuclideanManifold>(3)}), pose);
   }
-  // The reflection's own axis, both ends.
+  // Both ends of the reflection's own axis.
   Check(UnitVectorManifold(3), Eigen::Vector3d(0, 0, 1));
   Check(UnitVectorManifold(3), Eigen::Vector3d(0, 0, -1));
 }

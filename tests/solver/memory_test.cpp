@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is foreseen of a solve's memory, against what is counted as it is allocated.
+// The predicted memory of a solve agrees with the allocations counted during the solve.
 #include "solver/memory.h"
 
 #include <gtest/gtest.h>
@@ -18,15 +18,15 @@ namespace {
 constexpr Index kParameters = 1 << 16;
 constexpr double kVector = kParameters * sizeof(double);
 
-// In pairs: residual k of a batch is 2 x_k + x_j / 2 - 1, j the other of the pair, so that J is symmetric. Its Gram
-// matrices, its blocks and what passes through are as large as the case has it.
+// Parameters in pairs: residual k of a batch is 2 x_k + x_j / 2 - 1, where j is the other parameter of the pair, so J
+// is symmetric. The options set the sizes of its Gram matrices, blocks and work space.
 class Pairs final : public Problem<Cpu>, public InBatches<Cpu>, public WithDampingMetric<Cpu> {
  public:
   struct Options {
     int batches = 1;
-    double held = 0, gram = 0, gram_work = 0, cost_work = 0, between = 0;  // vectors
+    double held = 0, gram = 0, gram_work = 0, cost_work = 0, between = 0;  // in units of vectors
     bool has_own_right_hand_side = false, has_own_metric = false, has_blocks = true;
-    bool refuses = false;  // the first trial
+    bool refuses = false;  // the first trial step
   };
   explicit Pairs(const Options& options) : options_(options) {}
 
@@ -62,7 +62,7 @@ class Pairs final : public Problem<Cpu>, public InBatches<Cpu>, public WithDampi
     At(const Options& options, Cpu::ConstVectorView x) : options_(options), x_(x), held_(Vectors(options.held)) {}
     Index num_residuals() const override { return kParameters; }
     Index num_parameters() const override { return kParameters; }
-    // For PCG's sake.
+    // Required by PCG.
     void ApplyW(Cpu::ConstVectorView u, Cpu::VectorView Wu) override { Cpu().Copy(u, Wu); }
     Cpu::ConstVectorView residuals() const override { return {}; }
     void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override {
@@ -119,7 +119,7 @@ void Merge(Pairs::Options& pairs, LmOptions& lm, bool hold) {
   pairs.batches = 3, lm.batch_mode = BatchMode::kMerge, lm.hold_batches = hold;
 }
 
-// Every phase is the largest in one of them.
+// Together, the cases make every phase the largest once.
 const Case kCases[] = {
     {"jacobi", [](Pairs::Options&, LmOptions&) {}},
     {"identity",
@@ -169,7 +169,7 @@ TEST_P(SolveMemory, IsWhatIsForeseen) {
   lm.normal_system.linear_solver = LinearSolverKind::kPcg;
   lm.normal_system.preconditioner = PreconditionerKind::kJacobi;
   lm.normal_system.pcg.max_iterations = 3;
-  lm.step_control.initial_lambda = 10;  // far from the minimum for all three
+  lm.step_control.initial_lambda = 10;  // far from the minimum in all three iterations
   GetParam().change(pairs, lm);
 
   Cpu backend;

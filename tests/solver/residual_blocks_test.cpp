@@ -15,7 +15,7 @@
 namespace vesta {
 namespace {
 
-// Every elementary function, several residuals, parameters at scattered places.
+// All elementary functions, several residuals, and parameters at scattered positions.
 struct Everything {
   static constexpr int kResiduals = 3;
   static constexpr int kParameters = 4;
@@ -102,7 +102,7 @@ TEST(ResidualBlocks, GradientIsTheCostsSlope) {
   EXPECT_LE(TangentError<Cpu>(plain.backend, plain.problem, plain.x, 0, v, 1e-5), 1e-8);
 }
 
-// The checks themselves must see an error.
+// The checks must detect an error.
 TEST(DerivativeCheck, SeesWrongOperators) {
   class WrongAdjoint final : public LinearMap<Cpu> {
    public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is left of accuracy where the cost itself is rounded.
+// Accuracy of the solution where the cost itself is limited by rounding.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,8 @@
 namespace vesta {
 namespace {
 
-// At its minimum this cost is 5, and feels a change of x by 1e-8 in its last digit only: the gradient finds the rest.
+// At the minimum the cost is 5. Moving x by 1e-8 changes only its last digit, so the rest of the accuracy comes from
+// the gradient.
 struct FarFit {
   static constexpr int kResiduals = 1, kParameters = 1;
   double t, y;
@@ -52,7 +53,7 @@ TEST(Rounding, TheGradientGivesTheDigitsThatTheCostCannot) {
   }
 }
 
-// The same with a slope that a bound holds, above the bound where the fit would have it.
+// The same with a slope parameter at an active bound: without the bound the fit would exceed it.
 struct HeldFit {
   static constexpr int kResiduals = 1, kParameters = 2;
   double t, y;
@@ -78,7 +79,7 @@ TEST(Rounding, TheGradientDecidesWithBoundsToo) {
   };
   long double low = -3, high = 3;
   for (int k = 0; k < 100; ++k) ((slope((low + high) / 2, 0) < 0) ? low : high) = (low + high) / 2;
-  // The cost pulls x_1 down where x_0 is best, and up elsewhere: the bound is the one that it is pulled against.
+  // At the best x_0, the cost pulls x_1 towards one side; the bound is placed on that side.
   const bool pulled_up = slope(low, 1) < 0;
   ResidualBlocks<HeldFit, Cpu> inner(2, functors);
   BoundedProblem<Cpu> problem(inner, {-kFar, pulled_up ? -kFar : kHeld}, {kFar, pulled_up ? kHeld : kFar});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options by which a solve goes on until rounding ends it.
+// Options with which a solve continues until rounding ends it.
 #pragma once
 
 #include "solver/levenberg_marquardt.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mistakes in the functions that a user writes: each is named, none is taken for a number.
+// Mistakes in user functions are named in the message, and never treated as numbers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ class UserCode : public ::testing::Test {
     x_ = Vector(start);
     return SolveLm<Cpu>({}, backend_, problem, x_.view());
   }
-  // The solve ends at the start, and its message names these.
+  // The solve ends at the start, and its message contains these tokens.
   template <class... Tokens>
   static void ExpectNonFinite(const LmSummary& summary, const Tokens&... tokens) {
     EXPECT_EQ(summary.status, LmStatus::kNonFinite) << summary.BriefReport();
@@ -40,7 +40,7 @@ class UserCode : public ::testing::Test {
   Cpu::Vector x_;
 };
 
-// Leaves out residual `missing`.
+// Leaves residual `missing` unwritten.
 struct Incomplete {
   static constexpr int kResiduals = 3, kParameters = 2;
   int missing;
@@ -77,7 +77,7 @@ TEST_F(UserCode, AResidualThatNobodyWritesInABlockProblem) {
   ExpectNonFinite(summary, "1", "2", "0", "[0.5", "7]");
 }
 
-// Two residuals of blocks of 1 and 2 numbers; one entry of the Jacobian, or the value, is left out or NaN.
+// Two residuals of blocks of sizes 1 and 2. One entry of the Jacobian, or the value, is unwritten or NaN.
 class ByHand final : public CostFunction {
  public:
   enum class Mistake { kNone, kUnwrittenValue, kUnwrittenDerivative, kNanDerivative, kRefuses };
@@ -154,7 +154,7 @@ TEST_F(UserCode, ALossThatIsNotFinite) {
   ExpectNonFinite(Solve(problem, {3, 4}), "0", "nan", "16");
 }
 
-// Has a value only below 1; its minimum would be at 3.
+// Defined only below 1, while its minimum would be at 3.
 struct Limited {
   static constexpr int kResiduals = 1, kParameters = 1;
   template <class T>

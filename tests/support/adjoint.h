@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjointness of a linear map and its transpose, as a number to compare with a tolerance.
+// Measures how well a linear map and its transpose are adjoint.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace vesta::test {
 
-// |<u, Jv> - <J'u, v>| / max(sqrt(sum (u_i (Jv)_i)^2), sqrt(sum ((J'u)_k v_k)^2)); 0 where both products are all zero.
-// Sums run in double, so that they add no error of their own to products in float. Not finite: infinite.
+// |<u, Jv> - <J'u, v>| / max(sqrt(sum (u_i (Jv)_i)^2), sqrt(sum ((J'u)_k v_k)^2)), or 0 if both products are zero. Sums
+// are in double, to add no error to products in float. Infinite if a value is not finite.
 template <class S>
 double AdjointGap(const std::vector<S>& u, const std::vector<S>& jv, const std::vector<S>& jtu,
                   const std::vector<S>& v) {

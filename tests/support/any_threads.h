@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same results for any number of threads.
+// Checks that results do not depend on the number of threads.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 namespace vesta::test {
 
-// Calls make() with one thread, then with two and three, and expects the same each time. Equal numbers, none of them
-// NaN, are equal as bits but for the sign of zeros.
+// Calls make() with one, two and three threads and expects equal results. Equal numbers other than NaN have equal bits,
+// except for the sign of zero.
 template <class Make>
 void ExpectSameForAnyThreads(const Make& make) {
   const int before = NumThreads();

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory counted as it is allocated. Who links this has operator new and delete replaced: a program of its own, and not
-// for the sanitizers, which allocate in a way of their own.
+// Counts memory as it is allocated. Linking it replaces operator new and delete, so such tests are separate programs.
+// Not for sanitizers, which replace the allocator themselves.
 #pragma once
 
 namespace vesta::test {
 
-// Counts from its construction on; one at a time.
+// Counts from its construction. Only one may exist at a time.
 class CountedMemory {
  public:
   CountedMemory();
-  // The most that has been held beyond what was there before.
+  // The peak of additional memory since construction, bytes.
   double peak_bytes() const;
 
  private:

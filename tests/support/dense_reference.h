@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense linear algebra that tests compare with, compiled once: every file that instantiates one of Eigen's
-// decompositions or matrix products for itself compiles for many seconds, under the sanitizers for tens of them.
+// Dense linear algebra as a reference for tests. It is compiled once, because every file that instantiates Eigen's
+// decompositions or matrix products compiles for many seconds, and much longer with sanitizers.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,9 +18,9 @@ Eigen::VectorXd ApplyTransposed(const Eigen::MatrixXd& a, const ConstVectorRef& 
 // A^T A.
 Eigen::MatrixXd Gram(const Eigen::MatrixXd& a);
 
-// Least squares for A of full column rank, by QR.
+// Least squares by QR, for A of full column rank.
 Eigen::VectorXd LeastSquares(const Eigen::MatrixXd& a, const ConstVectorRef& b);
-// The least-squares solution of least norm, for A of any rank.
+// The least-squares solution of minimum norm, for A of any rank.
 Eigen::VectorXd LeastNorm(const Eigen::MatrixXd& a, const ConstVectorRef& b);
 // A^-1 b for a symmetric A, by LDL^T.
 Eigen::VectorXd SolveSymmetric(const Eigen::MatrixXd& a, const ConstVectorRef& b);
@@ -29,9 +29,9 @@ Eigen::MatrixXd SchurComplement(const Eigen::MatrixXd& symmetric, Eigen::Index k
 // L of A = L L^T.
 Eigen::MatrixXd CholeskyFactor(const Eigen::MatrixXd& a);
 Eigen::MatrixXd Inverse(const Eigen::MatrixXd& a);
-// The columns of A made orthonormal: Q of its QR, as many columns as A has.
+// An orthonormal basis of the columns of A: Q of its thin QR decomposition.
 Eigen::MatrixXd Orthonormal(const Eigen::MatrixXd& a);
-// Of a symmetric A, the least first.
+// The eigenvalues of a symmetric A in ascending order.
 Eigen::VectorXd SymmetricEigenvalues(const Eigen::MatrixXd& a);
 
 }  // namespace vesta::test

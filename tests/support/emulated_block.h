@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs block kernels (kernels/core/block_kernel.h) on the host: one fiber a thread, switched at barriers only. The
-// order in which threads run between barriers is the caller's, so that a result that depends on it, which is what a
-// missing barrier looks like, shows up as a difference between two orders.
+// Runs block kernels (kernels/core/block_kernel.h) on the host, with one fiber per thread that switches only at
+// barriers. The caller chooses the order of threads between barriers. If a barrier is missing,
+// two orders give different results.
 #pragma once
 
 #include <algorithm>
@@ -36,11 +36,11 @@ class FiberBlock {
     }
   }
 
-  // Calls body(thread) in every fiber until all have returned. Throws where some wait at a barrier that others never
-  // reach, and rethrows what a body throws.
+  // Calls body(thread) in every fiber until all have returned. Throws if some fibers wait at a barrier that others
+  // never reach. Rethrows exceptions of the body.
   void Run(const std::function<void(int)>& body) {
     for (Fiber& fiber : fibers_) {
-      if (!fiber.done) Prepare(fiber);  // new, or left at a barrier by a body that failed
+      if (!fiber.done) Prepare(fiber);  // new, or stopped at a barrier when a body failed
       fiber.done = false;
     }
     body_ = &body;
@@ -59,7 +59,7 @@ class FiberBlock {
       if (done > 0) throw std::logic_error("a barrier that some threads of the block never reach");
     }
   }
-  // A barrier; returns how many threads said true.
+  // A barrier. Returns the number of threads with `vote` true.
   int Wait(bool vote) {
     next_votes_ += vote ? 1 : 0;
     Fiber& fiber = fibers_[current_];
@@ -74,13 +74,13 @@ class FiberBlock {
     FiberContext context;
     bool done = false;
   };
-  // Sets the fiber to begin at Enter.
+  // Prepares the fiber to start at Enter.
   void Prepare(Fiber& fiber) {
     if (fiber.stack == nullptr) fiber.stack = std::make_unique_for_overwrite<char[]>(kStackBytes);
     PrepareFiber(fiber.context, fiber.stack.get(), kStackBytes, &FiberBlock::Enter,
                  reinterpret_cast<std::uintptr_t>(this));
   }
-  // A fiber's whole life: one body after the other.
+  // Runs in a fiber forever: one body after the other.
   static void Enter(std::uintptr_t block) {
     auto* self = reinterpret_cast<FiberBlock*>(block);
     const std::size_t thread = self->current_;
@@ -119,7 +119,7 @@ class EmulatedBlock {
   Index id_;
 };
 
-// Runs a kernel's blocks one after the other in fibers of as many threads. Shared memory holds NaNs at first.
+// Runs the blocks of a kernel one after the other, with one fiber per thread. Shared memory starts as NaNs.
 template <class Kernel>
 void Emulate(const Kernel& kernel, Index blocks, FiberBlock& fibers) {
   auto shared = std::make_unique<typename Kernel::Shared>();
@@ -137,7 +137,7 @@ void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder
   Emulate(kernel, blocks, fibers);
 }
 
-// Backwards: the steps may not depend on the order of the indices.
+// In reverse order, because the steps must not depend on the order of indices.
 template <class F>
 void ForEachBackwards(Index count, const F& f) {
   for (Index i = count - 1; i >= 0; --i) f(i);

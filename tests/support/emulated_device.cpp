@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bodies of device_memory.h and device_sort.h on the host.
+// Implements device_memory.h and device_sort.h on the host.
 #include "tests/support/emulated_device.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Memory {
   std::map<void*, std::size_t> sizes;
   std::size_t total = test::kAmpleDeviceMemory, in_use = 0, peak = 0;
 };
-// Each thread has a device of its own, as processes may. Never destroyed: buffers of static life are freed after it.
+// Each thread has its own device, as processes may. Never destroyed, because static buffers are freed after it.
 Memory& NewMemory() {
   static std::mutex mutex;
   static auto* all = new std::deque<Memory>;
@@ -82,7 +82,7 @@ void* Allocate(std::size_t bytes) {
   Memory& memory = TheMemory();
   if (memory.in_use + bytes > memory.total) {
     throw OutOfDeviceMemory(
-        fmt::format("the GPU has no room for {} bytes more, with {} of {} in use", bytes, memory.in_use, memory.total));
+        fmt::format("cannot allocate {} bytes on the GPU: {} of {} are in use", bytes, memory.in_use, memory.total));
   }
   void* p = ::operator new (bytes, std::align_val_t{256});
   std::memset(p, 0xff, bytes);  // NaNs
@@ -121,7 +121,7 @@ void Synchronize() { ++CountedHostWork().waits; }
 std::vector<KernelFacts> KernelTable() { return {}; }
 
 namespace {
-// What the last call for each scalar saw: as late as a device may be.
+// The value that the last call saw, per scalar: the maximal delay of a real device.
 std::map<const double*, double>& Readings() {
   thread_local std::map<const double*, double> readings;
   return readings;

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// A GPU for tests, made of the host: the device libraries with their kernels run thread by thread (emulated_block.h)
-// and a memory that is counted and can be made to run out. Programs link one of the libraries test_emulated_* in the
-// place of vesta::*_cuda. Some thousand times slower than a GPU: for scenes of a few tiles. Each thread of the host has
-// one of its own, with its own memory.
+// A GPU emulated on the host for tests. The device libraries run their kernels thread by thread (emulated_block.h).
+// Memory is counted and can be limited. Programs link a library test_emulated_* instead of vesta::*_cuda. It is some
+// thousand times slower than a GPU and suits scenes of a few tiles. Each host thread has its own device with its own
+// memory.
 #pragma once
 
 #include <cstddef>
 
 namespace vesta::test {
 
-// The memory of the device, bytes; what is allocated stays.
+// Sets the memory of the device in bytes; existing allocations remain.
 void SetDeviceMemory(std::size_t bytes);
 // More than any test needs.
 inline constexpr std::size_t kAmpleDeviceMemory = std::size_t{1} << 40;
 
-// After `skipped` more launches, so many attempts at one find no memory.
+// After `skipped` more launches, the next `attempts` attempts to launch fail for lack of memory.
 void FailLaunches(int skipped, int attempts);
-// An attempt at a launch.
+// Registers an attempt to launch; returns false if it fails for lack of memory.
 bool LaunchFindsMemory();
-// How often unused memory was given back to the driver.
+// How often unused memory was returned to the driver.
 int NumTrims();
 
-// During its lifetime the program has no code for the device.
+// While it exists, the program has no code for the device.
 class WithoutDeviceCode {
  public:
   WithoutDeviceCode();
@@ -30,7 +30,7 @@ class WithoutDeviceCode {
   WithoutDeviceCode& operator=(const WithoutDeviceCode&) = delete;
 };
 
-// During its lifetime the device has that much memory, and ample memory before and after.
+// While it exists, the device has this much memory; before and after, ample memory.
 class LimitedDeviceMemory {
  public:
   explicit LimitedDeviceMemory(std::size_t bytes) { SetDeviceMemory(bytes); }

@@ -12,12 +12,12 @@ namespace {
 constexpr double kNear = 0.125;  // exact in both precisions
 constexpr int kOrdinary = 4;
 
-// One Gaussian before AxisView; unset, an ordinary one.
+// One Gaussian in front of AxisView; the defaults are an ordinary one.
 struct Gaussian {
   std::array<double, 3> mean{0, 0, 2}, sigma{0.1, 0.15, 0.2};
   std::array<double, 4> quaternion{1, 0.2, -0.3, 0.4};
   double logit = 0;
-  double dc = 0.6, rest = 0.1;  // harmonics of all channels
+  double dc = 0.6, rest = 0.1;  // SH coefficients of all channels
 };
 
 Scene SceneOf(const splat::PosedCamera& view, const std::vector<Gaussian>& gaussians) {
@@ -61,7 +61,7 @@ splat::PosedCamera AxisView(int width, int height, double focal_length) {
 
 std::vector<ExtremeScene> ExtremeGaussians() {
   std::vector<ExtremeScene> cases;
-  // seen: of the copies.
+  // seen: number of visible copies.
   const auto add = [&](const char* name, Gaussian g, int copies, int seen, double tolerance = 1e-12,
                        double float_tolerance = 1e-5) {
     std::vector<Gaussian> all = Ordinary();
@@ -102,7 +102,7 @@ std::vector<ExtremeScene> ExtremeGaussians() {
   add("Across1em6", sized(1e-6, 1e-6, 1e-6), 1, 1);
   add("Across1e6", sized(1e6, 1.5e6, 2e6), 1, 1);
   add("LargerThanTheScene", sized(100, 50, 80), 1, 1);
-  // In double it is the reference's conic that loses digits on needles.
+  // In double, the conic of the reference loses digits for needles.
   add("NeedleOfAspect1e6", sized(10, 1e-5, 1e-5), 1, 1, 1e-9);
   add("LongNeedleOfAspect1e6", sized(1e3, 1e-3, 1e-3), 1, 1, 1e-6);
   add("DiscOfAspect1e6", sized(1e3, 1e3, 1e-3), 1, 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes at the limits of what a Gaussian, an image and a camera can be, each with what is expected of it.
+// Scenes with extreme Gaussians, images and cameras, and the expected accuracy.
 #pragma once
 
 #include <ostream>
@@ -13,18 +13,18 @@ namespace vesta::test {
 struct ExtremeScene {
   std::string name;
   Scene scene;
-  Index seen;              // Gaussians, in any precision
+  Index seen;              // number of visible Gaussians, in any precision
   double tolerance;        // of the image in double, relative to the brightest colour or 1
   double float_tolerance;  // the same in float, and of J v relative to its largest entry
 };
 inline std::ostream& operator<<(std::ostream& os, const ExtremeScene& extreme) { return os << extreme.name; }
 
-// Four ordinary Gaussians, and those of which the case speaks, before a camera at the origin that looks along z.
+// Four ordinary Gaussians and the extreme ones of the case. The camera is at the origin and looks along z.
 std::vector<ExtremeScene> ExtremeGaussians();
-// Ordinary Gaussians before images and lenses that are not.
+// Ordinary Gaussians with extreme images and lenses.
 std::vector<ExtremeScene> ExtremeCameras();
 
-// A camera at the origin that looks along z, its principal point in the middle.
+// A camera at the origin that looks along z, with the principal point in the centre.
 splat::PosedCamera AxisView(int width, int height, double focal_length);
 
 }  // namespace vesta::test

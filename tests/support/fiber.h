@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fiber: a function with a stack of its own that is left and entered again at will.
+// A fiber: a function with its own stack that can be left and resumed.
 #pragma once
 
 #include <ucontext.h>
@@ -9,14 +9,14 @@
 
 namespace vesta::test {
 
-// Where a fiber, or the thread that runs fibers, stopped.
+// The point where a fiber, or the thread that runs fibers, stopped.
 struct FiberContext {
   ucontext_t context{};
   void* resume[5]{};
   bool begun = true;
 };
 
-// The function of a fiber must not return: it ends in a switch to another fiber for good.
+// The function of a fiber must not return: at its end it switches to another fiber forever.
 using FiberFunction = void (*)(std::uintptr_t argument);
 
 namespace fiber_internal {
@@ -29,7 +29,7 @@ inline void Enter(unsigned function_high, unsigned function_low, unsigned argume
 
 }  // namespace fiber_internal
 
-// Sets `fiber` to begin at function(argument) on that stack.
+// Prepares `fiber` to start function(argument) on this stack.
 inline void PrepareFiber(FiberContext& fiber, char* stack, std::size_t stack_bytes, FiberFunction function,
                          std::uintptr_t argument) {
   getcontext(&fiber.context);
@@ -45,14 +45,14 @@ inline void PrepareFiber(FiberContext& fiber, char* stack, std::size_t stack_byt
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// The sanitizers follow this call from stack to stack.
+// Sanitizers can follow this call to another stack.
 inline void SwitchFiber(FiberContext& from, FiberContext& to) { swapcontext(&from.context, &to.context); }
 
 #else
 
 namespace fiber_internal {
 
-// Not inlined: a function may not jump to where it is itself.
+// Not inlined, because a function must not longjmp to itself.
 [[gnu::noinline, noreturn]] inline void Resume(FiberContext& to) {
   if (!to.begun) {
     to.begun = true;
@@ -63,8 +63,8 @@ namespace fiber_internal {
 
 }  // namespace fiber_internal
 
-// Leaves `from` and goes on in `to`. A jump costs tens of nanoseconds; swapcontext calls the system for the mask of
-// signals, which costs microseconds.
+// Leaves `from` and continues in `to`. A jump costs tens of nanoseconds. swapcontext costs microseconds, because it
+// calls the system for the signal mask.
 [[gnu::noinline]] inline void SwitchFiber(FiberContext& from, FiberContext& to) {
   if (__builtin_setjmp(from.resume) == 0) fiber_internal::Resume(to);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real spherical harmonics from associated Legendre functions, by recurrence: an evaluation that shares nothing with
-// the polynomials of kernels/math/spherical_harmonics.h.
+// Real spherical harmonics from associated Legendre functions by recurrence. A reference independent of the polynomials
+// in kernels/math/spherical_harmonics.h.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem's linearization with all that the engine may ask of it.
+// Computes the linearization of a problem with everything that the engine may request.
 #pragma once
 
 #include <memory>

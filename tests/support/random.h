@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random test data from a seed: the same on every machine.
+// Random test data from a seed, identical on every machine.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace vesta::test {
 
-// The standard fixes the engine's bits but not those of its distributions, so these are written out.
+// The standard specifies the engine exactly but not the distributions, so these are implemented here.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

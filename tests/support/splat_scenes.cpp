@@ -24,7 +24,7 @@ splat::PosedCamera RandomView(Random& random, int width, int height) {
   view.lens.fy = random.Uniform(0.9, 1.1) * view.lens.fx;
   view.lens.cx = random.Uniform(0.3, 0.7) * width, view.lens.cy = random.Uniform(0.3, 0.7) * height;
   view.near = 0.01;
-  Random of_filter = random;  // what is drawn next is what it was before there were filters
+  Random of_filter = random;  // uses a copy, so that the random values after it do not change
   view.eps2d = of_filter.LogUniform(0.03, 1);
   return view;
 }

@@ -15,7 +15,7 @@
 
 namespace vesta::test {
 
-// A view of random pose with its principal point off the centre.
+// A view with a random pose and its principal point off the centre.
 splat::PosedCamera RandomView(Random& random, int width, int height);
 
 // How a random model looks. Lengths are in pixels of the view it is made for.
@@ -27,17 +27,17 @@ struct SceneOptions {
   double sigma_min = 0.7, sigma_max = 6;  // longest standard deviation
   double aspect_max = 4;                  // longest over the other two
   double opacity_min = 0.1, opacity_max = 0.9;
-  double border = 0.2;   // means lie this share of the image beyond its borders
-  double behind = 0;     // share of the Gaussians behind the camera
+  double border = 0.2;   // the means may lie outside the image by this fraction of it
+  double behind = 0;     // fraction of the Gaussians behind the camera
   bool extreme = false;  // sums over all Gaussians are ill-conditioned too
 };
 inline std::ostream& operator<<(std::ostream& os, const SceneOptions& options) { return os << options.name; }
 
-// A model and a view. Parameters are exact in float, so that both precisions see the same model.
+// A model and a view. Parameters are exact in float, so both precisions use the same model.
 struct Scene {
   splat::PosedCamera view;
   int count = 0, sh_degree = 0, active_sh_degree = 0;
-  std::int64_t lacking[splat::kMaxShDegree] = {};  // as of ModelLayout
+  std::int64_t lacking[splat::kMaxShDegree] = {};  // as in ModelLayout
   std::vector<double> x;                           // layout.h
   double background[3] = {0.2, 0.5, 0.9};
 
@@ -46,13 +46,13 @@ struct Scene {
   double At(int attribute, int i) const { return x[static_cast<std::size_t>(layout().Offset(attribute) + i)]; }
 };
 
-// Without Gaussians yet.
+// A scene whose Gaussians are still unset.
 Scene EmptyScene(const splat::PosedCamera& view, int count, int sh_degree);
-// In front of the given view, whose size counts and not that of the options; or of a random one.
+// In front of the given view, whose size overrides the options, or of a random view.
 Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, Random& random);
 Scene RandomScene(const SceneOptions& options, std::uint64_t seed);
 
-// Numbers laid out as those of a model of one degree, without those that a model of the same Gaussians lacks.
+// Removes the values of SH bands that the layout lacks. `values` has the layout of a model with one degree.
 template <class S>
 std::vector<S> WithoutLacking(const std::vector<S>& values, const splat::ModelLayout& layout) {
   std::vector<S> rest;
@@ -62,7 +62,7 @@ std::vector<S> WithoutLacking(const std::vector<S>& values, const splat::ModelLa
   }
   return rest;
 }
-// Those numbers with zeros for what it lacks.
+// The inverse: inserts zeros for the SH bands that the layout lacks.
 template <class S>
 std::vector<S> WithZeros(const std::vector<S>& values, const splat::ModelLayout& layout) {
   std::vector<S> all(static_cast<std::size_t>(splat::NumAttributes(layout.sh_degree) * layout.count));
@@ -71,14 +71,14 @@ std::vector<S> WithZeros(const std::vector<S>& values, const splat::ModelLayout&
   }
   return all;
 }
-// The scene, of one degree, without all but the first with_band[b] Gaussians' bands b.
+// The scene with band b only for its first with_band[b] Gaussians. The given scene has one degree.
 Scene WithBands(const Scene& scene, const std::int64_t (&with_band)[splat::kMaxShDegree + 1]);
 
-// The kinds of scene that the operators are tested on: sizes that are no multiples of the tile, needles, splats below a
-// pixel, splats larger than the image, capped alphas, closed pixels, means behind the camera and beyond the clamp.
+// The kinds of scene for tests of the operators: sizes that are not multiples of the tile, needles, splats smaller than
+// a pixel or larger than the image, capped alphas, saturated pixels, means behind the camera and beyond the clamp.
 std::vector<SceneOptions> SceneKinds();
 
-// A scene put into a View of precision S, rendered.
+// A scene rendered by a View of precision S.
 template <class S>
 struct RenderedView {
   using Scalar = S;
@@ -104,7 +104,7 @@ struct RenderedView {
     view.AddJT(model, image.data(), u.data(), g.data(), workspace);
     return g;
   }
-  // The blocks of the geometry, then the diagonal of the colours.
+  // The blocks of the geometry, followed by the diagonal of the colours.
   std::vector<S> Gram(const std::vector<S>& omega) {
     const auto blocks = static_cast<std::size_t>(splat::kGeometry * (splat::kGeometry + 1) / 2 * model.count);
     std::vector<S> gram(blocks + x.size() - static_cast<std::size_t>(splat::kSh * model.count));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder of its own for one test.
+// A temporary folder for one test.
 #pragma once
 
 #include <unistd.h>
@@ -12,11 +12,11 @@
 
 namespace vesta {
 
-// Removed with the object. In TMPDIR where that is set.
+// Removed with the object. Placed in TMPDIR if it is set.
 class TempFolder {
  public:
   TempFolder() {
-    // Thousands of small files: in memory where that is possible.
+    // In memory if possible, because tests write thousands of small files.
     const bool in_memory = std::getenv("TMPDIR") == nullptr && ::access("/dev/shm", W_OK) == 0;
     const std::filesystem::path parent = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
     std::string name = (parent / "vesta_io_XXXXXX").string();

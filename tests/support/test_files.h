@@ -28,14 +28,14 @@ inline std::string ReadBytes(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// The bytes with their first `from` replaced, which must be there.
+// Replaces the first `from`, which must occur.
 inline std::string Replaced(std::string bytes, const std::string& from, const std::string& to) {
   const std::size_t at = bytes.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return at == std::string::npos ? bytes : bytes.replace(at, from.size(), to);
 }
 
-// In how many of `trials` seeded random mixtures of 1 to 4 overwritten bytes read(damaged bytes) throws Error.
+// Overwrites 1 to 4 bytes at random (seeded), `trials` times, and returns how often read(damaged bytes) throws Error.
 template <class Read>
 int CountRefusedCopies(const std::string& bytes, int trials, const Read& read) {
   std::mt19937 random(7);
@@ -48,7 +48,7 @@ int CountRefusedCopies(const std::string& bytes, int trials, const Read& read) {
   return refused;
 }
 
-// The optional folder with real scenes; empty when it is absent.
+// The optional folder with real scenes; empty if it is missing.
 inline std::string DataFolder() {
   const char* variable = std::getenv("VESTA_DATA");
   const std::string folder = variable != nullptr ? variable : "../shared/data";

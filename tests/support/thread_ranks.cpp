@@ -15,7 +15,7 @@
 namespace vesta::test {
 namespace {
 
-// Where ranks lay out what others take, and wait for each other.
+// Where ranks publish data for others and wait for each other.
 class Board {
  public:
   explicit Board(int count) : laid_out_(static_cast<std::size_t>(count)) {}
@@ -90,7 +90,7 @@ class ThreadCommunicator final : public Communicator {
       for (int s = 0; s < rank_; ++s) before += sizes[static_cast<std::size_t>(s)];
       const std::size_t size = sizes[static_cast<std::size_t>(rank_)];
       if (size != receive_sizes[static_cast<std::size_t>(r)])
-        throw Error(kBadArgument, "a piece of another size than expected");
+        throw Error(kBadArgument, "a piece does not have the expected size");
       if (size > 0) std::memcpy(to, board_.of(r).data + before, size);
       to += size;
     }

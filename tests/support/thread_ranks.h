@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Communicator that are threads of one program, so that what is spread over processes can be tested without any, and
-// under the thread sanitizer.
+// A communicator whose ranks are threads of one program. Distributed code can be tested without processes, and with the
+// thread sanitizer.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,8 @@
 
 namespace vesta::test {
 
-// Calls body(ranks) on `count` threads, each a rank. An exception of one abandons the others; the first is rethrown.
+// Calls body(ranks) on `count` threads, one per rank. If one throws, the others are abandoned and the first exception
+// is rethrown.
 void OnThreadRanks(int count, const std::function<void(Communicator&)>& body);
 
 }  // namespace vesta::test

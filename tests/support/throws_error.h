@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A matcher for refusals. It compares the code of an Error and the data in its message, not the words.
+// Matchers for errors. They compare the code of an Error and the data in its message, not its wording.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@
 
 namespace vesta {
 
-// The Error that `call` throws, if any. Any other exception fails the test.
+// The Error thrown by `call`, if any. Any other exception fails the test.
 template <class Call>
 std::optional<Error> ErrorOf(const Call& call) {
   try {
@@ -29,7 +29,7 @@ std::optional<Error> ErrorOf(const Call& call) {
   return std::nullopt;
 }
 
-// Whether the text has the token, not as a part of a longer word or number: "3" is not in "line 13".
+// Whether the text contains the token as a whole word or number: "3" is not in "line 13".
 inline bool HasToken(std::string_view text, std::string_view token) {
   const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
   if (token.empty()) return true;
@@ -41,7 +41,7 @@ inline bool HasToken(std::string_view text, std::string_view token) {
   return false;
 }
 
-// As HasToken, of all tokens. A token is data, as the name of a file or a flag, a key, or a number: it has no spaces.
+// HasToken for all tokens. A token is data without spaces, such as a file name, a flag, a key or a number.
 MATCHER_P(HasEachToken, tokens, "has each of " + testing::PrintToString(tokens)) {
   for (const std::string& token : std::vector<std::string>(tokens)) {
     EXPECT_EQ(token.find(' '), std::string::npos) << "words of a message may change: " << token;
@@ -56,13 +56,13 @@ auto HasTokens(const Tokens&... tokens) {
   return HasEachToken(std::vector<std::string>{tokens...});
 }
 
-// One line with these tokens.
+// Matches one line with these tokens.
 template <class... Tokens>
 auto IsLineWith(const Tokens&... tokens) {
   return testing::AllOf(testing::Not(testing::HasSubstr("\n")), HasTokens(tokens...));
 }
 
-// Of a call without arguments: EXPECT_THAT([&] { ReadBal(path); }, ThrowsError(kBadFile, "a.txt", "17")).
+// For a call without arguments: EXPECT_THAT([&] { ReadBal(path); }, ThrowsError(kBadFile, "a.txt", "17")).
 MATCHER_P2(ThrowsErrorWith, code, tokens,
            "throws code " + std::to_string(static_cast<int>(code)) + " with " + testing::PrintToString(tokens)) {
   const std::optional<Error> error = ErrorOf(arg);

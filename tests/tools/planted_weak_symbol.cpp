@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tools/check_isa_symbols.py must report: an inline function outside the inline namespace of its instruction set,
-// and, among the same object's symbols, nothing else.
+// tools/check_isa_symbols.py must report exactly one symbol here: an inline function outside the inline namespace of
+// its instruction set.
 #include "kernels/math/isa.h"
 
 namespace vesta {

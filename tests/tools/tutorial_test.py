@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tools/tutorial.sh where there is no colmap.
+"""tools/tutorial.sh without COLMAP.
 
-  tutorial_test.py missing SCRIPT BUILD_DIR    it names Debian's package, fails, and has written nothing
-  tutorial_test.py given SCRIPT BUILD_DIR      with the ray tracer's cameras it ends with the report and a splat
+  tutorial_test.py missing SCRIPT BUILD_DIR    it names Debian's package, fails and writes nothing
+  tutorial_test.py given SCRIPT BUILD_DIR      with the ray tracer's cameras it writes a report and a splat
 """
 import json
 import os
@@ -14,7 +14,7 @@ import tempfile
 
 
 def tutorial(script, build_dir, out, *flags):
-    """Runs it where PATH has the common programs alone: no colmap, no ffmpeg."""
+    """Runs the script with only a few common programs in PATH, without colmap and ffmpeg."""
     with tempfile.TemporaryDirectory() as programs:
         for name in ("cat", "cp", "date", "mkdir", "mv", "sh", "tail"):
             os.symlink(f"/bin/{name}", pathlib.Path(programs) / name)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of the cached Jacobian for one instruction set; compiled once for each.
+// The kernels of the cached Jacobian, compiled once per instruction set.
 #include "kernels/gaussian_splatting/cache/cache_passes.h"
 
 namespace vesta::splat {

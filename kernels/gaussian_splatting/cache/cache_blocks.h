@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a view for a GPU, as block kernels (kernels/core/block_kernel.h): how entries are found,
-// counted and filled, and products with them. What an entry is: cache_entry.h.
+// The cached Jacobian of a view on a GPU, as block kernels (kernels/core/block_kernel.h): finding, counting and filling
+// entries, and products with them. cache_entry.h defines an entry.
 //
-// Entries lie splat by splat in the order of depth, within a splat tile by tile, within a tile row by row, four numbers
-// each side by side. In place of an index each pair of splat and tile has the mask of its pixels: an entry's position
-// is that of the pair's first, and as many on as the mask has bits before its pixel's. The image's tangent is made tile
-// by tile, one thread a pixel; the adjoint pair by pair in the order of the entries, one thread a row of a tile.
+// Entries are ordered by splat (in depth order), then by tile, then by row; the four numbers of an entry are adjacent.
+// Instead of indices, each (splat, tile) pair has a mask of its pixels. An entry's position is the pair's first
+// position plus the number of mask bits before its pixel. The tangent runs tile by tile with a thread per pixel. The
+// adjoint runs pair by pair in the order of the entries, with a thread per row of a tile.
 #pragma once
 
 #include "kernels/gaussian_splatting/cache/cache_entry.h"
@@ -14,14 +14,14 @@
 
 namespace vesta::splat {
 
-// A pair of splat and tile in the order of splats.
+// A (splat, tile) pair, ordered by splat.
 struct CachePair {
   TileMask mask;
-  std::uint8_t above[kTileSize];  // entries in the rows above: at most 240
+  std::uint8_t above[kTileSize];  // number of entries in the rows above, at most 240
   std::uint32_t rank, tile;
 };
 
-// Of all pairs.
+// The array of all pairs.
 struct CachePairs {
   const CachePair* pairs;
   const std::int64_t* first_entry;  // [pairs + 1]
@@ -46,7 +46,7 @@ VESTA_HD inline S Kept(const Half& x) {
   return static_cast<S>(FromHalf(x));
 }
 
-// The four numbers of an entry, read and written at once: 8 bytes as 16 bits each.
+// The four numbers of an entry, read and written with one access: 8 bytes in 16-bit format.
 template <class E>
 struct alignas(kEntryValues * sizeof(E)) CacheEntry {
   E weight, contrast[3];
@@ -58,10 +58,10 @@ struct alignas(kEntryValues * sizeof(E)) CacheEntry {
   }
 };
 
-// Entries of a row to the left of pixel x.
+// Number of entries of a row to the left of pixel x.
 VESTA_HD inline int EntriesLeftOf(std::uint32_t row, int x) { return PopCount(row & ((1U << x) - 1)); }
 
-// For place e of a pair in the order of splats, whose mask is there: how many entries it has, and row by row.
+// For the pair at place e, with its mask already set: counts its entries, in total and per row.
 struct CountEntries {
   CachePair* pairs;
   std::int64_t* counts;
@@ -77,13 +77,13 @@ struct CountEntries {
   }
 };
 
-// The masks of the pairs of a tile; that of pair k of the lists goes to pairs[places[k]].
+// Computes the masks of a tile's pairs. The mask of pair k of the lists is stored in pairs[places[k]].
 template <class S>
 struct MaskBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Shared {
     SplatBatch<S, kBatch> splats;
-    bool part[kBatch][kRasterThreads];  // is the splat part of the pixel
+    bool part[kBatch][kRasterThreads];  // whether the splat contributes to the pixel
   };
   TileLists<S> lists;
   const std::uint32_t* places;
@@ -113,14 +113,14 @@ struct MaskBlock {
   }
 };
 
-// Where the entries of the pairs of a batch lie, in shared memory.
+// Positions of the entries of a batch of pairs, in shared memory.
 template <int kBatch>
 struct StagedMasks {
   std::int64_t first[kBatch];
   std::uint16_t rows[kBatch][kTileSize];
   std::uint8_t above[kBatch][kTileSize];
 
-  // Of the pairs [begin, begin + count) of the lists. A barrier must follow.
+  // Loads the pairs [begin, begin + count) of the lists. Needs a barrier afterwards.
   template <class Block>
   VESTA_HD void Stage(Block& block, const CachePairs& cache, const std::uint32_t* places, std::int64_t begin,
                       int count) {
@@ -138,7 +138,7 @@ struct StagedMasks {
   }
 };
 
-// The entries of the pairs of a tile. image: of the same lists.
+// Computes the entries of a tile's pairs. image: rendered from the same lists.
 template <class S, class E>
 struct FillBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
@@ -161,7 +161,7 @@ struct FillBlock {
         block, lists, pixel, passing, shared.splats,
         [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
         [&](int k, const S&, const S&, const Blend<S>& blend) {
-          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // it closed the pixel
+          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // the splat closed the pixel
           const EntryMaker<E, S> entry(blend);
           CacheEntry<E> kept;
           Keep(entry.Weight(), &kept.weight);
@@ -179,7 +179,7 @@ struct CachedTangentBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
   struct Shared {
     Splat<S> splats[kBatch];
-    SplatTangent<S> tangents[kBatch];  // in units of the entries
+    SplatTangent<S> tangents[kBatch];  // scaled to the units of the entries
     StagedMasks<kBatch> masks;
   };
   TileLists<S> lists;
@@ -224,7 +224,7 @@ struct CachedTangentBlock {
   }
 };
 
-// sums[e] = the adjoint's sums of the pair at place e of [0, size) in the order of splats.
+// sums[e] = the adjoint's sums for the pair at place e of [0, size).
 template <class S, class E>
 struct CachedAdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// An entry of the cached Jacobian of a view, written once for the loops of the host (cache_passes.h) and the kernels of
-// a GPU (cache_blocks.h).
+// An entry of the cached Jacobian of a view, shared by the host's loops (cache_passes.h) and the GPU kernels
+// (cache_blocks.h).
 //
-// An entry is a pixel and a splat that is part of it. With w = alpha T and B the colour behind the splat,
+// An entry belongs to a pixel and a splat that contributes to it. With w = alpha T and B the colour behind the splat,
 //   d colour_k = w (dc_k + (c_k - B_k) psi),   psi = d log alpha          (types.h)
-// so w and the three contrasts c - B, zero where alpha is capped, are all that is kept: neither alpha nor T is needed
-// again, and psi follows from the place of the pixel alone.
+// An entry therefore stores w and the three contrasts c - B, which are zero if alpha is capped. Neither alpha nor T is
+// needed again, and psi follows from the position of the pixel alone.
 #pragma once
 
 #include <type_traits>
@@ -18,7 +18,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The numbers of an entry; V: a vector of them.
+// The numbers of an entry. V: a vector of entries.
 template <class V>
 struct Entry {
   V weight, contrast[3];
@@ -27,17 +27,17 @@ struct Entry {
   VESTA_HD V Contrast(int c) const { return contrast[c]; }
 };
 
-// Powers of two that bring an entry's numbers into the range of their format.
+// Powers of two that scale an entry's numbers to the range of their format.
 template <class E>
 struct EntryScale {
   static constexpr double kWeight = 1, kContrast = 1;
 };
-// w lies in [3.9e-7, 0.99]: all of it keeps 11 bits. Contrasts of at least 2.4e-7 do, and beyond 255 they saturate.
+// w is in [3.9e-7, 0.99] and always keeps 11 bits. So do contrasts of at least 2.4e-7; above 255 they saturate.
 template <>
 struct EntryScale<Half> {
   static constexpr double kWeight = 0x1p15, kContrast = 0x1p8;
 };
-// By what a product with scaled entries takes component i of a tangent, or gives that of a cotangent, too large.
+// Unscales a product with scaled entries: the factor for component i of a tangent or cotangent.
 template <class E, class S>
 VESTA_HD constexpr S EntryUnit(int i) {
   return static_cast<S>(i < kColor ? 1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast)
@@ -48,14 +48,15 @@ VESTA_HD inline void ToEntryUnits(SplatTangent<S>& tangent) {
   for (int i = 0; i < kSplatTangent; ++i) tangent.w[i] *= EntryUnit<E, S>(i);
 }
 
-// Makes the entry of a splat, scaled: contrast(k) takes that of colour k.
+// Computes the scaled entry of a splat; contrast(k) is the contrast of colour k.
 template <class E, class V>
 class EntryMaker {
  public:
   VESTA_HD explicit EntryMaker(const Blend<V>& blend)
       : blend_(blend), inverse_(blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha))) {}
   VESTA_HD V Weight() const { return V(static_cast<S>(EntryScale<E>::kWeight)) * blend_.weight; }
-  // c: the splat's colour; behind: what lies behind the splat, weighted (passes.h), brought behind this one.
+  // c: the splat's colour. behind: weighted colour behind the previous splat (passes.h), updated to that behind this
+  // one.
   VESTA_HD V Contrast(const V& c, V& behind) const {
     behind = Fnma(blend_.weight, c, behind);
     return V(static_cast<S>(EntryScale<E>::kContrast)) * MovingAlpha(blend_.alpha, Fnma(behind, inverse_, c));
@@ -64,16 +65,16 @@ class EntryMaker {
  private:
   using S = typename Lanes<V>::Scalar;
   const Blend<V>& blend_;
-  V inverse_;  // 1 / (T (1 - alpha)); not finite where the splat is no part of the pixel, which has no entry
+  V inverse_;  // 1 / (T (1 - alpha)); not finite if the splat does not contribute to the pixel: there is no entry then
 };
 
-// d_color and what the entry adds to it.
+// Returns d_color plus the entry's contribution.
 template <class V>
 VESTA_HD inline V AddEntry(const V& weight, const V& contrast, const V& psi, const V& dc, const V& d_color) {
   return Fma(weight, Fma(contrast, psi, dc), d_color);
 }
-// Adds the entry to the sums of its splat's colour (splat_sums.h), u_of(c) being u at the pixel; returns the
-// derivative of u . colour by log alpha, for those of its shape.
+// Adds the entry to the sums of its splat's colour (splat_sums.h). u_of(c) is u at the pixel. Returns the derivative of
+// u . colour with respect to log alpha, for the shape sums.
 template <class Entry, class UOf, class Sums>
 VESTA_HD inline auto AddColors(const Entry& entry, const UOf& u_of, Sums& sums) {
   const auto weight = entry.Weight();

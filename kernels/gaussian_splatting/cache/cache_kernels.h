@@ -7,48 +7,48 @@
 
 namespace vesta::splat {
 
-// In what an entry's numbers are kept.
+// Number format of an entry.
 enum class CacheFormat {
   kFull,  // the scalar of the model
   kHalf,  // 16 bits each
 };
 
-// Which pixels of a tile a splat is part of: bit x of rows[y].
+// The pixels of a tile to which a splat contributes: bit x of rows[y].
 struct TileMask {
   std::uint16_t rows[kTileSize];
 };
 
-// Where the entries are. A pair is a position in TileLists::ranks.
+// Positions of the entries. A pair is a position in TileLists::ranks.
 struct CacheLists {
   const TileMask* masks;                // [pairs]
-  const std::int64_t* first_entry;      // [pairs]; a splat's pairs follow each other, and so do the splats
+  const std::int64_t* first_entry;      // [pairs]; ordered by splat, then by tile
   const std::int64_t* splat_begin;      // [splats + 1] into the two below
   const std::uint32_t* pairs_of_splat;  // [pairs] by ascending tile
   const std::uint32_t* tiles_of_splat;  // [pairs]
 };
 
-// Numbers of one entry: its share of the pixel, and how far each colour differs from what lies behind.
+// Numbers per entry: its weight in the pixel, and the contrast of each colour to the colour behind.
 inline constexpr int kEntryValues = 4;
 
-// entries: kEntryValues numbers each, in an order that fill and the products share; must be readable for 64 bytes past
-// the last.
+// entries: kEntryValues numbers each, in an order that fill and the products share. The memory must be readable up to
+// 64 bytes past the last entry.
 template <class S>
 struct CacheKernels {
-  // masks[pair] of each pair of the tile.
+  // Computes masks[pair] for each pair of the tile.
   void (*masks)(const TileLists<S>& lists, int tile, TileMask* masks);
-  // The entries of the tile's pairs. image: of the same lists.
+  // Computes the entries of the tile's pairs. image: rendered from the same lists.
   void (*fill)(const TileLists<S>& lists, const CacheLists& cache, int tile, const S* image, void* entries);
-  // d_image for the splat tangents, by rank.
+  // Computes d_image from the splat tangents, by rank.
   void (*tangent)(const TileLists<S>& lists, const CacheLists& cache, const void* entries, int tile,
                   const SplatTangent<S>* tangents, S* d_image);
-  // u_tiles[tile]: three planes of 16 x 16 pixels each, 0 beyond the image.
+  // Copies u to u_tiles[tile]: three planes of 16 x 16 pixels each, 0 outside the image.
   void (*to_tiles)(const TileLists<S>& lists, int tile, const S* u, S* u_tiles);
-  // sums[rank], for the splats [begin, end).
+  // Computes sums[rank] for the splats [begin, end).
   void (*adjoint)(const TileLists<S>& lists, const CacheLists& cache, const void* entries, std::int64_t begin,
                   std::int64_t end, const S* u_tiles, SplatTangent<S>* sums);
 };
 
-// S = float: the kernels of one instruction set, which the CPU must have. S = double: the reference, of any.
+// S = float: the kernels of one instruction set, which the CPU must support. S = double: the reference, for any `isa`.
 template <class S>
 const CacheKernels<S>& CacheKernelsFor(Isa isa, CacheFormat format);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a view: how entries (cache_entry.h) are made, and products with them.
+// The cached Jacobian of a view: computing the entries (cache_entry.h), and products with them.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The bits of vector k of a row.
+// The mask bits of vector k of a row.
 template <class V>
 inline std::uint32_t VectorBits(std::uint32_t row, int k) {
   constexpr int kWidth = Lanes<V>::kWidth;
@@ -33,7 +33,7 @@ template <class V, class Visit>
   }
 }
 
-// Pairs of splat and tile, and of their entries lines of 64 bytes, that are asked for ahead of their use.
+// Prefetch distance in (splat, tile) pairs, and number of prefetched 64-byte lines of their entries.
 inline constexpr int kAhead = 3, kLinesAhead = 6;
 inline void Prefetch(const void* p) { __builtin_prefetch(p); }
 
@@ -59,8 +59,8 @@ struct EntryPass {
   using L = Lanes<V>;
   CacheLists cache;
   E* entries;
-  alignas(64) S behind[3][kTilePixels];             // what lies behind, weighted (passes.h)
-  alignas(64) S values[kEntryValues][kTilePixels];  // of the present splat
+  alignas(64) S behind[3][kTilePixels];             // weighted colour behind the current splat (passes.h)
+  alignas(64) S values[kEntryValues][kTilePixels];  // of the current splat
 
   struct State {
     V c[3];
@@ -88,15 +88,15 @@ struct EntryPass {
   void Skip(std::int64_t) {}
 };
 
-// Row by row the place of a tile's pixels in a splat's whitened coordinates: pixel x of row y is at
-// (p0[y] + r x, q[y]), as the traversal has it.
+// Positions of a tile's rows in a splat's whitened coordinates: pixel x of row y is at (p0[y] + r x, q[y]), as in the
+// traversal.
 template <class V, class S>
 struct RowPlaces {
   using L = Lanes<V>;
   V r;
   alignas(64) S p0[kTileSize], q[kTileSize];
 
-  // splat: of InTile.
+  // splat: from InTile.
   explicit RowPlaces(const Splat<S>& splat) : r(splat.r) {
     const RowSplat<V> all = InAllLanes<V>(splat);
     for (int row = 0; row < kTileSize; row += L::kWidth) {
@@ -105,11 +105,11 @@ struct RowPlaces {
       L::Store(p0 + row, place.p0);
     }
   }
-  // Of vector k of a row.
+  // p of vector k of a row.
   V P(int row, int k) const { return OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(p0[row])); }
 };
 
-// The entries of one vector of pixels, which lie at `at`; as Entry, but read when asked for: registers are few.
+// The entries of one vector of pixels, stored at `at`. Like Entry, but loads values on demand to save registers.
 template <class V, class E>
 struct PackedEntries {
   const E* at;
@@ -145,7 +145,7 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
   alignas(64) S d_color[3][kTilePixels] = {};
   const std::int64_t end = lists.tile_begin[tile + 1];
   for (std::int64_t pair = lists.tile_begin[tile]; pair < end; ++pair) {
-    // The entries of one tile's pairs lie far apart.
+    // The entries of one tile's pairs are far apart in memory.
     if (pair + kAhead < end) {
       const E* next = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair + kAhead];
       for (int line = 0; line < kLinesAhead; ++line) Prefetch(reinterpret_cast<const char*>(next) + 64 * line);
@@ -206,12 +206,12 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       total = {};
     };
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
-      // A lane of sixteen has as many terms in a tile as that has rows.
+      // A lane of a 16-lane vector has at most one term per row of a tile.
       constexpr int kTilesOfAPart = kTermsOfAPart / kTileSize;
       const std::int64_t tiles = e - cache.splat_begin[rank];
       if (tiles > 0 && tiles % kTilesOfAPart == 0) take_part();
       const std::uint32_t pair = cache.pairs_of_splat[e];
-      // The entries follow each other, the masks do not.
+      // The entries are contiguous, the masks are not.
       if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
       const int tile = static_cast<int>(cache.tiles_of_splat[e]);
       const RowPlaces<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));
@@ -231,7 +231,7 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
   }
 }
 
-// E: what the numbers of an entry are kept in.
+// E: number format of the entries.
 template <class V, class S, class E>
 constexpr CacheKernels<S> MakeCacheKernels() {
   return {&MasksOfTile<V, S>, &FillTile<V, S, E>, &CachedTangentTile<V, S, E>, &ToTile<V, S>,

@@ -10,7 +10,7 @@ namespace vesta::splat {
 namespace {
 
 constexpr Index kTileGrain = 4, kSplatGrain = 128;
-// Packed vectors are read whole.
+// Packed vectors are read in full width.
 constexpr Index kReadableBeyond = 64;
 
 Index EntriesOf(const TileMask& mask) {

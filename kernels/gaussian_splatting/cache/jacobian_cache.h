@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Jacobian of a view's raster pass, kept: the choice of 3DGS-LM (Höllein et al. 2025, section 3.3), for the
-// products of one linearisation.
+// Cached Jacobian of a view's raster pass, for the products of one linearisation, as in 3DGS-LM (Höllein et al. 2025,
+// section 3.3).
 #pragma once
 
 #include "kernels/core/buffer.h"
@@ -9,33 +9,33 @@
 
 namespace vesta::splat {
 
-// One entry for each pixel and splat that is part of it: four numbers (cache_passes.h), 16 bytes of float or 8 as 16
-// bits each, and in place of an index the 256-bit mask of each pair of splat and tile: at the 50 to 80 pixels that a
-// pair has, half a byte an entry where an index takes four, and the mask also is what spreads packed entries over the
-// lanes of a vector. Entries lie splat by splat in the order of depth, within a splat tile by tile, within a tile row
-// by row; how many there are is counted before memory is asked for.
+// There is one entry for each pixel and each splat that contributes to it: four numbers (cache_passes.h), 16 bytes as
+// float or 8 bytes in 16-bit format. Instead of indices, each (splat, tile) pair stores a 256-bit mask. A pair has 50
+// to 80 pixels, so this is half a byte per entry instead of four for an index. The mask also spreads the packed entries
+// over the lanes of a vector. Entries are ordered by splat (in depth order), then by tile, then by row. They are
+// counted before memory is allocated.
 //
-// Products are those of the recomputing passes, but for rounding (kFull), or with each entry of the raster's Jacobian
-// off by at most 2^-10 of itself and 2.4e-7 of the splat's share of the pixel (kHalf). J v and J^T u are adjoint to
-// rounding in either. All parallel; bit-identical for any number of threads.
+// With kFull, products equal the results of the recomputing passes up to rounding. With kHalf, each entry of the
+// raster's Jacobian has an error of at most 2^-10 of itself plus 2.4e-7 of the splat's weight in the pixel. J v and J^T
+// u are adjoint up to rounding in both formats. Results are bit-identical for any number of threads.
 template <class S>
 class JacobianCache {
  public:
   explicit JacobianCache(Isa isa = ActiveIsa()) : isa_(isa) {}
 
-  // Replaces what was kept. lists and bins must be the same in the products; image: of those lists.
+  // Replaces the cached Jacobian. lists and bins must be the same in the products. image: rendered from those lists.
   void Build(const TileLists<S>& lists, const TileBins& bins, const S* image, CacheFormat format);
   // Frees the memory.
   void Clear() { *this = JacobianCache(isa_); }
   bool empty() const { return kernels_ == nullptr; }
   Index num_entries() const { return num_entries_; }
   Index num_bytes() const;
-  // What num_bytes will be.
+  // Predicts num_bytes.
   static Index NumBytes(Index num_entries, Index num_pairs, CacheFormat format);
 
   // d_image = J_raster tangents, by rank.
   void Tangent(const TileLists<S>& lists, const TileBins& bins, const SplatTangent<S>* tangents, S* d_image) const;
-  // sums[rank] = J_raster^T u. u_tiles: memory to work in, resized as needed.
+  // sums[rank] = J_raster^T u. u_tiles: scratch memory, resized as needed.
   void Adjoint(const TileLists<S>& lists, const TileBins& bins, const S* u, SplatTangent<S>* sums,
                HostBuffer<S>& u_tiles) const;
 

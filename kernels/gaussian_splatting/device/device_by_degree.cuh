@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches over the Gaussians of a model, those of a degree in one.
+// Kernel launches over the Gaussians of a model, one per SH degree.
 #pragma once
 
 #include "kernels/core/launch.cuh"
@@ -8,8 +8,8 @@
 
 namespace vesta::splat::device_passes {
 
-// run(One<degree, lens model>{model, camera, first, rest...}, count) for each run of Gaussians, first + k, whose
-// colours have that degree.
+// Calls run(One<degree, lens model>{model, camera, first, rest...}, count) for each range of Gaussians [first, first +
+// count) whose colours have that degree.
 template <template <int, class> class One, class Run, class... Rest>
 void ForEachDegree(const Model<float>& model, const PosedCamera& view, const Run& run, const Rest&... rest) {
   WithConstants<float>(view, [&]<class L>(const CameraConstants<float, L>& camera) {
@@ -28,7 +28,7 @@ void ForEachDegree(const Model<float>& model, const PosedCamera& view, const Run
   });
 }
 
-// One<degree, lens model>{model, camera, first, rest...}(k) for every Gaussian first + k.
+// Calls One<degree, lens model>{model, camera, first, rest...}(k) for every Gaussian first + k.
 template <template <int, class> class One, class... Rest>
 void RunByDegree(const Model<float>& model, const PosedCamera& view, const char* name, const Rest&... rest) {
   const auto run = [&](const auto& one, std::int64_t count) { device::ForEach(count, one, name); };

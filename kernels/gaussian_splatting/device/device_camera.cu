@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How splats move with the camera of their view, on a GPU: a Gaussian or a splat a thread.
+// Derivatives of splats with respect to the camera of their view, on a GPU: one Gaussian or splat per thread.
 #include <vector>
 
 #include "kernels/gaussian_splatting/device/device_by_degree.cuh"
@@ -9,7 +9,7 @@
 namespace vesta::splat::device_passes {
 namespace {
 
-// Of the first two, index k is for Gaussian first + k.
+// Index k stands for Gaussian first + k in the next two functors.
 template <int kDegree, class L>
 struct PoseTangentOne {
   Model<float> model;
@@ -24,7 +24,7 @@ struct PoseTangentOne {
   }
 };
 
-// In the world's axes: turn, then shift.
+// In world axes: turn, then shift.
 template <int kDegree, class L>
 struct PoseCotangentOne {
   Model<float> model;
@@ -65,12 +65,12 @@ struct LensCotangentOne {
   }
 };
 
-// Sums of kSums terms of each of a number of things, piece by piece.
+// Sums of kSums terms per item, over several pieces of items.
 template <int kSums>
 class PiecewiseSums {
  public:
-  // things: of all pieces together, of which there are at most `pieces`. No chunk but a piece's last is shorter than
-  // ChunkSize(0).
+  // things: number of items in all pieces together; pieces: maximum number of pieces. Only the last chunk of a piece
+  // may be shorter than ChunkSize(0).
   PiecewiseSums(Index things, Index pieces) : partial_(kSums * (things / ChunkSize(0) + pieces)) {}
   template <class Term>
   void Add(const Term& term, Index things, const char* name) {
@@ -78,7 +78,7 @@ class PiecewiseSums {
     device::Launch(SumChunks<kSums, Term>{term, things, chunk, partial_.data() + kSums * chunks_}, chunks, name);
     chunks_ += chunks;
   }
-  // Waits.
+  // Waits for the device.
   void Read(double* sums) const {
     std::vector<double> partial(static_cast<std::size_t>(kSums * chunks_));
     device::CopyToHost(partial.data(), partial_.data(), partial.size() * sizeof(double));

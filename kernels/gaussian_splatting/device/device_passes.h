@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// The launches behind DeviceSplatView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits but
-// what returns a sum.
+// SPDX-License-Identifier: Apache-2.0 Kernel launches of DeviceSplatView, compiled by nvcc. All pointers are to GPU
+// memory. Only functions that return a sum wait.
 #pragma once
 
 #include "kernels/core/device_buffer.h"
@@ -14,7 +13,7 @@ namespace vesta::splat::device_passes {
 
 using Index = std::int64_t;
 
-// ProjectKernels over all Gaussians of the model; indices[i] = i.
+// ProjectKernels for all Gaussians of the model; indices[i] = i.
 void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats);
 void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
@@ -24,7 +23,7 @@ void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const st
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal);
 
-// CameraKernels over all Gaussians of the model, and the same of lens_motion.h for each splat.
+// CameraKernels for all Gaussians of the model, and the functions of lens_motion.h for each splat.
 void PoseTangents(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                   const PoseTangent& xi, SplatTangent<float>* tangents);
 PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
@@ -47,22 +46,22 @@ void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index coun
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
                      Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin);
 
-// The block kernels of raster_blocks.h over all tiles, and the sums of their records by splat.
+// The block kernels of raster_blocks.h over all tiles, and the sums of their records per splat.
 void Forward(const TileLists<float>& lists, float* image);
 void Tangent(const TileLists<float>& lists, const SplatTangent<float>* tangents, float* d_image);
 void Adjoint(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* u,
              SplatTangent<float>* sums);
 void Gram(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* omega,
           SplatGram<float>* sums);
-// wide: as EmitSplatPairs left it.
+// wide: from EmitSplatPairs.
 void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
                 const SplatTangent<float>* records, SplatTangent<float>* sums);
 void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
                 const SplatGram<float>* records, SplatGram<float>* sums);
 
-// The launches behind DeviceJacobianCache. E is the type of the numbers of an entry: float or Half.
+// Kernel launches of DeviceJacobianCache. E is the number format of an entry: float or Half.
 //
-// pairs[places[k]] of each pair k of the lists, and counts[e] of each place e.
+// Computes pairs[places[k]] for each pair k of the lists, and counts[e] for each place e.
 void FindEntries(const TileLists<float>& lists, const std::uint32_t* places, Index size, CachePair* pairs,
                  Index* counts);
 template <class E>
@@ -71,7 +70,7 @@ void FillEntries(const TileLists<float>& lists, const std::uint32_t* places, con
 template <class E>
 void CachedTangent(const TileLists<float>& lists, const std::uint32_t* places, const CachePairs& cache,
                    const CacheEntry<E>* entries, const SplatTangent<float>* tangents, float* d_image);
-// sums: of each pair, at its place.
+// sums: one per pair, at its place.
 template <class E>
 void CachedAdjoint(const TileLists<float>& lists, const CachePairs& cache, const CacheEntry<E>* entries, Index size,
                    const float* u, SplatTangent<float>* sums);

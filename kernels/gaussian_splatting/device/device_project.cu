@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection on a GPU: a Gaussian a thread, neighbours reading neighbouring values of each attribute.
+// Projection on a GPU: one Gaussian per thread. Neighbouring threads read neighbouring values of each attribute.
 #include "kernels/gaussian_splatting/device/device_by_degree.cuh"
 #include "kernels/gaussian_splatting/device/device_passes.h"
 #include "kernels/gaussian_splatting/projection/project_block.h"
@@ -7,7 +7,7 @@
 namespace vesta::splat::device_passes {
 namespace {
 
-// Of each of these, thread k is for Gaussian first + k.
+// Thread k stands for Gaussian first + k in these functors.
 template <int kDegree, class L>
 struct ProjectOne {
   Model<float> model;

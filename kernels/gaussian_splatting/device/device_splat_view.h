@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One view of a model in the memory of a GPU: the same operators as SplatView, in float.
+// One view of a model on a GPU: the operators of SplatView, in float.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,17 @@
 
 namespace vesta::splat {
 
-// The Jacobian of a view's raster pass, kept in the memory of a GPU for the products of one linearisation.
+// Cached Jacobian of a view's raster pass on a GPU, for the products of one linearisation.
 //
-// As JacobianCache, in float: 16 bytes of values an entry or 8, and for each pair of splat and tile its mask and where
-// it lies, 64 bytes: at the 50 to 80 pixels that a pair has, about one byte an entry. Results are the same bits every
-// time. All pointers are to memory of the GPU; products neither wait nor allocate.
+// Like JacobianCache, in float. An entry has 16 or 8 bytes of values. Each (splat, tile) pair has 64 bytes for its mask
+// and position; with 50 to 80 pixels per pair this is about one byte per entry. Results are bit-identical in every run.
+// All pointers are to GPU memory; products neither wait nor allocate.
 class DeviceJacobianCache {
  public:
-  // Replaces what was kept. lists and places, of as many pairs, must be the same in the products; places[k] is the
-  // place of pair k of the lists in the order of splats. image: of those lists. Waits once, for the number of entries.
-  // counts, temporary: memory to work in. Throws OutOfDeviceMemory, the cache being empty then.
+  // Replaces the cached Jacobian. lists and places, with `pairs` elements, must be the same in the products. places[k]
+  // is the place of pair k of the lists in the order by splat. image: rendered from those lists. counts, temporary:
+  // scratch memory. Waits once, for the number of entries. On failure throws OutOfDeviceMemory and leaves the cache
+  // empty.
   void Build(const TileLists<float>& lists, const std::uint32_t* places, Index pairs, const float* image,
              CacheFormat format, DeviceBuffer<Index>& counts, DeviceBuffer<unsigned char>& temporary);
   // Frees the memory.
@@ -30,7 +31,7 @@ class DeviceJacobianCache {
   bool empty() const { return first_entry_.empty(); }
   Index num_entries() const { return num_entries_; }
   Index num_bytes() const { return empty() ? 0 : NumBytes(num_entries_, pairs_.size(), format_); }
-  // Of a cache of so many entries and pairs.
+  // Memory of a cache with these numbers of entries and pairs.
   static constexpr Index NumBytes(Index entries, Index pairs, CacheFormat format) {
     const std::size_t entry = format == CacheFormat::kFull ? sizeof(CacheEntry<float>) : sizeof(CacheEntry<Half>);
     return entries * static_cast<Index>(entry) + pairs * static_cast<Index>(sizeof(CachePair)) +
@@ -40,7 +41,7 @@ class DeviceJacobianCache {
   // d_image = J_raster tangents, by rank.
   void Tangent(const TileLists<float>& lists, const std::uint32_t* places, const SplatTangent<float>* tangents,
                float* d_image) const;
-  // sums[place] = what a pair adds to J_raster^T u.
+  // sums[place] = contribution of a pair to J_raster^T u.
   void Adjoint(const TileLists<float>& lists, const float* u, SplatTangent<float>* sums) const;
 
  private:
@@ -50,13 +51,13 @@ class DeviceJacobianCache {
   Index num_entries_ = 0;
   DeviceBuffer<CachePair> pairs_;
   DeviceBuffer<Index> first_entry_;  // [pairs + 1]
-  // One of the two, as the format has it.
+  // Only the buffer of format_ is used.
   DeviceBuffer<CacheEntry<float>> full_;
   DeviceBuffer<CacheEntry<Half>> half_;
 };
 
-// Memory that views share while they work one after the other. Contents mean nothing between calls but for splat_sums,
-// which AddJT leaves as the cotangents by rank.
+// Scratch memory that views share one after the other. Undefined between calls, except splat_sums, in which AddJT
+// stores the cotangents by rank.
 struct DeviceViewWorkspace {
   DeviceBuffer<std::uint32_t> keys, indices, other_keys, other_indices;  // by Gaussian
   DeviceBuffer<Splat<float>> unsorted;
@@ -66,9 +67,9 @@ struct DeviceViewWorkspace {
   DeviceBuffer<SplatGram<float>> pair_grams, splat_grams;
   DeviceBuffer<unsigned char> temporary;
 
-  // As ViewWorkspace's.
+  // Memory in bytes, as in ViewWorkspace.
   static double BuildBytes(const ViewCounts& view, double gaussians) {
-    // Of CUB's sort, for each thing sorted: counters of the digits in each piece of some thousand. Estimated.
+    // Estimated memory of CUB's sort: digit counters for each chunk of about a thousand items.
     constexpr double kSort = 0.25;
     return kSpareRoom * (gaussians * (4 * sizeof(std::uint32_t) + sizeof(Splat<float>)) +
                          5 * sizeof(std::uint32_t) * view.pairs) +
@@ -77,26 +78,26 @@ struct DeviceViewWorkspace {
   static double ProductBytes(const ViewCounts& view) {
     return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatTangent<float>);
   }
-  // Entries are counted pair by pair, where else splats' tiles are.
+  // The counts of entries per pair replace the counts of tiles per splat.
   static double CacheBytes(const ViewCounts& view) { return sizeof(Index) * std::max(0.0, view.pairs - view.splats); }
   static double GramBytes(const ViewCounts& view) {
     return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatGram<float>);
   }
 };
 
-// All pointers are to memory of the GPU. Build waits for the device twice, to learn how much memory the lists take; the
-// operators neither wait nor, after their first call, allocate. The same bits every time: no sum is made by atomics.
+// All pointers are to GPU memory. Build waits for the device twice, for the sizes of the lists. The operators do not
+// wait, and allocate only in their first call. Results are bit-identical in every run because no sum uses atomics.
 class DeviceSplatView {
  public:
   using Cache = DeviceJacobianCache;
 
-  // As SplatView's.
+  // Memory in bytes, as in SplatView.
   static double Bytes(const ViewCounts& view, double gaussians) {
     return sizeof(Splat<float>) * view.splats + sizeof(std::int32_t) * gaussians +
            sizeof(Index) * (view.splats + view.tiles) + (2 + 1.0 / kFewTiles) * sizeof(std::uint32_t) * view.pairs;
   }
 
-  // As SplatView::Build.
+  // See SplatView::Build.
   void Build(const Model<float>& model, const PosedCamera& view, const double background[3],
              DeviceViewWorkspace& workspace);
 
@@ -109,15 +110,15 @@ class DeviceSplatView {
 
   TileLists<float> Lists() const;
   void Render(float* image) const;
-  // As SplatView::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
+  // See SplatView::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
-  // d_image = J_raster tangents, by rank; and where tangents may be put for that: in workspace.splat_sums, or in
-  // pair_sums, which no tangent pass takes.
+  // d_image = J_raster tangents, by rank. SplatTangents returns memory for the tangents: workspace.splat_sums, or
+  // pair_sums, which tangent passes do not use.
   void ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const;
   SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& room) const;
-  // As SplatView's, one pass after the other.
+  // See SplatView; here it runs one pass after the other.
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
                        DeviceViewWorkspace& workspace) const {
     Render(image);
@@ -134,8 +135,8 @@ class DeviceSplatView {
   DeviceBuffer<Splat<float>> splats_;
   DeviceBuffer<std::int32_t> rank_of_;
   DeviceBuffer<Index> splat_begin_, tile_begin_;
-  DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order of splats
-  DeviceBuffer<std::uint32_t> wide_;             // splats of many tiles (wide_splats.h)
+  DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order by splat
+  DeviceBuffer<std::uint32_t> wide_;             // splats with many tiles (wide_splats.h)
   DeviceJacobianCache cache_;
 };
 
@@ -146,7 +147,7 @@ void ApplyPoseJ(const DeviceSplatView& view, const Model<float>& model, const Po
 PoseTangent PoseCotangent(const DeviceSplatView& view, const Model<float>& model,
                           const SplatTangent<float>* cotangents);
 void ApplyLensJ(const DeviceSplatView& view, const LensTangent& delta, float* d_image, DeviceViewWorkspace& workspace);
-// As camera_jacobian.h has it.
+// See camera_jacobian.h.
 void ApplyModelAndPoseJ(const DeviceSplatView& view, const Model<float>& model, const float* dx, const PoseTangent* xi,
                         float* d_image, DeviceViewWorkspace& workspace);
 LensTangent LensCotangent(const DeviceSplatView& view, const SplatTangent<float>* cotangents);

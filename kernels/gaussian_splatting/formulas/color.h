@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colour and opacity of one Gaussian seen from one view.
+// Colour and opacity of a Gaussian in one view.
 #pragma once
 
 #include "kernels/core/hd.h"
@@ -15,7 +15,7 @@ VESTA_HD inline T Sigmoid(const T& logit) {
   return T(1) / (T(1) + exp(-logit));
 }
 
-// Direction from the centre of the camera to the mean, unit length, and the reciprocal of the distance.
+// Unit direction from the camera centre to the mean. Returns the reciprocal of the distance.
 template <class S, class T>
 VESTA_HD inline T ViewDirection(const S centre[3], const T mean[3], T dir[3]) {
   using std::sqrt;
@@ -25,8 +25,8 @@ VESTA_HD inline T ViewDirection(const S centre[3], const T mean[3], T dir[3]) {
   return inv;
 }
 
-// color[c] = sum_k basis_k sh[3 k + c] + 0.5, before the clamp at zero. sh(a) returns coefficient a = 3 k + c, so that
-// it may come from memory or from a tangent without a copy.
+// color[c] = sum_k basis_k sh[3 k + c] + 0.5, before the clamp at zero. sh(a) returns coefficient a = 3 k + c, from
+// memory or from a tangent, without a copy.
 template <int Degree, class T, class Sh>
 VESTA_HD inline void ShColor(const T* basis, const Sh& sh, T color[3]) {
   for (int c = 0; c < 3; ++c) {
@@ -36,8 +36,8 @@ VESTA_HD inline void ShColor(const T* basis, const Sh& sh, T color[3]) {
   }
 }
 
-// Adjoint of the direction's part of the colour: mean_bar += d(color . color_bar) / d(mean), color_bar already masked
-// by the clamp. dir and inv_distance from ViewDirection.
+// Adjoint of the colour with respect to the viewing direction: mean_bar += d(color . color_bar) / d(mean). color_bar
+// must be zero where the colour is clamped.
 template <int Degree, class T, class Sh>
 VESTA_HD inline void ShColorMeanAdjoint(const T dir[3], const T& inv_distance, const Sh& sh, const T color_bar[3],
                                         T mean_bar[3]) {

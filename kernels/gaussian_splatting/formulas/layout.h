@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of a Gaussian's parameters, and where they lie. The table of the project: everything else asks here.
+// The order of a Gaussian's parameters and their memory layout. All other code uses these definitions.
 //
 //   a  0..2   mean, world units
 //   a  3..5   log of the standard deviations along the principal axes
@@ -7,10 +7,9 @@
 //   a  10     opacity, logit
 //   a  11 + 3 k + c   spherical-harmonics coefficient k of channel c (red, green, blue), k < (degree + 1)^2
 //
-// A model is one structure of arrays. Each Gaussian has a degree of its own, and they lie in the order of their
-// degrees, highest first: a band of the harmonics is there for the first so many Gaussians, and takes no memory for the
-// others. Attribute a of Gaussian i is x[Offset(a) + i] (ModelLayout); where all have the same degree, that is
-// x[a * count + i].
+// A model is one structure of arrays. Gaussians have individual SH degrees and are sorted by degree, highest first. An
+// SH band is therefore stored for the first Gaussians only, and takes no memory for the others. Attribute a of Gaussian
+// i is x[Offset(a) + i] (ModelLayout). If all Gaussians have the same degree, this is x[a * count + i].
 #pragma once
 
 #include <cstdint>
@@ -29,9 +28,9 @@ inline constexpr int kMaxShDegree = 3;
 inline constexpr int kMaxAttributes = kSh + 48;
 
 VESTA_HD constexpr int NumAttributes(int sh_degree) { return kSh + 3 * (sh_degree + 1) * (sh_degree + 1); }
-// Of these the harmonics above degree 0, 0..45.
+// Number of harmonics above degree 0 among these attributes, 0..45.
 VESTA_HD constexpr int NumHigherHarmonics(int sh_degree) { return NumAttributes(sh_degree) - NumAttributes(0); }
-// Attributes of band b, 0..3, are those from FirstOfBand(b) on, before NumAttributes(b). Geometry counts as band 0.
+// Band b, 0..3, has the attributes from FirstOfBand(b) to NumAttributes(b) - 1. The geometry is part of band 0.
 VESTA_HD constexpr int FirstOfBand(int band) { return band == 0 ? 0 : NumAttributes(band - 1); }
 VESTA_HD constexpr int BandOf(int attribute) {
   int band = 0;
@@ -41,18 +40,18 @@ VESTA_HD constexpr int BandOf(int attribute) {
 
 struct ModelLayout {
   std::int64_t count = 0;  // Gaussians
-  int sh_degree = 0;       // 0..3, the highest of them
-  // So many of them, the last ones, lack band 1, 2, 3; 0 for bands above sh_degree, which all lack.
+  int sh_degree = 0;       // 0..3, the highest of all Gaussians
+  // Number of Gaussians, at the end, without band 1, 2, 3. 0 for bands above sh_degree, which no Gaussian has.
   std::int64_t lacking[kMaxShDegree] = {};
 
-  // How many Gaussians have the band, 0..3: the first ones.
+  // Number of Gaussians with this band, 0..3; these are the first ones.
   VESTA_HD constexpr std::int64_t WithBand(int band) const {
     if (band > sh_degree) return 0;
     return band == 0 ? count : count - lacking[band - 1];
   }
-  // How many have the attribute.
+  // Number of Gaussians with this attribute.
   VESTA_HD constexpr std::int64_t Rows(int attribute) const { return WithBand(BandOf(attribute)); }
-  // Where it begins; of attributes that none has, where all end.
+  // Index of the attribute's first value. For attributes that no Gaussian has, the total size.
   VESTA_HD constexpr std::int64_t Offset(int attribute) const {
     std::int64_t offset = attribute * count;
     for (int band = 1; band <= kMaxShDegree; ++band) {
@@ -61,18 +60,18 @@ struct ModelLayout {
     }
     return offset;
   }
-  // Numbers in all.
+  // Total number of values.
   constexpr std::int64_t Size() const { return Offset(kMaxAttributes); }
   constexpr int DegreeOf(std::int64_t gaussian) const {
     int degree = sh_degree;
     while (gaussian >= WithBand(degree)) --degree;
     return degree;
   }
-  // Whether all have the same degree.
+  // Whether all Gaussians have the same degree.
   constexpr bool is_uniform() const { return WithBand(sh_degree) == count; }
   friend constexpr bool operator==(const ModelLayout&, const ModelLayout&) = default;
 
-  // Whether what was read can be that of a model.
+  // Whether a layout read from a file is valid.
   constexpr bool IsOfModel() const {
     constexpr std::int64_t kMost = std::int64_t{1} << 40;  // beyond it, sizes would overflow
     if (sh_degree < 0 || sh_degree > kMaxShDegree || count < 1 || count > kMost) return false;
@@ -90,7 +89,7 @@ struct ModelLayout {
   }
 };
 
-// The layout of a model in which so many Gaussians have band 0, 1, 2, 3: numbers that do not grow.
+// The layout of a model with these numbers of Gaussians with band 0, 1, 2, 3. The numbers must not increase.
 constexpr ModelLayout LayoutOfBands(const std::int64_t (&with_band)[kMaxShDegree + 1]) {
   ModelLayout layout{.count = with_band[0]};
   for (int band = 1; band <= kMaxShDegree && with_band[band] > 0; ++band) {

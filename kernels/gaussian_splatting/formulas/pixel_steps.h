@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every raster pass does with one splat and one pixel, written once for the loops of the host (passes.h) and the
-// kernels of a GPU. With w = alpha T and S = what lies behind a splat, already weighted,
+// The computation of all raster passes for one splat and one pixel, shared by the host's loops (passes.h) and the GPU
+// kernels. With w = alpha T, and S the weighted colour behind a splat:
 //   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
 //   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h, docs/mathematics.md section 3)
-// The decisions (floor, cap, stop) are in one place: forward, tangent, adjoint and Gram call these functions with the
-// same arguments, so their decisions agree bit for bit.
+// All decisions (alpha floor, alpha cap, stop) are in one place. Forward, tangent, adjoint and Gram passes call these
+// functions with the same arguments, so their decisions are identical.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/types.h"
@@ -14,31 +14,31 @@ namespace vesta::splat {
 
 inline namespace VESTA_ISA {
 
-// alpha = min(0.99, 2^exponent) where that is at least 1/255, else 0: what an open pixel blends.
+// The alpha of an open pixel: min(0.99, 2^exponent) if that is at least 1/255, else 0.
 template <class V>
 VESTA_HD inline V EvaluateAlpha(const V& exponent) {
   using S = typename Lanes<V>::Scalar;
   return Min(MaskedExp2(exponent >= V(static_cast<S>(kLog2AlphaFloor)), exponent), V(static_cast<S>(kAlphaCap)));
 }
 
-// What d alpha is multiplied by to give d log alpha's share: alpha, or 0 at the cap, where alpha stands still.
+// Returns `value`, a derivative by log alpha, or 0 at the cap, where alpha is constant.
 template <class V>
 VESTA_HD inline V MovingAlpha(const V& alpha, const V& value) {
   return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));
 }
 
-// What a splat does to the pixels of a vector.
+// Result of blending a splat into a vector of pixels.
 template <class V>
 struct Blend {
-  typename Lanes<V>::Mask open;  // those that it does not close, nor did a splat in front of it
-  V alpha;                       // 0 where the splat is no part of the pixel
-  V weight;                      // alpha T, its share of the pixel's colour
-  V transmittance;               // behind it where the pixel is open, below 1e-4 where it is not
+  typename Lanes<V>::Mask open;  // pixels not closed by this splat or one in front of it
+  V alpha;                       // 0 if the splat does not contribute to the pixel
+  V weight;                      // alpha T, the weight of the splat's colour in the pixel
+  V transmittance;               // behind the splat for open pixels; below 1e-4 for closed ones
 };
 
-// One step front to back. transmittance: in front of the splat, or anything from 0 to 1e-4 for closed pixels; alpha:
-// from EvaluateAlpha. A splat that would bring the transmittance below 1e-4 closes the pixel and is itself left out, as
-// in 3DGS. The transmittance never grows, so that comparing it at each splat tells of all splats before.
+// Blends one splat, front to back. transmittance: in front of the splat; any value from 0 to 1e-4 for closed pixels.
+// alpha: from EvaluateAlpha. A splat that would bring the transmittance below 1e-4 closes the pixel and is itself left
+// out, as in 3DGS. The transmittance never grows, so one comparison also covers all previous splats.
 template <class V>
 VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   using S = typename Lanes<V>::Scalar;
@@ -50,7 +50,7 @@ VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   return blend;
 }
 
-// p of pixel x of a row (row_span.h), log2 of what alpha would be there without cap and floor, and alpha.
+// For pixel x of a row (row_span.h): p, the log2 of alpha without cap and floor, and alpha.
 template <class V>
 VESTA_HD inline V OffsetAt(const V& x, const V& r, const V& p0) {
   return Fma(x, r, p0);
@@ -64,7 +64,7 @@ VESTA_HD inline V AlphaAt(const V& p, const V& peak) {
   return EvaluateAlpha(ExponentAt(p, peak));
 }
 
-// psi along a row, a polynomial in p: constant - p (linear + rho p).
+// psi along a row as a polynomial in p: constant - p (linear + rho p).
 template <class V>
 VESTA_HD inline V PsiLinear(const V& xi, const V& kappa, const V& q) {
   return Fma(kappa, q, xi);
@@ -83,12 +83,13 @@ VESTA_HD inline S Psi(const SplatTangent<S>& tangent, const S& p, const S& q) {
   return Psi(PsiLinear(w[kXi], w[kKappa], q), PsiConstant(w[kZeta], w[kSigma], w[kLambda], q), w[kRho], p);
 }
 
-// The change of w for that of log alpha, psi. minus_dT: of the transmittance in front, brought behind the splat.
+// Change of w for a change psi of log alpha. minus_dT: minus the change of the transmittance in front of the splat;
+// updated to that behind it.
 template <class V>
 VESTA_HD inline V TangentWeight(const Blend<V>& blend, const V& psi, V& minus_dT) {
   const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
   const V d_weight = Fnma(blend.alpha, minus_dT, d_alpha_T);
-  // Not minus_dT + d_weight, which behind opaque splats is a small difference of large numbers.
+  // minus_dT + d_weight would be a small difference of large numbers behind opaque splats.
   minus_dT = Fma(minus_dT, V(1) - blend.alpha, d_alpha_T);
   return d_weight;
 }
@@ -97,7 +98,7 @@ VESTA_HD inline V TangentColor(const Blend<V>& blend, const V& d_weight, const V
   return Fma(blend.weight, dc, Fma(d_weight, c, d_color));
 }
 
-// What the splat, of colour c, adds to u . colour of the pixel.
+// Contribution of a splat of colour c to u . colour of the pixel.
 template <class V>
 VESTA_HD inline V ShareOf(const Blend<V>& blend, const V c[3], const V u[3]) {
   return blend.weight * Fma(c[0], u[0], Fma(c[1], u[1], c[2] * u[2]));
@@ -107,15 +108,16 @@ template <class V>
 VESTA_HD inline V Odds(const V& alpha) {
   return alpha * Reciprocal(V(1) - alpha);
 }
-// The derivative by log alpha, as long as that is free to move, of what a pixel gathers: share is what the splat adds
-// to it, behind what follows the splat (S), brought behind this one.
+// Derivative of a pixel's weighted sum with respect to log alpha, 0 at the cap. share: the splat's contribution to the
+// sum. behind: on entry, the contributions of this splat and all splats behind it; on return, without this one (S).
 template <class V>
 VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& share, V& behind) {
   behind = behind - share;
   return MovingAlpha(blend.alpha, Fnma(behind, odds, share));
 }
 
-// Exponents of p and q in the derivatives of psi by xi, zeta, rho, kappa, sigma, lambda; all but the last have sign -1.
+// Exponents of p and q in the derivatives of psi with respect to xi, zeta, rho, kappa, sigma, lambda. All except the
+// last have the sign -1.
 VESTA_HD constexpr int PowerP(int i) { return i == kRho ? 2 : i == kXi || i == kKappa ? 1 : 0; }
 VESTA_HD constexpr int PowerQ(int i) { return i == kSigma ? 2 : i == kZeta || i == kKappa ? 1 : 0; }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection of one Gaussian to one view: value for any scalar (floats, SIMD batches, duals, Jets) and adjoint.
+// Projection of one Gaussian to one view: values for any scalar (floats, SIMD batches, duals, Jets), and the adjoint.
 //
-// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + h I with
-// M = J W R_q S (2 x 3) and h the camera's low-pass filter; J is the lens's derivative (lens.h).
+// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + h I with M = J W R_q S
+// (2 x 3). h is the camera's 2D dilation eps2d, and J the lens's derivative (lens.h).
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/types.h"
@@ -12,7 +12,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A posed camera with constants in the scalar of the templates.
+// A posed camera, with constants in scalar type S.
 template <class S, class L>
 struct CameraConstants {
   S R[9], T[3], centre[3];
@@ -20,29 +20,29 @@ struct CameraConstants {
   S near;
   S eps2d, eps2d_squared;
   S width, height;           // of the image
-  S u_lo, u_hi, v_lo, v_hi;  // guard band: means beyond are not seen
+  S u_lo, u_hi, v_lo, v_hi;  // guard band: Gaussians with means beyond it are skipped
 };
 
-// How far beyond the image, in images, a mean may lie. The projection is linear about the mean: of a splat at the side
-// of the camera, far along the image plane and near in depth, it makes a veil over the whole image, which no other view
-// confirms (Kerbl et al. 2023, section 6, names the same cure).
+// Maximum distance of a mean from the image, in image sizes. The projection is linear about the mean. A splat beside
+// the camera, far along the image plane but near in depth, would become a veil over the whole image that no other view
+// confirms (Kerbl et al. 2023, section 6, use the same remedy).
 inline constexpr double kGuardBand = 2;
 
-// How deep a Gaussian may be whose mean lies beyond the image (by more than 15 %, where the clamp is): its standard
-// deviation along the optical axis over its depth. One that is deeper reaches to the side of the camera, where the
-// linear projection makes veils and streaks of it that no other view confirms (docs/decisions/projection-limits.md).
+// Maximum depth of a Gaussian whose mean is beyond the clamp, more than 15 % outside the image: its standard deviation
+// along the optical axis divided by its depth. A deeper one reaches beside the camera, where the linear projection
+// creates veils and streaks that no other view confirms (docs/decisions/projection-limits.md).
 inline constexpr double kDepthSpread = 0.5;
 
-// The largest determinant of a screen covariance, pixels^4: beyond it a float cannot hold the determinant's derivative.
+// Maximum determinant of a screen covariance, pixels^4. Above it float cannot represent the determinant's derivative.
 inline constexpr double kLargestDet = 1e34;
 
-// Squared in double: what a constant would be rounded to.
+// Squares the variance in double before rounding it to S.
 template <class S, class L>
 inline void SetEps2d(double variance, CameraConstants<S, L>& c) {
   c.eps2d = static_cast<S>(variance), c.eps2d_squared = static_cast<S>(variance * variance);
 }
 
-// L: the lens's model.
+// L: the lens model.
 template <class L, class S = typename L::Scalar>
 inline CameraConstants<S, L> ConstantsOf(const PosedCamera& camera) {
   CameraConstants<S, L> c;
@@ -58,32 +58,32 @@ inline CameraConstants<S, L> ConstantsOf(const PosedCamera& camera) {
   return c;
 }
 
-// body(the constants of the camera, whatever its lens's model).
+// Calls body(constants), with the constants of the camera in its own lens model.
 template <class S, class Body>
 inline decltype(auto) WithConstants(const PosedCamera& camera, const Body& body) {
   return OfModel<S>(LensModels(), camera.lens.model,
                     [&](auto model) { return body(ConstantsOf<typename decltype(model)::type>(camera)); });
 }
 
-// What the adjoint needs of the forward computation.
+// Intermediate results of the projection that the adjoint uses.
 template <class L, class T>
 struct ProjectionState {
   T t[3];                            // camera coordinates
-  typename L::template Point<T> at;  // where the lens's derivative is taken
+  typename L::template Point<T> at;  // where the lens's derivative is evaluated
   T A[9];                            // W R_q
   T scale[3];                        // standard deviations
   T M0[3], M1[3];                    // rows of M
   T B, C, det;                       // screen covariance: xy, yy, determinant
 };
 
-// The shape of a splat in whitened form: u, v, r, s, beta of types.h.
+// Shape of a splat in whitened form: u, v, r, s, beta of types.h.
 template <class T>
 struct SplatShape {
   T u, v, r, s, beta;
 };
 
-// mean[3], log_scale[3], quaternion[4] -> shape. S is the scalar type of the camera's constants. No division by zero
-// for z > 0; elsewhere the result may be not finite and must be masked by the caller.
+// Computes the shape from mean[3], log_scale[3] and quaternion[4]. S is the scalar type of the camera's constants. No
+// division by zero for z > 0. Otherwise the result may not be finite, and the caller must mask it.
 template <class S, class L, class T>
 VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const T mean[3], const T log_scale[3],
                                       const T quaternion[4], ProjectionState<L, T>& state) {
@@ -111,7 +111,7 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   const T eps2d(camera.eps2d);
   state.B = Fma(m[0], n[0], Fma(m[1], n[1], m[2] * n[2]));
   state.C = nn + eps2d;
-  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, each term positive: A C - B^2 loses all digits in float on needles.
+  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, a sum of positive terms. A C - B^2 would lose all digits in float for needles.
   state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(eps2d, mm + nn, T(camera.eps2d_squared)))));
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
@@ -119,7 +119,7 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   return shape;
 }
 
-// Whether the linear projection can stand for the Gaussian: see kDepthSpread.
+// Whether the linear projection is accurate enough for the Gaussian (kDepthSpread).
 template <class L, class T>
 VESTA_HD inline auto IsShallowOrInFront(const L& lens, const ProjectionState<L, T>& state) {
   T variance(0);
@@ -131,7 +131,7 @@ VESTA_HD inline auto IsShallowOrInFront(const L& lens, const ProjectionState<L, 
   return lens.Shows(state.t, state.at) | (variance <= most * most);
 }
 
-// Tangent in whitened coordinates from a shape and its derivative (the a and v parts of a SplatShape<Dual<T>>).
+// Whitened tangent of a shape and its derivative (the a and v parts of a SplatShape<Dual<T>>).
 template <class T>
 VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
   const T two_ln2(kTwoLn2);
@@ -142,7 +142,7 @@ VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<
   w[kSigma] = two_ln2 * d.s / shape.s;
 }
 
-// The cotangent of the screen mean (u, v) within w_bar, the cotangent of a whitened tangent.
+// Cotangent of the screen mean (u, v), from the cotangent w_bar of a whitened tangent.
 template <class T>
 VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, const T* w_bar, T& u_bar, T& v_bar) {
   const T two_ln2(kTwoLn2);
@@ -150,7 +150,7 @@ VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, co
   v_bar = Fma(beta, u_bar, -two_ln2 * s * w_bar[kZeta]);
 }
 
-// Adjoint of Project followed by WhitenTangent: from the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3],
+// Adjoint of Project followed by WhitenTangent. Maps the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3] and
 // quaternion_bar[4] (overwritten).
 template <class S, class L, class T>
 VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T quaternion[4],

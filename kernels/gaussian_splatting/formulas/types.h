@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// Plain data of the splatting kernels, shared by all instruction sets. Nothing here is a template of the kernels' own
-// scalar types, so it may cross the boundary of an inline instruction-set namespace.
+// SPDX-License-Identifier: Apache-2.0 Plain data types of the splatting kernels, shared by all instruction sets. They
+// are not templates on the kernels' own scalar types, so they may be passed between the instruction sets' inline
+// namespaces.
 #pragma once
 
 #include <cstdint>
@@ -10,27 +10,27 @@
 
 namespace vesta::splat {
 
-// Opacity falloff that still counts, alpha cap, and the transmittance at which a pixel is closed. The same in every
-// pass, or J and J^T are no adjoints.
+// Alpha floor, alpha cap, and the transmittance at which a pixel is closed. They must be the same in every pass;
+// otherwise J and J^T would not be adjoint.
 inline constexpr double kAlphaFloor = 1.0 / 255.0;
 inline constexpr double kAlphaCap = 0.99;
 inline constexpr double kTransmittanceStop = 1e-4;
-// Variance of the low-pass filter added to both screen axes, pixels squared: what 3DGS has (Kerbl et al. 2023), and
-// most viewers. Cameras may have another, between these bounds.
+// Default and limits of the 2D dilation eps2d: the variance of the low-pass filter that is added to both screen axes,
+// pixels squared. 3DGS (Kerbl et al. 2023) and most viewers use the default.
 inline constexpr double kEps2d = 0.3, kMinEps2d = 0.01, kMaxEps2d = 4;
 constexpr bool IsValidEps2d(double variance) { return variance >= kMinEps2d && variance <= kMaxEps2d; }
 
 // log2 of the alpha floor.
 inline constexpr double kLog2AlphaFloor = -7.994353436858858;
-// sqrt(log2(e) / 2): the unit of whitened coordinates, chosen so that the falloff is a power of two.
+// sqrt(log2(e) / 2), the unit of whitened coordinates: it makes the falloff a power of two.
 inline constexpr double kWhitening = 0.8493218002880191;
 inline constexpr double kTwoLn2 = 1.3862943611198906;
 
-// One Gaussian seen in one view, in whitened form (docs/mathematics.md). With d = pixel - (u, v), B and C the xy and yy
-// entries of the screen covariance and det its determinant,
+// One Gaussian in one view, in whitened form (docs/mathematics.md). With d = pixel - (u, v), B and C the xy and yy
+// entries of the screen covariance and det its determinant:
 //   p = r (d_x + beta d_y),  q = s d_y,  alpha = min(0.99, opacity 2^-(p^2 + q^2)),
-//   r = w sqrt(C / det),  beta = -B / C,  s = w / sqrt(C),  w = kWhitening:
-// the Cholesky factor of the conic. It never cancels, unlike the quadratic form of the conic on needles.
+//   r = w sqrt(C / det),  beta = -B / C,  s = w / sqrt(C),  w = kWhitening.
+// This is the Cholesky factor of the conic. It never cancels, unlike the conic's quadratic form for needles.
 template <class S>
 struct alignas(16) Splat {
   S u, v;  // pixel mean
@@ -43,18 +43,18 @@ struct alignas(16) Splat {
 };
 
 // A tangent or cotangent of a Splat in whitened coordinates: xi, zeta (shift), rho, kappa, sigma (shape), lambda
-// (log-opacity), colour. A tangent moves log alpha by lambda - p (xi + kappa q + rho p) - q (zeta + sigma q): the first
-// five are 2 ln 2 times what moves p and q.
+// (log-opacity), colour. A tangent changes log alpha by lambda - p (xi + kappa q + rho p) - q (zeta + sigma q). The
+// first five contain the factor 2 ln 2.
 inline constexpr int kXi = 0, kZeta = 1, kRho = 2, kKappa = 3, kSigma = 4, kLambda = 5, kColor = 6;
 inline constexpr int kSplatTangent = 9;
-inline constexpr int kSplatShape = 6;  // those before the colour
+inline constexpr int kSplatShape = 6;  // number of components before the colour
 template <class S>
 struct SplatTangent {
   S w[kSplatTangent];
 };
 
-// Weighted sums over the pixels of one splat from which the Gram matrix of d colour / d(tangent) follows: with
-// phi = (-p, -q, -p^2, -pq, -q^2, 1) all products phi_i phi_j are monomials p^a q^b, a + b <= 4.
+// Sums over the pixels of one splat, from which the Gram matrix of d colour / d(tangent) is computed. With phi = (-p,
+// -q, -p^2, -pq, -q^2, 1), all products phi_i phi_j are monomials p^a q^b, a + b <= 4.
 inline constexpr int kMoments4 = 15;                             // monomials of degree <= 4, by degree, then power of q
 inline constexpr int kMoments2 = 6;                              // of degree <= 2
 inline constexpr int kGramSums = kMoments4 + 3 * kMoments2 + 3;  // shape x shape, shape x colour c, colour x colour
@@ -64,12 +64,14 @@ struct SplatGram {
   S m[kGramSums];
 };
 
-inline constexpr int kTileSize = 16;  // pixels along each side
+inline constexpr int kTileSize = 16;  // width and height, pixels
 
-// Sums of more terms than this are made of parts of so many: in float, one of a million equal terms loses three digits.
+// Longer sums are split into partial sums of this many terms. In float, a sum of a million equal terms loses three
+// digits.
 inline constexpr int kTermsOfAPart = 4096;
 
-// Splats of one view in the order of depth, and for each tile those that touch it. Communicator index `splats`.
+// The splats of one view in depth order, and a list of the splats that touch each tile. `ranks` are indices into
+// `splats`.
 template <class S>
 struct TileLists {
   const Splat<S>* splats;
@@ -79,39 +81,37 @@ struct TileLists {
   S background[3];
 };
 
-// How a raster pass spends itself, in vectors of pixels of the instruction set's width.
+// Work counters of a raster pass. A vector is a SIMD vector of pixels.
 struct VisitCounts {
-  std::int64_t pairs = 0;    // of splat and tile, before all pixels of the tile are closed
-  std::int64_t vectors = 0;  // visited
-  std::int64_t useful = 0;   // of those, with a pixel that the splat is part of
-  std::int64_t pixels = 0;   // that it is part of
+  std::int64_t pairs = 0;    // (splat, tile) pairs visited before all pixels of the tile are closed
+  std::int64_t vectors = 0;  // visited vectors
+  std::int64_t useful = 0;   // visited vectors with a pixel to which the splat contributes
+  std::int64_t pixels = 0;   // pixels to which the splat contributes
 };
 
-// The counts of a view that decide how much memory its passes take: numbers that may be means over views.
-//
-// Numbers that may be means over views.
+// Counts of a view that determine the memory of its passes. They may be means over several views.
 struct ViewCounts {
   double pixels = 0, tiles = 0;
-  double splats = 0;   // seen
-  double pairs = 0;    // of splat and tile
-  double entries = 0;  // of pixel and splat: those of a cached Jacobian
+  double splats = 0;   // visible splats
+  double pairs = 0;    // (splat, tile) pairs
+  double entries = 0;  // (pixel, splat) pairs: entries of a cached Jacobian
 };
 
-// What buffers that views share have to spare, so that the next view seldom needs more.
+// Spare capacity of buffers that views share, as a factor, so that the next view seldom needs a reallocation.
 inline constexpr double kSpareRoom = 1.125;
 
-// A camera in the world, in the form of the kernels.
+// A camera with its pose, in the form of the kernels.
 //
-// World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Gaussians with z <= near are not seen, nor those
-// whose means lie far outside the image (kGuardBand) or outside and which are deep (kDepthSpread).
+// World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Skipped are Gaussians with z <= near, with means
+// far outside the image (kGuardBand), and deep ones with means outside it (kDepthSpread).
 struct PosedCamera {
   double R[9];  // row-major
   double T[3];
-  double centre[3];  // of the camera in the world, -R^T T
+  double centre[3];  // camera centre in the world, -R^T T
   Lens lens;
-  int width, height;  // of the image, pixels
+  int width, height;  // image size, pixels
   double near;
-  double eps2d = kEps2d;  // variance that is added to both screen axes of a Gaussian, pixels squared
+  double eps2d = kEps2d;  // 2D dilation: variance added to both screen axes, pixels squared
 };
 
 }  // namespace vesta::splat

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// The derivatives of a lens model from its formula alone, by dual numbers: a model M<S> that derives from
-// DualLens<M<S>, S> gives kName, Plane and PointAt. Derivatives by hand, as the pinhole's, take a third of the time.
+// SPDX-License-Identifier: Apache-2.0 Derivatives of a lens model from its formula alone, by dual numbers. A model M<S>
+// derives from DualLens<M<S>, S> and defines kName, Plane and PointAt. Hand-written derivatives, as in the pinhole,
+// take a third of the time.
 #pragma once
 
 #include "kernels/gaussian_splatting/lenses/lens.h"
@@ -27,7 +27,7 @@ struct DualLens : LensConstants<S> {
     return t[2] == t[2];
   }
 
-  // The pixel, as a point moves along `direction`.
+  // The pixel and its derivative for a point that moves along `direction`.
   template <class T>
   VESTA_HD void Along(const T t[3], const T direction[3], Dual<T>& u, Dual<T>& v) const {
     Point<Dual<T>> at;
@@ -55,7 +55,7 @@ struct DualLens : LensConstants<S> {
   template <class T>
   struct Adjoint {
     Jacobian2x3<T> J;
-    T products_bar[3];  // of t, from the products
+    T products_bar[3];  // cotangent of t, from the products
 
     VESTA_HD explicit Adjoint(const Jacobian2x3<T>& at) : J(at), products_bar{T(0), T(0), T(0)} {}
     VESTA_HD void Apply(const T& factor, const T a[3], const T& m0_bar, const T& m1_bar, const T& /*along0*/,

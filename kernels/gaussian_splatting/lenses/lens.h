@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lens of a camera as plain data, and what a lens model (models.h) has to give.
+// The lens of a camera as plain data, and the interface of a lens model (models.h).
 #pragma once
 
 #include <concepts>
@@ -9,14 +9,14 @@
 
 namespace vesta::splat {
 
-// The model maps points to an image plane; focal lengths and principal point map that plane to pixels, for all models.
-// Pixel centres lie at (i + 0.5, j + 0.5).
+// The lens model maps points to an image plane. Focal lengths and principal point map that plane to pixels, for all
+// models. Pixel centres are at (i + 0.5, j + 0.5).
 struct Lens {
   double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
-  int model = 0;                          // its place in LensModels (models.h); 0: the pinhole
+  int model = 0;                          // index in LensModels (models.h); 0: the pinhole
 
   bool operator==(const Lens&) const = default;
-  // The same lens before an image of other size: by these factors wider and higher.
+  // The same lens for a resized image. across, down: factors of the width and height.
   Lens Scaled(double across, double down) const { return {across * fx, down * fy, across * cx, down * cy, model}; }
 
   template <class Archive>
@@ -27,7 +27,7 @@ struct Lens {
 
 inline namespace VESTA_ISA {
 
-// The members that all models share, in the scalar S of the templates.
+// Members of all lens models, in scalar type S.
 template <class S>
 struct LensConstants {
   using Scalar = S;
@@ -40,7 +40,7 @@ struct LensConstants {
         cx(static_cast<S>(lens.cx)),
         cy(static_cast<S>(lens.cy)) {}
 
-  // The pixel of a point of the image plane.
+  // Maps a point of the image plane to a pixel.
   template <class T>
   VESTA_HD void Pixel(const T& x, const T& y, T& u, T& v) const {
     u = Fma(T(fx), x, T(cx));
@@ -48,12 +48,18 @@ struct LensConstants {
   }
 };
 
-// t: a point in camera coordinates (x right, y down, z forward). Plane maps it to the image plane of focal length 1,
-// and PointAt maps back: to the point of depth z. NaN where the lens sees nothing. Project gives the pixel of t, and
-// where the derivative J of the pixel by t is taken (Point<T>), which need not be at t where that is far outside the
-// image; Shows says whether it is. Adjoint<T> carries cotangents of pixels and of products with J back to t; it is made
-// of J, then come Apply once for each product, and Finish. A model that gives Plane and PointAt has the others from
-// DualLens (dual_lens.h). kName: as camera_model of transforms.json has it.
+// The interface of a lens model. t is a point in camera coordinates (x right, y down, z forward).
+//
+//   Plane     maps t to the image plane of focal length 1; NaN if the lens does not see t
+//   PointAt   maps an image-plane point and a depth z back to a point
+//   Project   computes the pixel of t, and the place (Point<T>) at which the derivative J of the pixel is evaluated;
+//             for points far outside the image this is not t itself
+//   Shows     whether the derivative is evaluated at t itself
+//   Adjoint   maps cotangents of the pixel and of products with J back to t: construct it from J, call Apply once per
+//             product, then Finish
+//   kName     the name in camera_model of transforms.json
+//
+// A model with Plane and PointAt gets the other members from DualLens (dual_lens.h).
 template <class L>
 concept LensModel = requires(const L lens, const float* t, float& u, float& v, float* out,
                              typename L::template Point<float>& at, typename L::template Adjoint<float>& adjoint) {

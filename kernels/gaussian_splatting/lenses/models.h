@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of lens models. To add one, write its header in this folder and add its name to LensModels; the passes over
-// Gaussians on all devices, the readers of cameras and the tests walk the list.
+// The list of lens models. To add one, write its header in this folder and add its name to LensModels. The passes over
+// Gaussians on all devices, the camera readers and the tests iterate over the list.
 #pragma once
 
 #include <string_view>
@@ -17,7 +17,7 @@ requires(LensModel<Models<float>>&&...) struct LensList {
 
 using LensModels = LensList<Pinhole>;
 
-// body(std::type_identity<M<S>>()), where M is the model at that place of the list.
+// Calls body(std::type_identity<M<S>>()), where M is the model at index `place` of the list.
 template <class S, class Body, template <class> class M, template <class> class... Others>
 VESTA_HD decltype(auto) OfModel(LensList<M, Others...>, int place, const Body& body) {
   if constexpr (sizeof...(Others) > 0) {
@@ -26,7 +26,7 @@ VESTA_HD decltype(auto) OfModel(LensList<M, Others...>, int place, const Body& b
   return body(std::type_identity<M<S>>());
 }
 
-// The place of the model of that name, or -1.
+// Index of the model with that name, or -1.
 template <template <class> class... Models>
 constexpr int PlaceOf(LensList<Models...>, std::string_view name) {
   int place = 0, found = -1;
@@ -34,7 +34,7 @@ constexpr int PlaceOf(LensList<Models...>, std::string_view name) {
   return found;
 }
 
-// The pixel of t in camera coordinates.
+// Computes the pixel of t, a point in camera coordinates.
 VESTA_HD inline void PixelOf(const Lens& lens, const double t[3], double& u, double& v) {
   OfModel<double>(LensModels(), lens.model, [&](auto model) {
     double x, y;
@@ -42,7 +42,7 @@ VESTA_HD inline void PixelOf(const Lens& lens, const double t[3], double& u, dou
     LensConstants<double>(lens).Pixel(x, y, u, v);
   });
 }
-// The point at that depth whose pixel is (u, v).
+// Computes the point at that depth that projects to pixel (u, v).
 inline void PointAt(const Lens& lens, double u, double v, double depth, double t[3]) {
   OfModel<double>(LensModels(), lens.model, [&](auto model) {
     decltype(model)::type::PointAt((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy, depth, t);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of moving cameras for one instruction set; compiled once for each.
+// Kernels for moving cameras, compiled once per instruction set.
 #include "kernels/gaussian_splatting/projection/camera_block.h"
 #include "kernels/math/lanes.h"
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the splats of a block of Gaussians move with their camera: what CameraKernels points to.
+// Derivatives of the splats of a block of Gaussians with respect to the camera pose: the functions in CameraKernels.
 //
-// Seen from a camera that moves by (omega, tau) Gaussians move rigidly: in the world, about the camera's centre, with
-// the turn R^T omega and the shift R^T tau,
+// Relative to a camera that moves by (omega, tau), all Gaussians move rigidly about the camera's centre. In world axes,
+// with the rotation turn = R^T omega and shift = R^T tau:
 //   d mean = turn x (mean - centre) + shift,   d quaternion = (0, turn) quaternion / 2.
-// Their colours depend on directions in the world, which the shift alone changes. So the derivative by a pose is that
-// of the projection by its parameters (project.h, color.h) along this motion, and so is its adjoint.
+// Colours depend on directions in the world, which only the shift changes. The derivative with respect to the pose is
+// therefore the derivative of projection and colour (project.h, color.h) along this motion. The same holds for the
+// adjoint.
 #pragma once
 
 #include "kernels/gaussian_splatting/projection/project_block.h"
@@ -23,7 +24,7 @@ VESTA_HD inline void CrossProduct(const T a[3], const T b[3], T out[3]) {
   }
 }
 
-// A pose tangent in the world's axes: R^T of its halves.
+// A pose tangent in world axes: R^T omega and R^T tau.
 struct WorldMotion {
   double turn[3] = {}, shift[3] = {};
 
@@ -36,7 +37,7 @@ struct WorldMotion {
       }
     }
   }
-  // The adjoint of that.
+  // The adjoint of the conversion to world axes.
   VESTA_HD PoseTangent InCamera(const PosedCamera& camera) const {
     PoseTangent xi;
     for (int i = 0; i < 3; ++i) {
@@ -49,11 +50,11 @@ struct WorldMotion {
   }
 };
 
-// The place and attitude of a block's Gaussians, as they move with the camera.
+// Position and orientation of a block's Gaussians as they move with the camera.
 template <class V>
 struct RigidBlock {
   V from_centre[3];
-  V quaternion[4];  // the identity in place of one too short to have a direction, which could not turn
+  V quaternion[4];  // the identity if q is too short to define a direction
 
   template <class S>
   VESTA_HD RigidBlock(const S centre[3], const V mean[3], const V q[4]) {
@@ -136,7 +137,7 @@ VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S,
     for (int c = 0; c < 3; ++c) color_bar[c] = color.Masked(c, w_bar[kColor + c]);
     color.MeanAdjoint(color_bar, shift_bar);
 
-    // In the order of Gaussians. Lanes that are not seen may hold anything.
+    // Summed in the order of the Gaussians. Lanes that are not visible may hold any value.
     alignas(64) S turns[3][Lane::kWidth], shifts[3][Lane::kWidth];
     for (int k = 0; k < 3; ++k) Lane::Store(turns[k], turn_bar[k]), Lane::Store(shifts[k], shift_bar[k]);
     for (int lane = 0; lane < block.n; ++lane) {
@@ -168,7 +169,7 @@ constexpr CameraKernels<S> CameraKernelsOfDegree() {
           }};
 }
 
-// kernels[d] for Gaussians of degree d.
+// kernels[d] processes Gaussians of SH degree d.
 template <class V, class S>
 inline constexpr CameraKernels<S> kCameraKernels[4] = {
     CameraKernelsOfDegree<V, S, 0>(), CameraKernelsOfDegree<V, S, 1>(), CameraKernelsOfDegree<V, S, 2>(),

@@ -67,7 +67,7 @@ void MovePose(const CameraMotion& motion, double R[9], double T[3]) {
 PosedCamera Moved(const PosedCamera& camera, const CameraMotion& motion) {
   PosedCamera moved = camera;
   MovePose(motion, moved.R, moved.T);
-  // -R^T T of both poses differ by this.
+  // -R^T T of the two poses differs by this vector.
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) moved.centre[i] -= moved.R[3 * j + i] * motion.translation[j];
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a splat moves with the lens of its view.
+// Derivatives of a splat with respect to the lens of its view.
 //
-// The lens moves splats alone: wider by a factor it stretches means and footprints about the principal point, all but
-// the low-pass filter's share, and colours and depths stay. So what is needed is in the splat. Where a projection is
-// taken at the border of what the lens shows (Shows of lens.h), that place is held fast.
+// A change of the focal length stretches means and footprints about the principal point, except for the 2D dilation.
+// Colours and depths do not change. The derivative can therefore be computed from the splat alone. If the projection is
+// linearised at the border of the lens's range (Shows of lens.h), that place is held constant.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/project.h"
@@ -11,8 +11,8 @@
 
 namespace vesta::splat {
 
-// A tangent of a lens of any model, or a cotangent: of the logarithms of the focal lengths, then of the principal point
-// in focal lengths. So it is the same for a smaller image.
+// A tangent or cotangent of a lens of any model: logarithms of the focal lengths, then the principal point in units of
+// the focal lengths. It does not depend on the image size.
 inline constexpr int kLensTangent = 4;
 struct LensTangent {
   double v[kLensTangent] = {};  // log fx, log fy, cx / fx, cy / fy
@@ -23,7 +23,8 @@ struct LensTangent {
   }
 };
 
-// What a splat's whitened tangent is made of, as the lens changes: rows of kLambda numbers, the others are zero.
+// Derivatives of a splat's whitened tangent with respect to the lens: rows of kLambda numbers; the other components are
+// zero.
 struct LensRows {
   double w[kLensTangent][kLambda] = {};
 
@@ -57,7 +58,7 @@ struct LensRows {
     }
     return tangent;
   }
-  // sum[kLensTangent] += the adjoint of that.
+  // sum[kLensTangent] += the adjoint of Tangent.
   template <class S>
   VESTA_HD void AddCotangent(const SplatTangent<S>& cotangent, double* sum) const {
     for (int k = 0; k < kLensTangent; ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection passes over blocks of neighbouring Gaussians, one in each lane: what ProjectKernels points to. On a device
-// a thread is a block of one.
+// Projection passes over blocks of neighbouring Gaussians, one per SIMD lane: the functions in ProjectKernels. On a
+// device a block is a single thread's Gaussian.
 #pragma once
 
 #include <bit>
@@ -19,8 +19,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// ModelLayout::Offset of the attributes up to a degree, for loops that ask often: a table, but on a device, where what
-// is looked up is not in registers.
+// ModelLayout::Offset of the attributes up to a degree, for loops that need it often. On the host it is a table. A
+// device computes it, because a table would not be in registers.
 template <class V, int Degree>
 class AttributeOffsets {
  public:
@@ -53,8 +53,8 @@ class AttributeOffsets {
   std::int64_t table_[kIsTable ? NumAttributes(Degree) : 1];
 };
 
-// Lanes i .. i+n of the rows of a structure of arrays, `offset(r)` being where row r begins; lanes past n read as zero
-// and are not written.
+// Lanes i .. i+n of the rows of a structure of arrays; offset(r) is the first index of row r. Lanes past n are read as
+// zero and not written.
 template <class V, class S>
 struct Block {
   using L = Lanes<V>;
@@ -63,11 +63,11 @@ struct Block {
 
   VESTA_HD Block(std::int64_t first, std::int64_t end)
       : i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
-  // Asks for the first rows of a block to come before `end`. Each is a stream of its own, more than the processor
-  // foresees.
+  // Prefetches the first rows of a later block before `end`. Each row is a separate memory stream, and there are more
+  // streams than the hardware prefetcher follows.
   template <class Offset>
   VESTA_HD void PrefetchAhead(const S* x, const Offset& offset, int rows, std::int64_t end) const {
-    if constexpr (L::kWidth > 1) {  // neighbouring threads of a device read together
+    if constexpr (L::kWidth > 1) {  // on a device, neighbouring threads read together
       constexpr int kBlocks = 2;
       if (i + (kBlocks + 1) * L::kWidth > end) return;
       for (int r = 0; r < rows; ++r) __builtin_prefetch(x + offset(r) + i + kBlocks * L::kWidth);
@@ -89,14 +89,14 @@ struct Block {
   }
 };
 
-// The geometric attributes of a block and their projection.
+// The geometric attributes of a block, and their projection.
 template <class V, class L>
 struct ProjectedBlock {
   V mean[3], log_scale[3], quaternion[4], opacity;
   ProjectionState<L, V> state;
   SplatShape<V> shape;
 
-  // load(a): attribute a of the block.
+  // load(a) returns attribute a of the block.
   template <class S, class Load>
   VESTA_HD ProjectedBlock(const CameraConstants<S, L>& camera, const Load& load) {
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
@@ -106,7 +106,7 @@ struct ProjectedBlock {
   }
 };
 
-// Lanes of a block that are seen.
+// The visible lanes of a block.
 template <class V, class S>
 VESTA_HD typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
   bool is_seen[Lanes<V>::kWidth];
@@ -114,7 +114,7 @@ VESTA_HD typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::
   return Lanes<V>::LoadMask(is_seen);
 }
 
-// out[k] = field k of the records of the block's Gaussians, zero for those not seen. fields(rank) points to N scalars.
+// out[k] = field k of the records of the block's Gaussians, zero if not visible. fields(rank) points to N scalars.
 template <int N, class V, class S, class Fields>
 VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
   alignas(64) S lanes[N][Lanes<V>::kWidth] = {};
@@ -127,7 +127,7 @@ VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_o
   for (int k = 0; k < N; ++k) out[k] = Lanes<V>::Load(lanes[k]);
 }
 
-// The other way: those not seen are not written.
+// The inverse: writes values to the records of the visible Gaussians.
 template <int N, class V, class S, class Fields>
 VESTA_HD void ScatterRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields,
                              const V* values) {
@@ -161,13 +161,13 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     const ProjectedBlock<V, L> b(camera, load);
     const SplatShape<V>& shape = b.shape;
-    // Slightly enlarged: the raster passes use it to skip pixels, alpha itself decides.
+    // Slightly enlarged: raster passes only use it to skip pixels; alpha decides which pixels count.
     const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
     const V support =
         V(static_cast<S>(1.0001)) * (log2_opacity - V(static_cast<S>(kLog2AlphaFloor))) + V(static_cast<S>(1e-3));
     const V reach_x = sqrt(support * (V(1) / (shape.r * shape.r) + Square(shape.beta / shape.s)));
     const V reach_y = sqrt(support) / shape.s;
-    // Comparisons with NaN are false, so everything not finite is left out.
+    // Comparisons with NaN are false, so Gaussians with non-finite values are skipped.
     const auto seen = (b.state.t[2] > V(camera.near)) & (b.opacity >= floor_opacity) & (shape.u + reach_x > V(0)) &
                       (shape.u - reach_x < width) & (shape.v + reach_y > V(0)) & (shape.v - reach_y < height) &
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
@@ -215,8 +215,8 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// The tangent of splats, all but kLambda, from parameters and their derivatives. colored: the mean whose direction the
-// colours take; it moves in its own way where the camera turns about itself. sh: as ShColor has it.
+// Tangent of the splats, except kLambda, from parameters and their derivatives. colored: the mean used for the colour's
+// direction, which moves differently if the camera rotates about itself. sh: as in ShColor.
 template <int Degree, class S, class L, class V, class Sh>
 VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
                              const Dual<V> quaternion[4], const Dual<V> colored[3], const Sh& sh, V w[kSplatTangent]) {
@@ -257,7 +257,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// What the adjoint and Gram of a block share about its colour.
+// Colour computations shared by the adjoint and the Gram matrix of a block.
 template <class V, class S, int Degree>
 struct ColorBlock {
   V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
@@ -299,7 +299,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
     for (int c = 0; c < 3; ++c) color_bar[c] = color.Masked(c, w_bar[kColor + c]);
     color.MeanAdjoint(color_bar, mean_bar);
 
-    // Lanes that are not seen may hold anything (a mean behind the camera, say): they add nothing.
+    // Lanes that are not visible may hold any value (for example a mean behind the camera), so they are masked.
     const auto add = [&](int a, const V& value) { block.Add(g + at(a), Select(seen, value, V(0))); };
     for (int k = 0; k < 3; ++k) add(kMean + k, mean_bar[k]), add(kLogScale + k, log_scale_bar[k]);
     for (int k = 0; k < 4; ++k) add(kQuaternion + k, quaternion_bar[k]);
@@ -310,7 +310,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// The 9 x 9 Gram matrix of d colour / d(splat tangent) from the moments, upper and lower half.
+// The full 9 x 9 Gram matrix of d colour / d(splat tangent), from the moments.
 template <class V>
 VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
   const V* cross = m + kMoments4;
@@ -350,7 +350,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
     const ProjectedBlock<V, L> b(camera, load);
     const ColorBlock<V, S, Degree> color(camera.centre, load, b.mean);
 
-    // K, one row for each entry of the splat tangent; a row is the adjoint of a unit cotangent.
+    // K, with a row for each component of the splat tangent. A row is the adjoint of a unit cotangent.
     V K[kSplatTangent][kGeometry];
     for (auto& row : K) {
       for (V& value : row) value = V(0);
@@ -377,7 +377,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
       for (int row = col; row < kGeometry; ++row) {
         V value(0);
         for (int k = 0; k < kSplatTangent; ++k) value = Fma(K[k][row], GK[k], value);
-        // A sum of squares, but terms that cancel may round it below zero.
+        // A sum of squares, but cancelling terms may round it below zero.
         if (row == col) value = Max(value, V(0));
         block.Add(blocks + of_block(PackedLower(row, col)), Select(seen, value, V(0)));
       }
@@ -385,7 +385,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
     for (int c = 0; c < 3; ++c) {
       const V weight = color.Masked(c, G[kColor + c][kColor + c]);
       for (int k = 0; k < ShCoefficients(Degree); ++k) {
-        // Masked last: the basis of a lane that is not seen may be NaN.
+        // Masked last, because the basis of a lane that is not visible may be NaN.
         block.Add(sh_diagonal + (at(kSh + 3 * k + c) - at(kSh)),
                   Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
       }
@@ -421,7 +421,7 @@ constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
       }};
 }
 
-// kernels[d] for colours of degree d.
+// kernels[d] processes Gaussians of SH degree d.
 template <class V, class S>
 inline constexpr ProjectKernels<S> kProjectKernels[4] = {
     ProjectKernelsOfDegree<V, S, 0>(), ProjectKernelsOfDegree<V, S, 1>(), ProjectKernelsOfDegree<V, S, 2>(),

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// By how much the loss of a view changes when its pixels do: for passes that predict the effect of removing or
-// recolouring a splat.
+// Change of a view's loss when its pixels change. Used by passes that predict the effect of removing or recolouring a
+// splat.
 //
-// The loss of a pixel by itself is known exactly. SSIM is that quadratic of kernels/image/photometric_loss.h whose
-// Hessian is diag(G s) + G diag(c) G: its second part couples pixels. Where the change delta of all pixels is that of a
-// splat, G delta is delta times what the window leaves of the splat: of the energy of a Gaussian of covariance C under
-// a window of variance v there remains
+// The penalty of each pixel is computed exactly. SSIM is approximated by the quadratic of
+// kernels/image/photometric_loss.h, with the Hessian diag(G s) + G diag(c) G, whose second part couples pixels. If the
+// change delta of all pixels comes from one splat, G delta is approximated by delta times a factor. A window of
+// variance v keeps this fraction of the energy of a Gaussian of covariance C:
 //   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 #pragma once
 
@@ -19,23 +19,24 @@
 
 namespace vesta::splat {
 
-// The loss of one view where it is linearised: images of 3 planes, as kernels/image/photometric_loss.h has
-// them for the quadratic of SSIM.
+// The linearised loss of one view. Images have 3 planes; see kernels/image/photometric_loss.h for the quadratic of
+// SSIM.
 template <class S>
 struct LinearizedLoss {
   const S *rendered, *truth;
-  const S* gradient;   // of the loss by the pixel
+  const S* gradient;   // derivative of the loss by the pixel
   const S* diagonal;   // l1 * curvature of the penalty + ssim * G s
   const S* curvature;  // c
   PenaltyCoefficients<S> penalty;
   S l1, ssim;                 // weights
-  S window_variance;          // of the window of SSIM, pixels squared
-  const S* counts = nullptr;  // one plane: 1, or 0 for a pixel of which no change is any to the loss; null: all 1
+  S window_variance;          // of the SSIM window, pixels squared
+  const S* counts = nullptr;  // one plane: 1, or 0 for masked pixels, which do not affect the loss; null: all 1
 };
 
 inline namespace VESTA_ISA {
 
-// The share of a splat's energy that a window leaves, by its conic: 2 ln 2 times the square of what maps d to (p, q).
+// Fraction of a splat's energy that remains under the window, from its conic: 2 ln 2 times the squared map from d to
+// (p, q).
 template <class S>
 VESTA_HD inline S EnergyUnderWindow(const Splat<S>& splat, S variance) {
   const S scale = static_cast<S>(kTwoLn2) * variance, r2 = splat.r * splat.r, s2 = splat.s * splat.s;
@@ -43,7 +44,7 @@ VESTA_HD inline S EnergyUnderWindow(const Splat<S>& splat, S variance) {
   return S(1) / std::sqrt(S(1) + scale * (trace + scale * r2 * s2));
 }
 
-// Over the pixels of one tile.
+// Change of the loss over the pixels of one tile.
 template <class V, class S>
 struct LossOfChange {
   using L = Lanes<V>;
@@ -68,15 +69,15 @@ struct LossOfChange {
       std::fill(counts, counts + kTilePixels, S(1));
     }
   }
-  // To be given to AddRise for a splat's pixels.
+  // Factor for AddCurvature and AddRise at the pixels of a splat.
   V LeftByWindow(const Splat<S>& splat) const { return V(loss.ssim * EnergyUnderWindow(splat, loss.window_variance)); }
-  // bend += the second derivative of the loss by t where pixels of channel k change by t share.
+  // bend += second derivative of the loss with respect to t, if pixels of channel k change by t share.
   void AddCurvature(int k, int offset, const V& share, const V& left_by_window, V& bend) const {
     const V of_pixel = Fma(left_by_window, L::Load(curvature[k] + offset), L::Load(diagonal[k] + offset));
     const V own = share * L::Load(counts + offset);
     bend = Fma(own * own, of_pixel, bend);
   }
-  // rise += that of the loss when pixels of channel k change by `change`.
+  // rise += rise of the loss if pixels of channel k change by `change`.
   void AddRise(int k, int offset, const V& change, const V& left_by_window, V& rise) const {
     const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
@@ -90,22 +91,22 @@ struct LossOfChange {
 
 }  // namespace VESTA_ISA
 
-// Recolouring: the loss of a view were a splat of another colour c', of each splat by itself. Its pixels would change
-// by exactly delta = w (c' - c), w = alpha T.
-inline constexpr int kRecolors = 3;  // that are asked for at a time: of the lower degrees of the harmonics
+// Recolouring: the loss of a view if a single splat had another colour c'. Its pixels would change by exactly delta = w
+// (c' - c), w = alpha T.
+inline constexpr int kRecolors = 3;  // colours per call, one for each lower SH degree
 
-// Of one splat.
+// Colours to try for one splat.
 template <class S>
 struct Recolors {
   S color[kRecolors][3];  // after the clamp at 0
 };
-// Of one splat, summed over pixels and channels.
+// Results for one splat, summed over pixels and channels.
 template <class S>
 struct RecolorRises {
-  S rise[kRecolors];  // of the loss when the splat has that colour
+  S rise[kRecolors];  // rise of the loss if the splat has that colour
 };
 
-// Of one splat, by channel: the second derivative of the loss by its colour.
+// Second derivative of the loss with respect to the colour of one splat, per channel.
 template <class S>
 struct ColorCurvature {
   S channel[3];

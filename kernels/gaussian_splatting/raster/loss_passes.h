@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The raster passes over one tile that predict the loss of a view without a splat, or with another colour of it, each
-// splat by itself.
+// Raster passes over one tile that predict the loss of a view after removing a splat, or with another colour of it.
+// Each splat is considered separately.
 //
-// A pixel is affine in the alpha of each splat. So without the splat its colour changes by exactly
+// A pixel's colour is an affine function of the alpha of each splat. Without the splat it therefore changes by exactly
 //   delta = -alpha d colour / d alpha = S alpha / (1 - alpha) - w c                (pixel_steps.h: w = alpha T)
-// as long as no pixel closes later for it (the transmittance stop). What that does to the loss: loss_of_change.h.
+// unless the pixel would then be closed later (the transmittance stop). loss_of_change.h computes the change of the
+// loss.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/loss_of_change.h"
@@ -55,7 +56,7 @@ void RemovalTile(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& l
   TraverseSplats<V>(lists, tile, pass);
 }
 
-// The same for other colours of a splat.
+// The same for other colours of the splat.
 template <class V, class S>
 struct RecolorPass {
   using L = Lanes<V>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel of median values for one instruction set; compiled once for each.
+// The median kernel, compiled once per instruction set.
 #include "kernels/gaussian_splatting/raster/raster_kernels.h"
 #include "kernels/gaussian_splatting/raster/raster_tile.h"
 #include "kernels/math/lanes.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit. The formulas are those of
-// pixel_steps.h, splat_sums.h. What lies behind a splat is the final colour minus what has been
-// accumulated up to and including it, so adjoint and Gram go front to back too and no per-pixel state is stored between
-// passes.
+// The raster passes over one tile: image, tangent, adjoint, Gram sums, and visit counts. The formulas are in
+// pixel_steps.h and splat_sums.h. The weighted colour behind a splat is the final colour minus the colour accumulated
+// up to and including the splat. Adjoint and Gram passes therefore also go front to back, and no state per pixel and
+// splat is stored between passes.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
@@ -35,7 +35,7 @@ template <class V, class S>
 struct ForwardPass {
   using L = Lanes<V>;
   alignas(64) S color[3][kTilePixels];
-  alignas(64) S transmittance[kTilePixels];  // behind the last splat that is part of the pixel
+  alignas(64) S transmittance[kTilePixels];  // behind the last splat that contributes to the pixel
   struct {
     S color[3], pad;
   } of[RowBatch<V, S>::kPlaces];
@@ -74,8 +74,8 @@ struct TangentPass {
   static constexpr int kPlaces = RowBatch<V, S>::kPlaces;
   const SplatTangent<S>* tangents;
   alignas(64) S d_color[3][kTilePixels];
-  alignas(64) S minus_dT[kTilePixels];  // of the transmittance
-  // Of the batch, member by member, and of its row: psi = constant - p (linear + rho p).
+  alignas(64) S minus_dT[kTilePixels];  // minus the derivative of the transmittance
+  // Per splat of the batch, member by member, and for the current row: psi = constant - p (linear + rho p).
   alignas(64) S shape[kSplatShape][kPlaces], linear[kPlaces], constant[kPlaces];
   struct {
     S color[3], d_color[3], pad[2];
@@ -119,7 +119,7 @@ struct TangentPass {
   }
 };
 
-// Two passes of TraverseRows in one.
+// Runs two passes of TraverseRows together.
 template <class First, class Second>
 struct BothPasses {
   First first;
@@ -154,7 +154,7 @@ struct BothPasses {
 template <class V, class S>
 struct AdjointPass {
   using L = Lanes<V>;
-  SplatTangent<S>* sums;              // [pairs], relative to the whole list
+  SplatTangent<S>* sums;              // [pairs], indexed as the whole list
   alignas(64) S u[3][kTilePixels];    // cotangent of the image
   alignas(64) S behind[kTilePixels];  // u . S
 
@@ -179,7 +179,7 @@ template <class V, class S>
 struct GramPass {
   using L = Lanes<V>;
   SplatGram<S>* sums;
-  alignas(64) S omega[3][kTilePixels];   // the curvature of the loss by each colour
+  alignas(64) S omega[3][kTilePixels];   // curvature of the loss with respect to each colour
   alignas(64) S behind[3][kTilePixels];  // S
 
   struct State {

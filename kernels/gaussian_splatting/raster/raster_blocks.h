@@ -1,11 +1,11 @@
-// SPDX-License-Identifier: Apache-2.0
-// The raster passes for a GPU as block kernels (kernels/core/block_kernel.h): one block a tile, one thread a pixel. The
-// formulas are those of the host's passes (passes.h), the walk is tile_block.h's. S is float on a device; tests run
-// double on the host.
+// SPDX-License-Identifier: Apache-2.0 GPU versions of the raster passes as block kernels (kernels/core/block_kernel.h):
+// a tile is one block of threads, a pixel one thread. They use the formulas of the host's passes (passes.h) and the
+// traversal of tile_block.h. S is float on a device; tests run double on the host.
 //
-// Forward and tangent keep all they need in registers. Adjoint and Gram need sums over the pixels for each splat, and
-// get them in the tile without atomics, and without shuffles in the inner loop: for a few splats at a time the threads
-// write, as pixels, what each splat means to their pixel into shared memory, and add it up, as splats and rows.
+// Forward and tangent passes keep all data in registers. Adjoint and Gram passes sum over the pixels of each splat.
+// They sum within the tile, without atomics and without shuffles in the inner loop. For a few splats at a time, each
+// thread first handles a pixel and writes the contributions of the splats to shared memory. Then the threads handle
+// splats and rows and add the contributions.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/splat_sums.h"
@@ -75,12 +75,12 @@ struct TangentBlock {
   }
 };
 
-// RasterKernels::adjoint, with the sums of pair k of the lists at sums[entries[k]].
+// RasterKernels::adjoint. The sums of pair k of the lists are stored at sums[entries[k]].
 template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Share {
-    S g, w;  // derivative of the pixel's part of u . image by log alpha, and by u . colour
+    S g, w;  // derivatives of the pixel's part of u . image, by log alpha and by u . colour
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -122,8 +122,8 @@ struct AdjointBlock {
   }
 
  private:
-  // Places of a pixel in shares and in u: rows turned so that neither the pixels of half a warp, two rows of eight, nor
-  // those of one column fall on the same bank.
+  // Index of a pixel in shares and in u. Rows are rotated to avoid bank conflicts: the pixels of half a warp (two rows
+  // of eight) are on different banks, and so are the pixels of a column.
   VESTA_HD static int PlaceOfShare(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
   VESTA_HD static int PlaceOfU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
 
@@ -141,13 +141,13 @@ struct AdjointBlock {
   }
 };
 
-// RasterKernels::gram, with the sums of pair k at sums[entries[k]].
+// RasterKernels::gram. The sums of pair k are stored at sums[entries[k]].
 template <class S>
 struct GramBlock {
-  // Two threads a row.
+  // Two threads per row.
   static constexpr int kThreads = kRasterThreads, kBatch = 8, kParts = 2 * kTileSize, kHalf = kTileSize / 2;
   struct alignas(16) Share {
-    S w, d[3];  // derivatives of the pixel's colours by the splat's colour, and by log alpha
+    S w, d[3];  // derivatives of the pixel's colours, by the splat's colour and by log alpha
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -191,7 +191,7 @@ struct GramBlock {
               PowersOfRow(RowInTile(shared.splats[k], y).q, shared.powers[k][y]);
             }
           }
-          block.Sync();  // the parts take the place of the shares
+          block.Sync();  // the parts overwrite the shares
           if (k < count) {
             for (int i = 0; i < GramRow<S>::kSums; ++i) shared.parts[k][thread % kParts][i] = part.sum[i];
           }
@@ -206,8 +206,8 @@ struct GramBlock {
   }
 
  private:
-  // Place of a pixel in shares and omega: half rows turned so that eight neighbouring threads, each at the same pixel
-  // of a half row of its own, have banks of their own.
+  // Index of a pixel in shares and omega. Half rows are rotated to avoid bank conflicts between eight neighbouring
+  // threads, each at the same pixel of its own half row.
   VESTA_HD static int Place(int x, int y) {
     const int half = x / kHalf;
     return y * kTileSize + half * kHalf + (x + 2 * y + half) % kHalf;

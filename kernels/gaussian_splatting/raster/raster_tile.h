@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The passes bound to images: what RasterKernels points to.
+// The raster passes applied to images: the functions in RasterKernels.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/loss_passes.h"
@@ -16,7 +16,7 @@ void PrefetchImage(const TileLists<S>& lists, const TileWindow& window, const S*
   for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, image + k * plane);
 }
 
-// What the pass has added up, over the background.
+// Stores the pass's accumulated colours plus the background.
 template <class V, class S, class Pass>
 void StoreImage(const TileLists<S>& lists, const TileWindow& window, Pass& pass, S* image) {
   using L = Lanes<V>;
@@ -106,8 +106,7 @@ RasterKernels<S> MakeRasterKernels() {
           &RemovalTile<V, S>, &ColorCurvatureTile<V, S>, &RecolorTile<V, S>,        &CountTile<V, S>};
 }
 
-// The pass that blends nothing: of all splats of a pixel it takes the one at which the transmittance falls below a
-// half.
+// A pass that does not blend: each pixel takes the values of the splat at which its transmittance falls below one half.
 template <class V, class S>
 struct MedianPass {
   using L = Lanes<V>;

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sums of a splat over its pixels, for its cotangent and for its Gram matrix. They are formed pixel by pixel where
-// sums stay in registers, or row by row where many threads share the work: along a row q is constant, so that sums of
-// g p^a suffice, and those of the rows are weighed with powers of q at the end.
+// Sums over a splat's pixels for its cotangent and its Gram matrix. They are computed pixel by pixel if the sums stay
+// in registers, or row by row if many threads share the work. Along a row q is constant, so sums of g p^a suffice; the
+// row sums are multiplied by powers of q at the end.
 //
-// The cotangent. A pixel has two numbers to add: g, the derivative of its part of u . image
-// by log alpha, and w, that of its colour by the splat's. With psi of pixel_steps.h
+// Cotangent: a pixel adds g, the derivative of its part of u . image with respect to log alpha, and w, the derivative
+// of its colour with respect to the splat's colour. With psi of pixel_steps.h:
 //   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.
 //
-// The Gram sums. For each colour of a pixel there is its curvature omega in the loss and d,
-// its derivative by log alpha; w, that by the splat's colour, is the same for all. What is summed:
-//   shape x shape   sum_c omega_c d_c^2, times the monomials p^a q^b of degree <= 4,
-//   shape x colour  omega_c w d_c, times those of degree <= 2, and colour x colour  omega_c w^2.
+// Gram sums: each colour c of a pixel has the curvature omega_c of the loss and the derivative d_c with respect to log
+// alpha. The derivative w with respect to the splat's colour is the same for all colours. The sums are:
+//   shape x shape    sum_c omega_c d_c^2, times the monomials p^a q^b of degree <= 4,
+//   shape x colour   omega_c w d_c, times the monomials of degree <= 2,
+//   colour x colour  omega_c w^2.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
@@ -20,7 +21,7 @@ namespace vesta::splat {
 
 inline namespace VESTA_ISA {
 
-// Pixel by pixel; V: a vector of them.
+// Sums pixel by pixel. V: a vector of pixels.
 template <class V>
 struct CotangentSums {
   V sum[kSplatTangent];
@@ -40,7 +41,7 @@ struct CotangentSums {
   }
 };
 
-// One row: g p^a for a <= 2, then the colours.
+// Sums of one row: g p^a for a <= 2, then the colours.
 inline constexpr int kCotangentRowSums = 6;
 template <class S>
 struct CotangentRow {
@@ -54,7 +55,7 @@ struct CotangentRow {
     sum[2] = Fma(gp, p, sum[2]);
   }
 };
-// Component i from the rows of a tile. splat: of InTile.
+// Component i of the cotangent from the row sums of a tile. splat: from InTile.
 template <class S>
 VESTA_HD inline S WeighCotangentRows(const Splat<S>& splat, const S (&rows)[kTileSize][kCotangentRowSums], int i) {
   const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
@@ -67,7 +68,7 @@ VESTA_HD inline S WeighCotangentRows(const Splat<S>& splat, const S (&rows)[kTil
   return i < kLambda ? -sum : sum;
 }
 
-// What one colour of a pixel adds.
+// Contribution of one colour of a pixel.
 template <class V>
 struct GramColor {
   V omega, d;
@@ -86,7 +87,7 @@ VESTA_HD inline void AddPowers(V m, const V& p, V* sums) {
   }
 }
 
-// Pixel by pixel; V: a vector of them in one row.
+// Sums pixel by pixel. V: a vector of pixels of one row.
 template <class V>
 struct GramSums {
   V shape[kMoments4], cross[3][kMoments2], color[3];
@@ -98,7 +99,7 @@ struct GramSums {
       for (V& moment : cross[c]) moment = V(0);
     }
   }
-  // color_of(c) gives the GramColor of colour c, when its turn comes: registers are few.
+  // color_of(c) returns the GramColor of colour c; called for one colour at a time to save registers.
   template <class S, class ColorOf>
   [[gnu::always_inline]] void Add(const V& w, const V& p, const S& q, const ColorOf& color_of) {
     const S q2 = q * q;
@@ -125,7 +126,7 @@ struct GramSums {
   }
 };
 
-// Part of a row: m p^a for a <= 4, then for each colour the cross terms for a <= 2, then the colours.
+// Sums of a part of a row: m p^a for a <= 4, then for each colour the cross terms for a <= 2, then the colours.
 template <class S>
 struct GramRow {
   static constexpr int kCross = 5, kColors = kCross + 9, kSums = kColors + 3;
@@ -146,7 +147,7 @@ struct GramRow {
     AddPowers<4>(m, p, sum);
   }
 };
-// q^b of a row for b <= 4.
+// Powers q^b of a row for b <= 4.
 inline constexpr int kRowPowers = 5;
 template <class S>
 VESTA_HD inline void PowersOfRow(const S& q, S power[kRowPowers]) {
@@ -154,13 +155,13 @@ VESTA_HD inline void PowersOfRow(const S& q, S power[kRowPowers]) {
   for (int b = 1; b < kRowPowers; ++b) power[b] = power[b - 1] * q;
 }
 
-// Sum i of SplatGram from the rows of a tile, each in as many parts as follow each other. powers: PowersOfRow of the
-// rows of the splat.
+// Sum i of SplatGram from the row sums of a tile, with consecutive parts for each row. powers: PowersOfRow of the
+// splat's rows.
 template <int kParts, class S>
 VESTA_HD inline S WeighGramRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
                                 int i) {
   constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors, kPartsOfRow = kParts / kTileSize;
-  // The monomial p^a q^b that it belongs to, and where the sums of its p^0 lie.
+  // The monomial p^a q^b of the sum, and the index of its sums for p^0.
   int monomial = i, base = 0;
   if (i >= kMoments4 + 3 * kMoments2) {
     monomial = 0, base = kColors + i - kMoments4 - 3 * kMoments2;

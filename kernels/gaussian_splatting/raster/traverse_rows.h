@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop of the passes that add up over splats (image, tangent): row by row of a tile, so that what belongs to the
-// pixels of a row stays in registers while the splats go by, front to back.
+// The loop of the passes that sum over splats (image, tangent). It visits a tile row by row, so that the state of a
+// row's pixels stays in registers while all splats are processed front to back.
 #pragma once
 
 #include <bit>
@@ -14,33 +14,33 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Consecutive splats of a tile, member by member. Enough of them that a row's loop is long, few enough
-// for the first-level cache.
+// A batch of consecutive splats of a tile, stored member by member. It is long enough for efficient loops and fits in
+// the first-level cache.
 template <class V, class S>
 class RowBatch {
  public:
   using L = Lanes<V>;
   static constexpr int kSplats = 128;
-  static constexpr int kPlaces = kSplats + 16;  // those after the last hold no splat
+  static constexpr int kPlaces = kSplats + 16;  // places after the last splat are empty
   static constexpr int kVectors = kTileSize / L::kWidth;
 
   int size = 0;
 
-  // A splat of InTile.
+  // Adds a splat from InTile.
   void Add(const Splat<S>& splat) {
     u_[size] = splat.u, v_[size] = splat.v;
     r_[size] = splat.r, s_[size] = splat.s, beta_[size] = splat.beta;
     log2_opacity_[size] = splat.log2_opacity, support_[size] = splat.support, inv_r_[size] = splat.inv_r;
     ++size;
   }
-  // Splats that reach nothing, up to a whole number of vectors.
+  // Fills up to a whole number of vectors with splats that cover no pixel.
   void Pad() {
     for (int i = size; i % L::kWidth != 0; ++i) {
       u_[i] = v_[i] = r_[i] = s_[i] = beta_[i] = log2_opacity_[i] = inv_r_[i] = S(0), support_[i] = S(-1);
     }
   }
 
-  // For row y of the tile; row_done(first splat, q) is called for each vector of splats.
+  // Prepares row y of the tile. row_done(first splat, q) is called for each vector of splats.
   template <class RowDone>
   void SetRow(int y, const RowDone& row_done) {
     for (int& count : met_) count = 0;
@@ -58,7 +58,7 @@ class RowBatch {
     }
     for (int k = 0; k < kVectors; ++k) meets_[k][met_[k]] = meets_[k][met_[k] + 1] = kSplats;
   }
-  // Of the row set: how many splats meet vector k, and which, with two more that are none.
+  // For the current row: number and list of the splats that touch vector k. The list ends with two empty entries.
   int met(int k) const { return met_[k]; }
   const std::uint32_t* meets(int k) const { return meets_[k]; }
   V P(std::uint32_t splat, const V& columns) const { return OffsetAt(columns, V(r_[splat]), V(p0_[splat])); }
@@ -67,16 +67,17 @@ class RowBatch {
  private:
   alignas(64) S u_[kSplats], v_[kSplats], r_[kSplats + 1] = {}, s_[kSplats], beta_[kSplats],
                                                        log2_opacity_[kSplats], support_[kSplats], inv_r_[kSplats];
-  alignas(64) S peak_[kPlaces] = {}, p0_[kPlaces] = {};  // of the row
+  alignas(64) S peak_[kPlaces] = {}, p0_[kPlaces] = {};  // of the current row
   int met_[kVectors];
   std::uint32_t meets_[kVectors][kPlaces];
 };
 
-// Pass has
-//   Prepare(place, splat, rank)               what it looks up for the splat at this place of the batch
-//   PrepareRow(first place, q)                one vector of splats in one row
-//   State Load(offset), Store(state, offset)  what it keeps for a vector of pixels; offset into the tile
-//   Pixels(state, place, p, blend)
+// Pass has these members:
+//
+//   Prepare(place, splat, rank)               looks up data of the splat at this place of the batch
+//   PrepareRow(first place, q)                prepares one vector of splats for one row
+//   State Load(offset), Store(state, offset)  state of a vector of pixels; offset: index into the tile
+//   Pixels(state, place, p, blend)            processes one vector of pixels
 template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseRows(const TileLists<S>& lists, int tile, TilePixels<V, S>& pixels,
                                                 Pass& pass) {
@@ -105,8 +106,7 @@ template <class V, class S, class Pass>
         const V columns = iota + V(static_cast<S>(k * L::kWidth));
         V transmittance = L::Load(pixels.transmittance + offset);
         typename Pass::State state = pass.Load(offset);
-        // The exponent two splats ahead of its use and alpha one: their latency would otherwise fill the processor's
-        // queue of instructions.
+        // The exponent is computed two splats ahead and alpha one, to hide their latency.
         V p = batch.P(places[0], columns), alpha = EvaluateAlpha(batch.Exponent(places[0], p));
         V next_p = batch.P(places[1], columns), exponent = batch.Exponent(places[1], next_p);
         for (int i = 0; i < met; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop of the passes that sum over the pixels of each splat (adjoint, Gram): the splats of a tile front to back,
-// and of each the vectors of pixels that it may touch, so that its sums stay in registers.
+// The loop of the passes that sum over the pixels of each splat (adjoint, Gram). It visits the splats of a tile front
+// to back, and for each splat the vectors of pixels that it may touch, so that the splat's sums stay in registers.
 #pragma once
 
 #include <bit>
@@ -14,17 +14,17 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Where one splat may reach in a tile: row by row its place, and the rows it meets in each column of vectors.
+// The rows of a tile that a splat covers: its position in each row, and the rows it touches in each column of vectors.
 template <class V, class S>
 struct SplatRows {
   using L = Lanes<V>;
   static constexpr int kVectors = kTileSize / L::kWidth;
   alignas(64) S q[kTileSize];
-  alignas(64) S peak[kTileSize + 1] = {};  // and one more, of no row
-  alignas(64) S p0[kTileSize + 1] = {};    // likewise
-  std::uint32_t meets[kVectors];           // bit y of meets[k]: row y, pixels k * width and on
+  alignas(64) S peak[kTileSize + 1] = {};  // with an extra element without a row
+  alignas(64) S p0[kTileSize + 1] = {};    // with an extra element without a row
+  std::uint32_t meets[kVectors];           // bit y of meets[k]: touches row y in the vector from pixel k * width on
 
-  // splat: of InTile.
+  // splat: from InTile.
   void Set(const Splat<S>& splat) {
     const RowSplat<V> all = InAllLanes<V>(splat);
     for (std::uint32_t& rows : meets) rows = 0;
@@ -38,10 +38,11 @@ struct SplatRows {
   }
 };
 
-// Pass has
-//   State Begin(splat)                      what it keeps for one splat, a local object so that it lives in registers
-//   Pixels(state, q, offset, p, blend)      one vector of pixels; offset into the tile
-//   End(state, pair), Skip(pair)            pair: position in lists.ranks; Skip where all pixels are closed
+// Pass has these members:
+//
+//   State Begin(splat)                      state of one splat, a local object so that it stays in registers
+//   Pixels(state, q, offset, p, blend)      processes one vector of pixels; offset: index into the tile
+//   End(state, pair), Skip(pair)            pair: position in lists.ranks; Skip is called if all pixels are closed
 template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseSplats(const TileLists<S>& lists, int tile, Pass& pass) {
   using L = Lanes<V>;
@@ -50,7 +51,7 @@ template <class V, class S, class Pass>
   const TileOrigin<S> origin(lists, tile);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
-  // One splat ahead, so that the rows to visit are known when the loop over them begins.
+  // Prepared one splat ahead, so that the rows to visit are known when the loop over them begins.
   SplatRows<V, S> prepared[2];
   const auto prepare = [&](std::int64_t next) {
     prepared[next & 1].Set(InTile(lists.splats[lists.ranks[next]], origin));
@@ -66,7 +67,7 @@ template <class V, class S, class Pass>
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
       std::uint32_t todo = rows.meets[k] & pixels.open[k];
       if (todo == 0) continue;
-      // alpha one row ahead of what uses it: its latency would otherwise fill the processor's queue of instructions.
+      // alpha is computed one row ahead to hide its latency.
       int row = std::countr_zero(todo);
       V p = OffsetAt(columns, r, V(rows.p0[row])), alpha = AlphaAt(p, V(rows.peak[row]));
       do {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where splats reach in rows of a tile, and what stays the same along a row. One template for both orders of work: the
-// lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row (traverse_rows.h), with the same bits; on
-// a device one row of one splat (tile_block.h).
+// The pixels that a splat covers in each row of a tile, and the values that are constant along a row. One template
+// serves three traversals: SIMD lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row
+// (traverse_rows.h), with bit-identical results; on a device it is one row of one splat (tile_block.h).
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The centre of a tile's first pixel.
+// Centre of a tile's first pixel.
 template <class S>
 struct TileOrigin {
   S left, top;
@@ -21,7 +21,7 @@ struct TileOrigin {
       : left(static_cast<S>(column * kTileSize) + S(0.5)), top(static_cast<S>(row * kTileSize) + S(0.5)) {}
 };
 
-// A splat with its mean relative to the tile's origin.
+// Returns the splat with its mean relative to the tile's origin.
 template <class S>
 VESTA_HD inline Splat<S> InTile(const Splat<S>& splat, const TileOrigin<S>& origin) {
   Splat<S> moved = splat;
@@ -30,7 +30,7 @@ VESTA_HD inline Splat<S> InTile(const Splat<S>& splat, const TileOrigin<S>& orig
   return moved;
 }
 
-// The members of a splat of InTile that the rows need, one splat in all lanes or one in each.
+// The members that the rows need of a splat from InTile: one splat in all lanes, or one per lane.
 template <class V>
 struct RowSplat {
   V u, v, r, s, beta, log2_opacity, support, inv_r;
@@ -41,7 +41,7 @@ VESTA_HD inline RowSplat<V> InAllLanes(const Splat<S>& splat) {
           V(splat.support), V(splat.inv_r)};
 }
 
-// The place of a row in a splat's whitened coordinates: pixel x is at (p0 + r x, q).
+// Position of a row in a splat's whitened coordinates: pixel x is at (p0 + r x, q).
 template <class V>
 struct RowPlace {
   V q;
@@ -66,7 +66,7 @@ template <class V>
 struct RowSpan : RowPlace<V> {
   using L = Lanes<V>;
   using S = typename L::Scalar;
-  V peak;  // log2 of the opacity, less q^2
+  V peak;  // log2 of the opacity, minus q^2
   V begin, end;
   typename L::Mask reaches;
 
@@ -75,27 +75,27 @@ struct RowSpan : RowPlace<V> {
     using std::ceil;
     const V rest = Fnma(this->q, this->q, splat.support);
     reaches = rest > V(0);
-    // The support's margin is larger than this root's error.
+    // The margin of the support is larger than the error of this root.
     const V half_width = MaskedSquareRoot(reaches, rest) * splat.inv_r;
     begin = ceil(this->middle - half_width);
     end = this->middle + half_width;
   }
 
-  // Of one row: its pixels within reach, of those from first to last.
+  // For a single row: its covered pixels among first .. last.
   VESTA_HD PixelRange PixelsIn(int first, int last) const {
     if (!reaches) return {first, first};
     return {static_cast<int>(Clamp(begin, S(first), S(last + 1))),
             static_cast<int>(Clamp(end, S(first - 1), S(last))) + 1};
   }
 
-  // Lane by lane: whether vector k of the row holds a pixel within reach; not where the span lies between two.
+  // For each lane: whether vector k of the row holds a covered pixel. False if the span lies between two pixels.
   VESTA_HD std::uint32_t Meets(int k) const {
     const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
     return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));
   }
 };
 
-// A splat of InTile on row y of the tile. What is not used of it costs nothing.
+// The row y of a splat from InTile. Unused members are optimised away.
 template <class S>
 VESTA_HD inline RowSpan<S> RowInTile(const Splat<S>& splat, int y) {
   return RowSpan<S>(InAllLanes<S>(splat), static_cast<S>(y));

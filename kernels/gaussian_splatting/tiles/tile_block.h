@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the block kernels over a tile have in common (kernels/core/block_kernel.h): one block a tile, one thread a
-// pixel, and the walk through the tile's splats in batches that lie in shared memory. The counterpart of the host's
+// Common parts of the block kernels over tiles (kernels/core/block_kernel.h). A tile is one block of threads and a
+// pixel one thread; the tile's splats are visited in batches in shared memory. The host's counterparts are
 // traverse_rows.h and traverse_splats.h.
 #pragma once
 
@@ -14,10 +14,10 @@ namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRasterThreads / 32;
-// A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
+// A warp covers 8 x 4 pixels: a compact shape, so that a splat touches fewer warps.
 inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
-// The tile of a block that takes one. Its number divides faster as an int.
+// The tile of a block of threads, as an int because its division is faster.
 template <class Block>
 VESTA_HD inline int TileOf(const Block& block) {
   return static_cast<int>(block.id());
@@ -25,9 +25,9 @@ VESTA_HD inline int TileOf(const Block& block) {
 
 // The pixel of a thread.
 struct BlockPixel {
-  int x, y;            // in the tile
-  bool inside;         // the image
-  std::int64_t place;  // in a plane of the image
+  int x, y;            // position in the tile
+  bool inside;         // whether it is inside the image
+  std::int64_t place;  // index in a plane of the image
   std::int64_t plane;  // pixels in a plane
 
   template <class S>
@@ -41,7 +41,7 @@ struct BlockPixel {
     plane = std::int64_t{lists.width} * lists.height;
   }
   VESTA_HD int in_tile() const { return y * kTileSize + x; }
-  // Channel c of an image, 0 outside it; a pixel outside is not written.
+  // Value of channel c of an image; 0 outside the image. Store ignores pixels outside.
   template <class S>
   VESTA_HD S Load(const S* image, int c) const {
     return inside ? image[c * plane + place] : S(0);
@@ -52,14 +52,14 @@ struct BlockPixel {
   }
 };
 
-// What passes to a pixel.
+// Blending state of a pixel, from front to back.
 template <class S>
 struct Passing {
-  S transmittance = S(1);  // behind the last splat that is part of the pixel
+  S transmittance = S(1);  // behind the last splat that contributes to the pixel
   bool open;
 
   VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.inside) {}
-  // The next splat, of InTile: hit(p, q, blend) if it reaches the pixel.
+  // Processes the next splat (from InTile); calls hit(p, q, blend) if it contributes to the pixel.
   template <class Hit>
   VESTA_HD void Meet(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
     const RowSpan<S> row = RowInTile(splat, pixel.y);
@@ -72,8 +72,8 @@ struct Passing {
   }
 };
 
-// Bit w: the support of the splat, of InTile, meets the pixels of warp w. Where a bit is clear
-// alpha is 0 for each of the warp's pixels.
+// Bit w is set if the support of the splat (from InTile) meets the pixels of warp w. If it is not set, alpha is 0 for
+// all pixels of that warp.
 template <class S>
 VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   const SupportReach<S> reach(splat);
@@ -91,7 +91,7 @@ VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   return warps;
 }
 
-// Splats of a tile in shared memory, and which warps they concern.
+// A batch of a tile's splats in shared memory, and the warps that each of them touches.
 template <class S, int kBatch>
 struct SplatBatch {
   Splat<S> splats[kBatch];
@@ -100,7 +100,7 @@ struct SplatBatch {
   VESTA_HD const Splat<S>& operator[](int k) const { return splats[k]; }
   VESTA_HD bool Concerns(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
 
-  // Brings in the splats of the pairs [first, first + count). Barriers must lie on both sides.
+  // Loads the splats of the pairs [first, first + count). Needs a barrier before and after it.
   template <class Block>
   VESTA_HD void Stage(Block& block, const TileLists<S>& lists, std::int64_t first, int count) {
     const int k = block.thread();
@@ -110,13 +110,13 @@ struct SplatBatch {
   }
 };
 
-// The same with a list for each warp of the splats that concern it: others cost the warp nothing.
+// The same with a list of splats for each warp, so that a warp does not visit the others.
 template <class S, int kBatch>
 struct ListedSplatBatch : SplatBatch<S, kBatch> {
   static constexpr int kWords = (kBatch + 31) / 32;
   std::uint32_t lists[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
 
-  // After Stage and a barrier. A barrier must follow.
+  // Builds the lists. Needs a barrier after Stage and another one after List.
   template <class Block>
   VESTA_HD void List(Block& block, int count) {
     if (block.thread() >= kRasterWarps * kWords) return;
@@ -129,13 +129,13 @@ struct ListedSplatBatch : SplatBatch<S, kBatch> {
   }
 };
 
-// Pairs left to do, at most `most`.
+// Number of pairs left, at most `most`.
 VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
   return end - first < most ? static_cast<int>(end - first) : most;
 }
 
-// visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on(), which has a barrier,
-// so that shared memory is free again. Returns the first pair not visited.
+// Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() is true. go_on
+// contains a barrier, which frees shared memory. Returns the first pair not visited.
 template <int kBatch, class S, class Block, class GoOn, class Visit>
 VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
                                           const Visit& visit) {
@@ -148,8 +148,8 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
   return first;
 }
 
-// For passes that add up over splats: hit(k, p, q, blend) for each splat that reaches the thread's pixel, splats[k] of
-// its batch, front to back until the pixel is closed. stage(first, count) brings more of a batch into shared memory.
+// For passes that sum over splats: calls hit(k, p, q, blend) for each splat that contributes to the thread's pixel,
+// front to back until it is closed. The splat is splats[k]. stage(first, count) loads further data of a batch.
 template <int kBatch, class S, class Block, class Stage, class Hit>
 VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel, Passing<S>& passing,
                                 ListedSplatBatch<S, kBatch>& splats, const Stage& stage, const Hit& hit) {
@@ -171,9 +171,9 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
       });
 }
 
-// For passes that sum over the pixels of each splat. As pixels the threads give put(k, share) what each splat means to
-// theirs: Share{} where it does not reach it, else share_of(k, blend). Then sum(first, count), as splats and parts of
-// the tile. Returns the first pair not summed, all pixels being closed.
+// For passes that sum over the pixels of each splat. Each thread first handles a pixel and calls put(k, share) for each
+// splat: share_of(k, blend) if the splat contributes, else Share{}. In sum(first, count) threads then handle splats and
+// parts of the tile. Returns the first pair not summed because all pixels were closed.
 template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
 VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                            SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,
@@ -198,7 +198,7 @@ VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lis
       });
 }
 
-// visit(pair, i) for i < kN and the pairs from `first` to the last of the block's tile, by all threads.
+// Calls visit(pair, i) for i < kN and the pairs from `first` to the end of the block's tile, split among all threads.
 template <int kN, class S, class Block, class Visit>
 VESTA_HD inline void ForEachLeft(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
   const std::int64_t end = lists.tile_begin[block.id() + 1];

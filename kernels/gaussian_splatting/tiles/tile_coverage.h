@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which tiles a splat touches: those where the ellipse of its support meets the rectangle of the pixel centres.
+// The tiles that a splat touches: the ellipse of its support meets the rectangle of their pixel centres.
 #pragma once
 
 #include <cmath>
@@ -13,8 +13,8 @@ inline namespace VESTA_ISA {
 // The extent of a splat's support, the ellipse p^2 + q^2 <= support.
 template <class S>
 struct SupportReach {
-  S y;            // from the mean to its highest and lowest points
-  S dy_at_right;  // height of its rightmost point over the mean; its leftmost is as far on the other side
+  S y;            // vertical distance from the mean to the highest and lowest points
+  S dy_at_right;  // y of the rightmost point minus y of the mean; the leftmost point has the opposite sign
 
   VESTA_HD explicit SupportReach(const Splat<S>& splat) {
     using std::sqrt;
@@ -26,9 +26,9 @@ struct SupportReach {
   }
 };
 
-// The last (sign +1) or first (-1) x of the ellipse between the heights y0 and y1, given that the two meet. The ellipse
-// is widest at its rightmost and leftmost points; where such a height is outside the strip its border nearest to it
-// decides.
+// The last (sign +1) or first (-1) x of the ellipse between the heights y0 and y1. The ellipse must meet this strip. It
+// is widest at its rightmost and leftmost points. If such a point is outside the strip, the nearest border of the strip
+// is used.
 template <class S>
 VESTA_HD inline S ExtremeX(const Splat<S>& splat, const SupportReach<S>& reach, S y0, S y1, S sign) {
   using std::sqrt;
@@ -37,13 +37,13 @@ VESTA_HD inline S ExtremeX(const Splat<S>& splat, const SupportReach<S>& reach, 
   return splat.u - splat.beta * dy + sign * sqrt(Max(splat.support - q * q, S(0))) * splat.inv_r;
 }
 
-// The tiles that a splat touches, row by row.
+// Iterates over the tiles that a splat touches, row by row.
 template <class S>
 struct TileRows {
   Splat<S> splat;
   SupportReach<S> reach;
   int tiles_x, width, height;
-  int begin, end;  // rows of tiles to look at
+  int begin, end;  // rows of tiles to test
 
   VESTA_HD TileRows(const Splat<S>& of, int columns, int rows, int image_width, int image_height)
       : splat(of), reach(of), tiles_x(columns), width(image_width), height(image_height) {
@@ -52,7 +52,7 @@ struct TileRows {
     end = Clip((splat.v + reach.y - S(0.5)) / S(kTileSize), rows - 1) + 1;
   }
 
-  // False where it touches no tile of the row; else those of the columns [*first, *last].
+  // Finds the columns [*first, *last] of the touched tiles in a row; returns false if it touches no tile of the row.
   VESTA_HD bool Row(int row, int* first, int* last) const {
     constexpr S kSize(kTileSize), kHalf(0.5);
     const S y0 = Max(static_cast<S>(row) * kSize + kHalf, splat.v - reach.y);
@@ -63,7 +63,7 @@ struct TileRows {
     if (right < kHalf || left > static_cast<S>(width) - kHalf) return false;
     *last = Clip((right - kHalf) / kSize, tiles_x - 1);
     *first = Clip((left - kHalf) / kSize, tiles_x - 1);
-    // The support may begin in the gap between two tiles' pixel centres.
+    // The support may begin in the gap between the pixel centres of two tiles.
     while (*first <= *last && static_cast<S>((*first + 1) * kTileSize) - kHalf < left) ++*first;
     return *first <= *last;
   }
@@ -76,7 +76,7 @@ struct TileRows {
   VESTA_HD static int Clip(S value, int limit) { return static_cast<int>(Clamp(value, S(0), static_cast<S>(limit))); }
 };
 
-// Calls visit(tile) for every tile the splat touches, by ascending tile.
+// Calls visit(tile) for every tile that the splat touches, in ascending order.
 template <class S, class Visit>
 VESTA_HD inline void VisitTiles(const Splat<S>& splat, int tiles_x, int tiles_y, int width, int height,
                                 const Visit& visit) {

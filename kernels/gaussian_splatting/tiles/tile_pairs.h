@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// The lists of splats by tile as a GPU makes them: each step one function of an index, run for all indices in any
-// order, with stable sorts by key and sums of counts in between. The lists are those of TileBins.
+// SPDX-License-Identifier: Apache-2.0 Builds the splat lists of the tiles on a GPU. Each step is a functor of an index,
+// run for all indices in any order, with stable sorts by key and running sums in between. TileBins builds the same
+// lists on the host.
 //
 //   Gaussians --sort by depth--> GatherSorted --> CountTiles --running sum--> EmitPairs --sort by tile--> PlacePairs
 #pragma once
@@ -12,13 +12,14 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// For rank r < count. keys, indices: of ProjectKernels::project, sorted by key, so that those not seen come last.
+// For rank r < count. keys, indices: from ProjectKernels::project, sorted by key, so that invisible Gaussians come
+// last.
 template <class S>
 struct GatherSorted {
   const std::uint32_t *keys, *indices;
   Index count;
   const Splat<S>* unsorted;
-  Splat<S>* splats;  // by rank; room for as many as are seen
+  Splat<S>* splats;  // by rank; capacity for all visible splats
   std::int32_t* rank_of;
 
   VESTA_HD void operator()(Index r) const {
@@ -28,7 +29,7 @@ struct GatherSorted {
   }
 };
 
-// For rank r < count: *seen = how many Gaussians are seen. seen is 0 before.
+// For rank r < count: *seen = number of visible Gaussians. *seen must be 0 before.
 struct CountSeen {
   const std::uint32_t* keys;
   Index count;
@@ -40,12 +41,12 @@ struct CountSeen {
 };
 
 struct TileGrid {
-  int width, height, tiles_x, tiles_y;  // of the image, in pixels and in tiles
+  int width, height, tiles_x, tiles_y;  // image size in pixels and in tiles
 
   TileGrid(int w, int h)
       : width(w), height(h), tiles_x((w + kTileSize - 1) / kTileSize), tiles_y((h + kTileSize - 1) / kTileSize) {}
   int num_tiles() const { return tiles_x * tiles_y; }
-  // Bits of the largest tile's number.
+  // Number of bits of the largest tile index.
   int key_bits() const {
     int bits = 1;
     while (bits < 31 && (num_tiles() - 1) >> bits > 0) ++bits;
@@ -53,9 +54,9 @@ struct TileGrid {
   }
 };
 
-// The pairs of splat and tile by entry, in the order of splats and of each one's tiles.
+// The (splat, tile) pairs, ordered by splat and then by tile. An entry is a position in this order.
 struct PairArrays {
-  std::uint32_t *tiles, *ranks, *entries;  // entries[e] = e: what is sorted along
+  std::uint32_t *tiles, *ranks, *entries;  // entries[e] = e; the sort by tile permutes it
 
   VESTA_HD void Write(Index e, int tile, Index rank) const {
     tiles[e] = static_cast<std::uint32_t>(tile);
@@ -64,7 +65,7 @@ struct PairArrays {
   }
 };
 
-// For rank r: in how many tiles its splat is listed.
+// For rank r: number of tiles that list its splat.
 template <class S>
 struct CountTiles {
   TileGrid grid;
@@ -79,13 +80,13 @@ struct CountTiles {
   }
 };
 
-// Splats of more tiles than this are left to whole blocks of threads (wide_splats.h).
+// Splats with more tiles than this are processed by whole blocks of threads (wide_splats.h).
 inline constexpr Index kFewTiles = 64;
 VESTA_HD inline bool IsWide(const Index* splat_begin, Index r) {
   return splat_begin[r + 1] - splat_begin[r] > kFewTiles;
 }
 
-// For rank r: an entry for each of its tiles, from splat_begin[r] on; not for wide splats.
+// For rank r: writes an entry for each of its tiles, from splat_begin[r] on. Skips wide splats.
 template <class S>
 struct EmitPairs {
   TileGrid grid;
@@ -101,8 +102,8 @@ struct EmitPairs {
   }
 };
 
-// For pair i, the entries being sorted by tile: its rank, and tile_begin where a tile's pairs begin. tile_begin is all
-// 0 before, which is right where there are no pairs.
+// For pair i, with the entries sorted by tile: stores its rank, and tile_begin at the first pair of a tile. tile_begin
+// must be 0 before.
 struct PlacePairs {
   const std::uint32_t *tiles, *entries, *rank_of_entry;
   Index pairs;
@@ -119,8 +120,8 @@ struct PlacePairs {
   }
 };
 
-// For i = kN * r + component: the sum of that component over the entries of splat r, in the order of its tiles; not for
-// wide splats. Records are kN scalars.
+// For i = kN * r + component: the sum of that component over the entries of splat r, in the order of its tiles. Skips
+// wide splats. Records have kN scalars.
 template <class S, int kN>
 struct SumEntries {
   const Index* splat_begin;

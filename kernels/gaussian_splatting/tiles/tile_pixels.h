@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels of one tile: where they lie in the image, what passes to them, and how planes are copied in and out.
+// The pixels of one tile: their position in the image, their transmittance, and copies to and from planes.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kTilePixels = kTileSize * kTileSize;
 
-// Where a tile lies in the image.
+// Position of a tile in the image.
 struct TileWindow {
   int x0, y0;         // first pixel
   int width, height;  // pixels inside the image, 1..16 each
@@ -24,14 +24,14 @@ inline TileWindow WindowOf(const TileLists<S>& lists, int tile) {
   return {x0, y0, w < kTileSize ? w : kTileSize, h < kTileSize ? h : kTileSize};
 }
 
-// The state of a tile's pixels that every pass carries front to back.
+// Blending state of a tile's pixels, which all passes update from front to back.
 template <class V, class S>
 struct TilePixels {
   using L = Lanes<V>;
-  static constexpr int kVectors = kTileSize / L::kWidth;  // to a row
+  static constexpr int kVectors = kTileSize / L::kWidth;  // per row
 
-  alignas(64) S transmittance[kTilePixels];  // of the splats so far, 0 where the pixel is closed or outside the image
-  std::uint32_t open[kVectors] = {};         // bit y of open[k]: row y, vector k has an open pixel
+  alignas(64) S transmittance[kTilePixels];  // behind the splats so far; 0 if the pixel is closed or outside the image
+  std::uint32_t open[kVectors] = {};         // bit y of open[k]: vector k of row y has an open pixel
 
   TilePixels(const TileLists<S>& lists, int tile) {
     const TileWindow window = WindowOf(lists, tile);
@@ -60,7 +60,7 @@ inline void SetZero(S* tile) {
   for (int i = 0; i < kTilePixels; i += Lanes<V>::kWidth) Lanes<V>::Store(tile + i, V(0));
 }
 
-// Copies one plane of a planar image into a tile (row stride 16, zero outside the image), and back.
+// Copies one plane of a planar image to a tile (row stride 16, zero outside the image), and back.
 template <class V, class S>
 inline void LoadPlane(const TileLists<S>& lists, const TileWindow& window, const S* plane, S* tile) {
   for (int y = 0; y < kTileSize; ++y) {
@@ -73,7 +73,7 @@ inline void LoadPlane(const TileLists<S>& lists, const TileWindow& window, const
     }
   }
 }
-// Asks for the lines that StorePlane will write: they arrive while the tile is worked on.
+// Prefetches the cache lines that StorePlane will write, while the tile is processed.
 template <class S>
 inline void PrefetchPlane(const TileLists<S>& lists, const TileWindow& window, const S* plane) {
   for (int y = 0; y < window.height; ++y) {

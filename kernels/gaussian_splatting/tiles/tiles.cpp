@@ -19,7 +19,7 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
   splat_begin_.Resize(count + 1);
   constexpr Index kGrain = 1024;
   std::atomic<Index> pairs = 0;
-  // To find a splat's tiles is dearer than to move them: each chunk of splats notes those it finds.
+  // Finding a splat's tiles costs more than copying them, so each chunk of splats stores the tiles that it finds.
   std::vector<std::vector<std::uint32_t>> found(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
   ParallelForChunks(count, kGrain, [&](Index begin, Index end) {
     std::vector<std::uint32_t>& mine = found[static_cast<std::size_t>(begin / kGrain)];
@@ -31,7 +31,8 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
       splat_begin_[k + 1] = static_cast<std::int64_t>(mine.size() - before);
     }
     pairs += static_cast<Index>(mine.size());
-    VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view, or more", pairs.load());
+    VESTA_CHECK(pairs < Index{0xffffffff},
+                "the splats of one view cover at least {} tiles in total; the limit is 2^32 - 2", pairs.load());
   });
   for (Index k = 0; k < count; ++k) splat_begin_[k + 1] += splat_begin_[k];
   tiles_of_splat_.ResizeForOverwrite(pairs);
@@ -41,8 +42,8 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
     mine = {};
   });
 
-  // A counting sort by tile that keeps the order of depth. Slices of the splats count and place their own entries; the
-  // slices of one tile follow each other, so the result does not depend on how many there are.
+  // Counting sort by tile that keeps the depth order. Slices of the splats count and place their own entries. The
+  // slices of a tile follow each other, so the result does not depend on their number.
   const Index slices = std::clamp<Index>(count / 4096, 1, 16);
   const Index tiles = num_tiles();
   std::vector<std::uint32_t> cursor(static_cast<std::size_t>(slices * tiles), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which splats touch which tile.
+// Lists of the splats that touch each tile.
 #pragma once
 
 #include "kernels/core/buffer.h"
@@ -7,12 +7,12 @@
 
 namespace vesta::splat {
 
-// Tile-major lists of the splats of one view, and the way back from a splat to its entries.
+// Tile-major lists of the splats of one view, and the inverse: the entries of each splat.
 class TileBins {
  public:
-  // splats: in order of depth. A splat is listed in a tile exactly where the ellipse of its support meets the rectangle
-  // spanned by the tile's pixel centres (with the support's own small margin). Parallel; the same lists for any number
-  // of threads.
+  // splats: in depth order. A splat is listed in a tile if and only if the ellipse of its support (with its small
+  // margin) meets the rectangle of the tile's pixel centres. Runs in parallel; the lists do not depend on the number of
+  // threads.
   template <class S>
   void Build(HostSpan<const Splat<S>> splats, int width, int height);
 
@@ -29,10 +29,10 @@ class TileBins {
   // [splats + 1] first entry of each splat in pairs_of_splat; [num_pairs] its pairs, by ascending tile.
   const std::int64_t* splat_begin() const { return splat_begin_.data(); }
   const std::uint32_t* pairs_of_splat() const { return pairs_of_splat_.data(); }
-  // [num_pairs] the tile of each of those.
+  // [num_pairs] tile of each entry of pairs_of_splat.
   const std::uint32_t* tiles_of_splat() const { return tiles_of_splat_.data(); }
 
-  // Of the lists of such a view.
+  // Memory of the lists of a view, in bytes.
   static double Bytes(const ViewCounts& view) {
     return sizeof(std::int64_t) * (view.tiles + view.splats) + 3 * sizeof(std::uint32_t) * view.pairs;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats that lie in many tiles, as block kernels (kernels/core/block_kernel.h): a block of threads lists the tiles of
-// one and adds up its records, where a single thread would keep all others waiting.
+// Splats that cover many tiles, as block kernels (kernels/core/block_kernel.h). A block of threads lists the tiles of
+// one splat and sums its records. A single thread would keep all others waiting.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -9,11 +9,11 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Where wide splats are noted: each has more entries than kFewTiles, so that there is a multiple of it among the first
-// of them, and among no other's. Slots hold 1 + rank, or 0.
+// Number of slots for wide splats. A wide splat has more than kFewTiles entries; the first multiple of kFewTiles among
+// them gives its slot. A slot contains 1 + rank, or 0.
 constexpr Index NumWideSlots(Index pairs) { return pairs / kFewTiles + 1; }
 
-// For rank r, slots being 0 before.
+// For rank r: stores a wide splat in its slot. slots must be 0 before.
 struct NoteWide {
   const Index* splat_begin;
   std::uint32_t* slots;
@@ -25,14 +25,14 @@ struct NoteWide {
 
 inline constexpr int kWideThreads = 256;
 
-// The slots that a block looks at, in shared memory.
+// The slots of a block, in shared memory.
 struct WideSlots {
   const std::uint32_t* slots;
   Index count;
 
   static constexpr Index NumBlocks(Index count) { return (count + kWideThreads - 1) / kWideThreads; }
 
-  // visit(rank) for each splat noted in the block's slots, by all its threads. A barrier lies before each call.
+  // Calls visit(rank) for each splat in the block's slots, with all threads. There is a barrier before each call.
   template <class Block, class Visit>
   VESTA_HD void ForEach(Block& block, std::uint32_t (&mine)[kWideThreads], const Visit& visit) const {
     const Index at = block.id() * kWideThreads + block.thread();
@@ -46,13 +46,13 @@ struct WideSlots {
   }
 };
 
-// As EmitPairs, of wide splats: a thread a row of tiles.
+// EmitPairs for wide splats; each thread handles a row of tiles.
 template <class S>
 struct EmitWideBlock {
   static constexpr int kThreads = kWideThreads;
   struct Shared {
     std::uint32_t slots[kThreads];
-    Index begin[kThreads + 1];  // of a row's entries
+    Index begin[kThreads + 1];  // first entry of each row
   };
   WideSlots wide;
   TileGrid grid;
@@ -90,8 +90,8 @@ struct EmitWideBlock {
   }
 };
 
-// As SumEntries, of wide splats: each lane adds up every so-manieth entry in the order of tiles, and the lanes are
-// added in their order. The same bits every time.
+// SumEntries for wide splats. Lane l sums every kLanes-th entry from l on, in the order of the tiles, and the lanes are
+// added in order. The result is bit-identical in every run.
 template <class S, int kN>
 struct SumWideBlock {
   static constexpr int kThreads = kWideThreads, kLanes = kThreads / kN;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr Index kGrain = 1024;  // Gaussians; a multiple of every SIMD width
 
-// K xi, by rank.
+// Returns K xi, by rank.
 template <class S>
 const SplatTangent<S>* PoseTangents(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi,
                                     HostBuffer<SplatTangent<S>>& tangents) {
@@ -39,7 +39,7 @@ void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S
                         ViewWorkspace<S>& workspace) {
   SplatTangent<S>* tangents = view.ProjectTangents(model, dx, workspace);
   if (xi) {
-    const SplatTangent<S>* moved = PoseTangents(view, model, *xi, workspace.pair_sums);  // which no tangent pass takes
+    const SplatTangent<S>* moved = PoseTangents(view, model, *xi, workspace.pair_sums);  // unused by tangent passes
     ParallelFor(view.num_splats(), kGrain, [&](Index rank) { Add(moved[rank], tangents[rank]); });
   }
   view.ApplyRasterJ(tangents, d_image);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting kernels of one instruction set; compiled once for each (cmake/Targets.cmake, vesta_simd_sources).
+// The splatting kernels, compiled once per instruction set (cmake/Targets.cmake, vesta_simd_sources).
 #include "kernels/gaussian_splatting/projection/project_block.h"
 #include "kernels/gaussian_splatting/raster/raster_tile.h"
 #include "kernels/math/lanes.h"

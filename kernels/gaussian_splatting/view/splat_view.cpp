@@ -18,8 +18,8 @@ void EnsureSize(HostBuffer<T>& buffer, Index size) {
   if (buffer.size() < size) buffer.ResizeForOverwrite(size + size / 8);
 }
 
-// splat_sums[k] = the sum of pair_sums over the pairs of splat k, in the fixed order of its tiles. Record holds kN
-// scalars and nothing else.
+// splat_sums[k] = the sum of pair_sums over the pairs of splat k, in the fixed order of its tiles. Record consists of
+// kN scalars.
 template <class S, class Record>
 void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, Record* splat_sums) {
   constexpr Index kRecordBytes = sizeof(Record), kN = kRecordBytes / static_cast<Index>(sizeof(S));
@@ -39,7 +39,7 @@ void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, R
   });
 }
 
-// What pass(tile, pairs) leaves for each pair of each tile, summed for each splat.
+// Runs pass(tile, pairs) for each tile and sums the records of the pairs per splat.
 template <class S, class Record, class Pass>
 const Record* SumTiles(const TileBins& bins, Index num_splats, HostBuffer<Record>& pairs, HostBuffer<Record>& splats,
                        const Pass& pass) {
@@ -50,7 +50,7 @@ const Record* SumTiles(const TileBins& bins, Index num_splats, HostBuffer<Record
   return splats.data();
 }
 
-// run(kernels, begin, end) for pieces that make up all Gaussians, with the kernels of their degree.
+// Calls run(kernels, begin, end) for ranges that cover all Gaussians, with the kernels of their SH degree.
 template <class S, class Run>
 void ForGaussians(const Model<S>& model, const Run& run) {
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
@@ -137,7 +137,7 @@ SplatTangent<S>* SplatView<S>::ProjectTangents(const Model<S>& model, const S* d
 template <class S>
 void SplatView<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image,
                                    ViewWorkspace<S>& workspace) const {
-  VESTA_CHECK(cache_.empty(), "rendering and J in one pass is without a cache");
+  VESTA_CHECK(cache_.empty(), "RenderAndApplyJ does not support a cached Jacobian");
   const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
   const ScopedPhase phase("raster tangent");
   const TileLists<S> lists = Lists();

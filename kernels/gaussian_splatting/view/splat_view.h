@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One view of a model: the splats it sees, in order, and the operators between parameters and image.
+// One view of a model: its visible splats in depth order, and the operators between parameters and image.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@
 
 namespace vesta::splat {
 
-// Memory that views share while they work one after the other. Contents mean nothing between calls.
+// Scratch memory that views share one after the other. Undefined between calls.
 template <class S>
 struct ViewWorkspace {
   HostBuffer<std::uint32_t> keys;
@@ -29,8 +29,8 @@ struct ViewWorkspace {
   HostBuffer<RecolorRises<S>> pair_recolors, splat_recolors;
   HostBuffer<S> u_tiles;
 
-  // Bytes of what Build takes of it for such a view of so many Gaussians, of what J and J^T take, a cached Jacobian
-  // besides, and Gram matrices.
+  // Memory in bytes for a view and a number of Gaussians: used by Build, by products with J and J^T, by a cached
+  // Jacobian in addition to these, and by Gram matrices.
   static double BuildBytes(const ViewCounts& view, double gaussians) {
     return kSpareRoom * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
   }
@@ -43,65 +43,65 @@ struct ViewWorkspace {
   }
 };
 
-// The image of a model in a view is y -> image after x -> y: J = J_raster J_project, both linear maps below at the x
-// given to Build. All parallel; every result is bit-identical for any number of threads.
+// The image of a model in a view. Parameters x determine splats y, and y the image, so J = J_raster J_project. Both are
+// linearised at the x given to Build. Results are bit-identical for any number of threads.
 template <class S>
 class SplatView {
  public:
   using Cache = JacobianCache<S>;
 
-  // Of such a view of so many Gaussians, without a cache.
+  // Memory of a view without a cache, in bytes.
   static double Bytes(const ViewCounts& view, double gaussians) {
     return sizeof(Splat<S>) * view.splats + sizeof(std::int32_t) * gaussians + TileBins::Bytes(view);
   }
 
-  // Projects, sorts by (depth, index) and bins. x is read here and again by the operators, which must be given the
-  // same.
+  // Projects, sorts by (depth, index) and assigns to tiles. Build reads x, and the operators read it again: they must
+  // receive the same x.
   void Build(const Model<S>& model, const PosedCamera& view, const double background[3], ViewWorkspace<S>& workspace);
 
   const PosedCamera& camera() const { return camera_; }
   Index num_pixels() const { return Index{camera_.width} * camera_.height; }
-  // Number of splats seen, and of (splat, tile) pairs.
+  // Number of visible splats, and of (splat, tile) pairs.
   Index num_splats() const { return splats_.size(); }
   Index num_pairs() const { return bins_.num_pairs(); }
-  // rank_of[i]: place of Gaussian i in the order of depth, or -1 if not seen.
+  // rank_of[i]: position of Gaussian i in depth order, or -1 if not visible.
   HostSpan<const std::int32_t> rank_of() const { return rank_of_; }
   HostSpan<const Splat<S>> splats() const { return splats_; }
 
   // For RasterKernels; valid until the next Build.
   TileLists<S> Lists() const;
-  // What a raster pass over this view visits; takes about as long as Render.
+  // Counts the work of a raster pass over this view. Takes about the time of Render.
   VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
   void Render(S* image) const;
   Index num_tiles() const { return bins_.num_tiles(); }
-  // Keeps the raster's Jacobian until the next Build, for ApplyJ and AddJT to take their products from. image: from
-  // Render. Both then err as JacobianCache says.
+  // Caches the raster's Jacobian until the next Build; ApplyJ and AddJT then use it, with the errors given in
+  // JacobianCache. image: from Render.
   void CacheJacobian(const S* image, CacheFormat format, ViewWorkspace<S>& /*workspace*/) {
     cache_.Build(Lists(), bins_, image, format);
   }
   const JacobianCache<S>& cache() const { return cache_; }
-  // d_image = J dx; dx laid out as x.
+  // d_image = J dx; dx has the layout of x.
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
-  // Render and ApplyJ at once. Without a cache.
+  // Render and ApplyJ together. Must be used without a cache.
   void RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
-  // The tangents of the splats, by rank, that dx makes; in workspace.splat_sums.
+  // Computes the tangents of the splats, by rank, from dx; stored in workspace.splat_sums.
   SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
-  // The part of these between splats and image, J_raster, for what moves splats otherwise than their parameters do:
-  // d_image = J_raster tangents, by rank; and J_raster^T u by rank, in the workspace.
+  // Products with J_raster, the part of J between splats and image, for splats that do not move by their parameters:
+  // d_image = J_raster tangents, by rank, and J_raster^T u by rank, stored in the workspace.
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
   const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
-  // blocks and sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >= 0 planar as the image.
+  // blocks and sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram). omega >= 0, planar like the
+  // image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace) const;
-  // rises[i] += that of the loss without Gaussian i, for each that is seen (loss_passes.h). loss.rendered: from
-  // Render.
+  // rises[i] += rise of the loss without Gaussian i, for each visible one (loss_passes.h). loss.rendered: from Render.
   void AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
-  // Of the splats, by rank; in the workspace, until the next call.
+  // Curvatures of the splats, by rank; stored in the workspace until the next call.
   const ColorCurvature<S>* ColorCurvatures(const LinearizedLoss<S>& loss, ViewWorkspace<S>& workspace) const;
-  // rises[i] += those of Gaussian i with other colours, for each that is seen; recolor(i): a Recolors<S>.
+  // rises[i] += rises of the loss if Gaussian i has other colours, for each visible one. recolor(i): a Recolors<S>.
   template <class Recolor>
   void AddRecolors(const LinearizedLoss<S>& loss, const Recolor& recolor, RecolorRises<double>* rises,
                    ViewWorkspace<S>& workspace) const {
@@ -113,7 +113,7 @@ class SplatView {
   }
 
  private:
-  // By workspace.recolors.
+  // Uses workspace.recolors.
   void SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises, ViewWorkspace<S>& workspace) const;
 
   PosedCamera camera_{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What models, scenes and the splatting problem do index by index, compiled for a GPU.
+// GPU kernels for the per-index functors of models, scenes and the splatting problem.
 #include "kernels/core/for_each.cuh"
 #include "problems/gaussian_splatting/lm/gradient_shrinkage.h"
 #include "problems/gaussian_splatting/lm/length_metric.h"
@@ -9,13 +9,13 @@
 
 namespace vesta {
 
-VESTA_DEVICE_FOR_EACH(gs::LengthMetric<float>, "metric of lengths")
-VESTA_DEVICE_FOR_EACH(gs::AddViewGradient<float>, "gradient of a view")
-VESTA_DEVICE_FOR_EACH(gs::ShrunkGradient<float>, "agreement of views")
-VESTA_DEVICE_FOR_EACH(gs::RowGathering<std::uint32_t>, "gathering of rows")
-VESTA_DEVICE_FOR_EACH(gs::CountGathering, "gathering of counts")
+VESTA_DEVICE_FOR_EACH(gs::LengthMetric<float>, "length metric")
+VESTA_DEVICE_FOR_EACH(gs::AddViewGradient<float>, "view gradient")
+VESTA_DEVICE_FOR_EACH(gs::ShrunkGradient<float>, "gradient shrinkage")
+VESTA_DEVICE_FOR_EACH(gs::RowGathering<std::uint32_t>, "gather rows")
+VESTA_DEVICE_FOR_EACH(gs::CountGathering, "gather counts")
 VESTA_DEVICE_FOR_EACH(gs::MeasureUnit, "units of length")
-VESTA_DEVICE_FOR_EACH(gs::ShowWhereLeftOut<float>, "what a mask leaves out")
-VESTA_DEVICE_FOR_EACH(gs::ClearWhereLeftOut<float>, "what a mask leaves out")
+VESTA_DEVICE_FOR_EACH(gs::ShowWhereLeftOut<float>, "fill masked pixels")
+VESTA_DEVICE_FOR_EACH(gs::ClearWhereLeftOut<float>, "clear masked pixels")
 
 }  // namespace vesta

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of a gradient that the views agree on. For both memory spaces.
+// Shrinks the entries of a gradient on which the views disagree. For both memory spaces.
 //
-// The gradient g = sum_i g_i of n views is a sum of samples, whose variance is estimated from the samples themselves:
-// v = n / (n - 1) (sum_i g_i^2 - g^2 / n). Where g^2 is hardly above v, the views pull apart and what is left over is
-// their noise: following it lowers the cost of these views and raises that of others. Each entry of the descent is
-// shrunk by max(0, 1 - strength v / g^2), the positive-part rule of James and Stein (1961); that gradients' variance
-// between samples tells when there is nothing left to learn is from Mahsereci et al. 2017, "Early stopping without a
-// validation set".
+// The gradient g = sum_i g_i of n views is a sum of samples. Its variance is estimated from the same samples:
+// v = n / (n - 1) (sum_i g_i^2 - g^2 / n). Where g^2 is hardly above v, the gradients of the views nearly cancel, and
+// the remainder is noise: following it lowers the cost of these views and raises the cost of others. Each entry of the
+// right-hand side is therefore multiplied by max(0, 1 - strength v / g^2), the positive-part rule of James and Stein
+// (1961). Mahsereci et al. 2017, "Early stopping without a validation set", use the variance of gradients between
+// samples to detect when no more can be learnt.
 #pragma once
 
 #include "kernels/core/hd.h"
@@ -14,7 +14,7 @@
 
 namespace vesta::gs {
 
-// Entry by entry: sum += one, squares += one^2, one = 0.
+// For each entry: sum += one, squares += one^2, one = 0.
 template <class S>
 struct AddViewGradient {
   S *one, *sum, *squares;
@@ -26,8 +26,9 @@ struct AddViewGradient {
   }
 };
 
-// squares, of the gradients of `views` views with this sum, becomes the descent: minus the sum, shrunk. strength > 0;
-// with 1 an entry stays only where it is larger than its deviation. One view agrees with itself.
+// On input, `squares` is the sum of squared gradients of `views` views and `sum` the sum of their gradients. On output,
+// `squares` is the right-hand side: minus the sum, shrunk. strength > 0; with strength 1, an entry becomes zero unless
+// it exceeds its standard deviation. With one view there is no shrinkage.
 template <class S>
 struct ShrunkGradient {
   S strength, views;
@@ -40,7 +41,7 @@ struct ShrunkGradient {
       return;
     }
     const S g2 = sum[j] * sum[j];
-    const S deviations = squares[j] - g2 / views;  // rounds below zero where all views agree
+    const S deviations = squares[j] - g2 / views;  // may round below zero if all views agree
     const S disagreement = strength * views / (views - 1) * (deviations > 0 ? deviations : S(0));
     squares[j] = -(sum[j] * (disagreement < g2 ? 1 - disagreement / g2 : S(0)));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem in the memory of the host.
+// Instantiates the splatting problem for host memory.
 #include "problems/gaussian_splatting/lm/splat_linearization.inl"
 #include "problems/gaussian_splatting/lm/splat_problem.inl"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem in the memory of a GPU.
+// Instantiates the splatting problem for GPU memory.
 #include "problems/gaussian_splatting/lm/splat_linearization.inl"
 #include "problems/gaussian_splatting/lm/splat_problem.inl"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of the damping metric that goes by lengths: how far means move, and the ends of splats that turn. For both
-// memory spaces.
+// The length-based part of the damping metric: how far means move, and how far the ends of turning splats move. For
+// both memory spaces.
 #pragma once
 
 #include <cmath>
@@ -11,16 +11,16 @@
 
 namespace vesta::gs {
 
-// Completes D (layout.h; `count` Gaussians at x) for the mean and the quaternion of Gaussian i.
-// D of the mean, given for a unit of length of 1, is divided by the square of the Gaussian's unit.
-// A step dq of the quaternion turns the splat by up to 2 |dq| / |q|, which moves its ends, one standard deviation out,
-// by up to 2 sigma_max |dq| / |q|, so D_q += D_mean (2 sigma_max / |q|)^2: the ends are as dear as the
-// mean. A small round splat may turn as it likes; a long needle, which by a small angle sweeps views far from those
-// that it is fitted to, may not.
+// Completes D for the mean and the quaternion of Gaussian i (layout.h; `count` Gaussians at x).
+// On input, D of the mean assumes a unit of length of 1; it is divided by the square of the Gaussian's unit.
+// A quaternion step dq turns the splat by up to 2 |dq| / |q|. This moves its ends, one standard deviation from the
+// mean, by up to 2 sigma_max |dq| / |q|. Therefore D_q += D_mean (2 sigma_max / |q|)^2, so that moving the ends is
+// penalised like moving the mean. A small round splat can turn freely. A long needle cannot: a small rotation would
+// sweep it across views far from those it was fitted to.
 template <class S>
 struct LengthMetric {
   Index count;
-  const float* units;  // [count], of length; null: all 1
+  const float* units;  // [count], lengths; null: all 1
   const S* x;
   S* D;
 
@@ -34,7 +34,7 @@ struct LengthMetric {
       log_scale = x[k * count + i] > log_scale ? x[k * count + i] : log_scale;
     }
     for (int k = splat::kQuaternion; k < splat::kOpacity; ++k) square += x[k * count + i] * x[k * count + i];
-    // Finite for any finite x, and for a quaternion of zero.
+    // Stays finite for any finite x, including a zero quaternion.
     constexpr S kLeastSquare = S(1e-12), kMost = S(1e30);
     S ends = 4 * mean_metric * std::exp(2 * log_scale) / (square > kLeastSquare ? square : kLeastSquare);
     if (!(ends < kMost)) ends = kMost;

@@ -41,7 +41,7 @@ vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   system.metric.group_median_floor = lm.min_diagonal > 0 ? 0 : 1e-6;
   if (lm.min_diagonal > 0) system.metric.min_diagonal = lm.min_diagonal;
   if (lm.max_diagonal > 0) system.metric.max_diagonal = lm.max_diagonal;
-  // Automatic: one of the problem's own where it gives one, else its blocks.
+  // kAuto: the problem's own preconditioner if it provides one, otherwise its diagonal blocks.
   system.preconditioner =
       lm.preconditioner == LmPreconditioner::kJacobi ? PreconditionerKind::kJacobi : PreconditionerKind::kAuto;
   if (lm.preconditioner_damping == PreconditionerDamping::kOne) system.preconditioner_lambda = 1;
@@ -148,14 +148,13 @@ const schema::Table<LmStageOptions>& LmStageFields() {
 
 void CheckTogether(const LmStageOptions& lm) {
   if (lm.min_lambda > lm.initial_lambda || lm.initial_lambda > lm.max_lambda) {
-    Fail(kBadArgument,
-         "lm.initial_lambda={}: it must be from lm.min_lambda, which is {}, to lm.max_lambda, which is {}",
+    Fail(kBadArgument, "lm.initial_lambda={}: it must be between lm.min_lambda={} and lm.max_lambda={}",
          lm.initial_lambda, lm.min_lambda, lm.max_lambda);
   }
-  // Where there is none of ours the engine's holds.
+  // If lm.min_diagonal is 0, the solver's default applies.
   const double least = lm.min_diagonal > 0 ? lm.min_diagonal : DampingMetricOptions{}.min_diagonal;
   if (lm.max_diagonal > 0 && lm.max_diagonal < least) {
-    Fail(kBadArgument, "lm.max_diagonal={}: it must be 0 or at least {}, the least that lm.min_diagonal={} allows",
+    Fail(kBadArgument, "lm.max_diagonal={}: it must be 0 or at least {}, the minimum that lm.min_diagonal={} sets",
          lm.max_diagonal, least, lm.min_diagonal);
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagonal blocks of the splat problem: their layout, and their Gram matrices.
+// Diagonal blocks of the splatting problem: their layout and their Gram matrices.
 #pragma once
 
 #include <vector>
@@ -11,25 +11,25 @@
 
 namespace vesta::gs {
 
-// One block of the geometric attributes for each Gaussian; of the spherical harmonics the diagonal.
+// One block per Gaussian for the geometric attributes; the diagonal only for the spherical harmonics.
 inline std::vector<BlockGroup> SplatBlockGroups(const splat::ModelLayout& layout) {
   const Index count = layout.count, offset = layout.Offset(splat::kSh);
   return {{.size = splat::kGeometry, .count = count, .offset = 0, .component_stride = count},
           {.size = 1, .count = layout.Size() - offset, .offset = offset}};
 }
 
-// What a cached Jacobian's entries are kept in.
+// Storage format for the entries of a cached Jacobian.
 inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
   return kind == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
 }
 
-// The metric of the learning rates: entry a is D of attribute a, 1.2 c / rate^2 with c the mean over Gaussians of
-// diag(H) of the opacity times its rate squared, before LengthMetric completes it. In it parameters that no view sees
-// well are held too. Two attributes have a factor besides (docs/decisions/lm-rules.md):
-// * the means 5, as they move splats past each other in the order of depth, which the linear model does not see;
-// * the bands of the harmonics above the constant 0.02, as their rate is a twentieth of the constant's, so that D would
-//   be 400 times as large and slow all other steps down.
-// opacity_sum: of diag(H) over the opacities. Empty where that gives no metric.
+// Damping metric from the learning rates: entry a is D of attribute a, before LengthMetric completes it. It is 1.2 c /
+// rate^2, where c is the mean over Gaussians of diag(H) of the opacity times its rate squared. This metric also damps
+// parameters that no view observes well. Two attributes have an extra factor (docs/decisions/lm-rules.md):
+// * The means: 5, because they move splats past each other in depth order, which the linear model does not capture.
+// * Spherical harmonics above degree 0: 0.02. Their rate is a twentieth of the constant's, so D would be 400 times as
+//   large and would slow down all other steps.
+// opacity_sum: the sum of diag(H) over the opacities. The result is empty if that is not positive.
 inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
   constexpr double kWeight = 1.2, kOfMeans = 5, kOfBands = 0.02;
   const double opacity_rate2 = options.lr.opacity * options.lr.opacity;
@@ -45,21 +45,22 @@ inline std::vector<double> RatesMetric(const SplatProblemOptions& options, doubl
   return metric;
 }
 
-// Gram matrices of the Gaussians, kept between the diagonal and the blocks, which come from the same pass.
+// Gram matrices of the Gaussians. One pass computes them for both the diagonal and the blocks, so they are kept in
+// between.
 template <Backend B>
 class SplatGrams {
  public:
   using S = typename B::Scalar;
 
   bool empty() const { return blocks_.empty(); }
-  // All zero, of a model so laid out.
+  // Sets all blocks to zero, for a model with this layout.
   void Start(const splat::ModelLayout& layout) {
     count_ = layout.count;
     blocks_.Resize(PackedSize(splat::kGeometry) * count_);
     sh_diagonal_.Resize(layout.Size() - splat::kSh * count_);
   }
   void Release() { blocks_ = {}, sh_diagonal_ = {}; }
-  // What SplatView::AddGram adds to.
+  // SplatView::AddGram accumulates into these two arrays.
   S* blocks() { return blocks_.data(); }
   S* sh_diagonal() { return sh_diagonal_.data(); }
   // d[layout.Size()] = the diagonal.
@@ -69,7 +70,7 @@ class SplatGrams {
     }
     B().Copy(sh_diagonal_, d.subspan(splat::kSh * count_, sh_diagonal_.size()));
   }
-  // Into the first two groups, those of SplatBlockGroups.
+  // Copies into groups 0 and 1, as in SplatBlockGroups.
   void CopyBlocks(BlockDiagonal<B>& to) const {
     B().Copy(blocks_, to.values(0));
     B().Copy(sh_diagonal_, to.values(1));

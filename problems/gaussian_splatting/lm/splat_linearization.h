@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem at one x, for one batch of views.
+// Linearization of the splatting problem at one x, for one batch of views.
 #pragma once
 
 #include <memory>
@@ -25,21 +25,21 @@ class SplatLinearization final : public Linearization<B>,
   using Loss = typename SplatBackend<B>::Loss;
   using Workspace = typename SplatBackend<B>::Workspace;
 
-  // Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
-  // problem and its other linearizations, one call at a time; scratch likewise, where JacobianKind::kOnTheFly leaves
-  // nothing in it from call to call; null: its own.
+  // Gradient and curvature are `scale` times the sum over the views. The problem and all its linearizations share loss
+  // and workspace, one call at a time. They may also share scratch with JacobianKind::kOnTheFly, which keeps nothing in
+  // it between calls; null: this linearization has its own.
   SplatLinearization(const SplatProblemOptions& options, ConstVectorView x, std::vector<const TargetView<B>*> views,
                      double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
                      std::shared_ptr<SplatScratch<B>> scratch = nullptr);
 
-  // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
+  // Residuals are the colour differences e = rendered - truth: view after view, 3 planes each.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return options_.Size(); }
   ConstVectorView residuals() const override;
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
   void ApplyW(ConstVectorView u, VectorView Wu) override;
-  // View by view: only one image is ever held.
+  // One view at a time, so that only one image is in memory.
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
   // The gradient, shrunk where the views disagree (lm/gradient_shrinkage.h).
@@ -47,7 +47,7 @@ class SplatLinearization final : public Linearization<B>,
   void RightHandSide(VectorView d) override;
   void SquaredGradients(VectorView squares) override;
   void RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const override;
-  // Exact for W's pointwise part, which stands in for W (docs/mathematics.md).
+  // Exact for the pointwise part of W, which replaces W here (docs/mathematics.md).
   void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
@@ -56,20 +56,20 @@ class SplatLinearization final : public Linearization<B>,
  private:
   using Vector = typename B::Vector;
   using Unit = typename SplatScratch<B>::Unit;
-  // Builds all views, and sums their gradients, of which comes the descent (of a part their squares); then caches the
-  // Jacobian, as the options have it.
+  // Builds all views and sums their gradients. Also computes the right-hand side (for a part: only the squared
+  // gradients) and caches the Jacobian, depending on the options.
   void MakeUnits();
-  // Projects, renders and linearises a view of the batch; image_gradient: of the loss.
+  // Projects, renders and linearises one view of the batch. image_gradient: gradient of the loss.
   void Build(const TargetView<B>& target, Unit& unit, VectorView image_gradient) const;
-  // The first of these, and the last.
+  // The first and the last step of Build.
   void Project(const TargetView<B>& target, Unit& unit) const;
   void LinearizeLoss(Unit& unit, VectorView image_gradient) const;
-  // body(unit) for each view of the batch in turn: those that are held, or one built anew for each.
+  // Calls body(unit) for each view of the batch in turn. The views are cached, or each is built again for the call.
   template <class Body>
   void ForEachUnit(const Body& body) const;
-  // Hv += J^T W d_image of one view; weighted: to work in.
+  // Hv += J^T W d_image for one view. weighted: work space.
   void AddJTW(const Unit& unit, VectorView d_image, VectorView weighted, VectorView Hv);
-  // blocks and sh_diagonal += those of all views.
+  // Adds the Gram matrices of all views to blocks and sh_diagonal.
   void AddGram(S* blocks, S* sh_diagonal);
   static constexpr Index kGrain = 16384;
 
@@ -84,8 +84,8 @@ class SplatLinearization final : public Linearization<B>,
   Index num_residuals_ = 0;
   std::shared_ptr<Loss> loss_;
   std::shared_ptr<Workspace> workspace_;
-  Vector gradient_, rhs_;  // until someone asks for them; the second, where it is its own (of a part: squares)
-  SplatGrams<B> grams_;    // made with the diagonal, and kept for the preconditioner
+  Vector gradient_, rhs_;  // freed once requested; rhs_: with shrinkage only (for a part: the squares)
+  SplatGrams<B> grams_;    // computed for the diagonal, kept for the preconditioner
   mutable Vector residuals_;
 };
 

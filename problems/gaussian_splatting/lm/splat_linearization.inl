@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of lm/splat_linearization.h.
+// Implementation of lm/splat_linearization.h.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
   }
   const bool rebuilds = options.jacobian == JacobianKind::kOnTheFly;
   scratch_->Fit(rebuilds ? std::min<std::size_t>(views_.size(), 1) : views_.size(), largest);
-  // A part that holds no views is one of many: its gradient is made when it is asked for.
+  // A part without cached views is one of many, so it computes its gradient only on request.
   if (!options.is_part || !rebuilds) MakeUnits();
 }
 
@@ -55,7 +55,7 @@ void SplatLinearization<B>::MakeUnits() {
     if (steers) {
       ForEach<Space>(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), rhs_.data()});
     }
-    // After the gradient, which is thereby exact.
+    // The Jacobian is cached after the gradient, so that the gradient is exact.
     if (IsCached(options_.jacobian)) {
       unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
     }
@@ -169,7 +169,7 @@ void SplatLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
     }
     return;
   }
-  // A view that is built for this product alone is rendered along with it.
+  // A view built for this product alone is rendered in the same pass.
   for (const TargetView<B>* view : views_) {
     Unit& unit = scratch_->units.front();
     Project(*view, unit);
@@ -193,7 +193,7 @@ template <Backend B>
 void SplatLinearization<B>::Gradient(VectorView g) {
   if (gradient_.empty()) MakeUnits();
   B().Copy(gradient_, g);
-  gradient_ = {};  // nobody asks again, as a rule
+  gradient_ = {};  // usually requested only once
 }
 
 template <Backend B>
@@ -205,7 +205,7 @@ void SplatLinearization<B>::RightHandSide(VectorView d) {
 
 template <Backend B>
 void SplatLinearization<B>::SquaredGradients(VectorView squares) {
-  VESTA_CHECK(options_.is_part, "the squares of a problem that is no part");
+  VESTA_CHECK(options_.is_part, "SquaredGradients is only for a problem with options.is_part");
   if (rhs_.empty()) MakeUnits();
   B().Copy(rhs_, squares);
   rhs_ = {};
@@ -225,7 +225,7 @@ void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal) {
     B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
     unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_);
   });
-  // The largest of the workspace, and idle until the next x.
+  // These are the largest buffers of the workspace and are unused until the next x.
   workspace_->pair_grams = {}, workspace_->splat_grams = {};
 }
 
@@ -236,7 +236,7 @@ void SplatLinearization<B>::DiagJTJ(VectorView d) {
     AddGram(grams_.blocks(), grams_.sh_diagonal());
   }
   grams_.CopyDiagonal(d);
-  if (options_.is_part) grams_.Release();  // others' would be held beside them
+  if (options_.is_part) grams_.Release();  // otherwise the Gram matrices of all parts would be in memory
 }
 
 template <Backend B>
@@ -251,7 +251,7 @@ void SplatLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
     return;
   }
   grams_.CopyBlocks(blocks);
-  grams_.Release();  // nobody asks again unless a step is refused
+  grams_.Release();  // requested again only after a rejected step
 }
 
 }  // namespace vesta::gs

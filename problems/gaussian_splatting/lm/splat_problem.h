@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// 3D Gaussian splatting as a least-squares problem of the engine: x are the Gaussians' parameters
-// (kernels/gaussian_splatting/formulas/layout.h), a unit is a training view, the cost the photometric loss summed over
-// views, pixels and channels.
+// 3D Gaussian splatting as a least-squares problem. x holds the parameters of the Gaussians
+// (kernels/gaussian_splatting/formulas/layout.h). A unit is a training view. The cost is the photometric loss summed
+// over views, pixels and channels.
 //
-// J = J_raster J_project, s and W from the loss (kernels/image/photometric_loss.h). Unless options say otherwise
-// products recompute what they need from x: no Jacobian is stored, only each view's sorted splats, image and loss
-// fields.
+// J = J_raster J_project; s and W come from the loss (kernels/image/photometric_loss.h). By default the Jacobian is not
+// stored; products recompute its entries from x. Only the sorted splats, the image and the loss fields of each view are
+// stored.
 #pragma once
 
 #include <array>
@@ -24,11 +24,11 @@
 
 namespace vesta::gs {
 
-// The views of the splatting problem as its linearizations go through them, and memory to work in.
+// The views in the form that the linearizations use, and work space.
 template <class B>
 struct SplatScratch {
   using Vector = typename B::Vector;
-  // A view at x.
+  // One view, projected and rendered at x.
   struct Unit {
     const TargetView<B>* target;
     ImageShape shape;
@@ -36,10 +36,10 @@ struct SplatScratch {
     Vector image;
     typename SplatBackend<B>::Loss::Linearization loss;
   };
-  std::vector<Unit> units;  // all views; of JacobianKind::kOnTheFly one, for each in turn
+  std::vector<Unit> units;  // all views; with JacobianKind::kOnTheFly a single one, reused for each view
   Vector image_work, weighted_work;
 
-  // Room for so many views, whose images have so many values at most.
+  // Allocates `views` units and work space for images of up to `values` values.
   void Fit(std::size_t views, Index values) {
     if (units.size() < views) units.resize(views);
     for (Vector* work : {&image_work, &weighted_work}) {
@@ -48,21 +48,22 @@ struct SplatScratch {
   }
 };
 
-// Of a model so laid out.
+// Options for a model with the layout of the base class.
 struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights;
-  // Merged batches want views that are not neighbours: the merge is biased by those.
+  // For merged batches choose views that are not neighbours: neighbouring views bias the merge.
   ViewBatchOptions batches;
   JacobianKind jacobian = JacobianKind::kCachedViews;
   LearningRates lr;
-  // Of length, for each Gaussian (model/length_units.h); null: all 1.
+  // Unit of length of each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
-  // Of a problem that is spread over processes: its linearization leaves the descent to who knows all parts.
+  // True for one part of a problem distributed over ranks. Its linearization returns squared gradients; RightHandSideOf
+  // then needs the sums over all parts.
   bool is_part = false;
 };
 
-// For any memory space: SplatBackend<B> says what of it differs.
+// Works in any memory space: SplatBackend<B> provides everything that depends on it.
 template <Backend B>
 class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, public WithDampingMetric<B> {
  public:
@@ -70,8 +71,9 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   using typename Base::ConstVectorView;
   using typename Base::VectorView;
 
-  // views must outlive the problem. Throws Error for a truth that is not of its view's size, and unless there is a unit
-  // of length for each Gaussian or none. The truth may be missing of views that only others' parts ask for.
+  // views must outlive the problem. Throws Error if a truth image does not match the size of its view, or if the number
+  // of units of length is neither 0 nor the number of Gaussians. The truth may be missing for views that only the parts
+  // of other ranks use.
   SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views);
 
   Index num_parameters() const override;
@@ -86,15 +88,15 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
 
   const SplatProblemOptions& options() const { return options_; }
   std::span<const TargetView<B>> views() const { return views_; }
-  // The same problem on some of its views, which works in the same memory: one call at a time of all of them.
+  // The same problem on a subset of the views. It shares work memory with this one: only one call at a time.
   std::unique_ptr<SplatProblem> MakePart(std::span<const TargetView<B>> views) const;
 
-  // What the passes work in, free for others between calls.
+  // Work space of the passes; others may use it between calls.
   typename SplatBackend<B>::Workspace& workspace() { return *workspace_; }
 
  private:
   SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views);
-  // To be looked at.
+  // The view, after checking that its truth is there.
   const TargetView<B>& ViewAt(Index unit) const;
 
   SplatProblemOptions options_;
@@ -102,8 +104,8 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   ViewBatches batches_;
   std::shared_ptr<typename SplatBackend<B>::Loss> loss_;
   std::shared_ptr<typename SplatBackend<B>::Workspace> workspace_;
-  std::shared_ptr<SplatScratch<B>> scratch_;  // of parts
-  Buffer<float, typename B::Space> units_;    // of length; empty: all 1
+  std::shared_ptr<SplatScratch<B>> scratch_;  // shared by parts
+  Buffer<float, typename B::Space> units_;    // units of length; empty: all 1
 };
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of lm/splat_problem.h.
+// Implementation of lm/splat_problem.h.
 #pragma once
 
 #include <numeric>
@@ -25,9 +25,10 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
       scratch_(std::make_shared<SplatScratch<B>>()) {
   if (options.units) {
     const HostSpan<const float> units(options.units->data(), static_cast<Index>(options.units->size()));
-    VESTA_CHECK(units.size() == options.count, "{} units of length for {} Gaussians", units.size(), options.count);
+    VESTA_CHECK(units.size() == options.count, "{} units of length do not match {} Gaussians", units.size(),
+                options.count);
     units_.CopyFrom(units);
-    options_.units.reset();  // the copy is what counts
+    options_.units.reset();  // units_ is used from here on
   }
   for (const TargetView<B>& view : views) {
     if (!view.truth.empty()) CheckTruth(view);
@@ -41,7 +42,7 @@ const TargetView<B>& SplatProblem<B>::ViewAt(Index unit) const {
   return view;
 }
 
-// Of the damping metric's units a part has no need.
+// A part does not need the units of the damping metric.
 template <Backend B>
 SplatProblem<B>::SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views)
     : options_(whole.options_),

@@ -15,7 +15,9 @@ Index ViewBatches::CutCount(int count, int size, Index num_views) {
 }
 
 ViewBatches::ViewBatches(const ViewBatchOptions& options, Index num_views) : options_(options), num_views_(num_views) {
-  VESTA_CHECK(options.count >= 1 && options.size >= 0, "{} batches of {} views", options.count, options.size);
+  VESTA_CHECK(options.count >= 1 && options.size >= 0,
+              "view batches: the number {} must be at least 1, and the size {} at least 0", options.count,
+              options.size);
   const Index count = CutCount(options.count, options.size, num_views);
   num_used_ = options.size > 0 ? std::min<Index>(count * options.size, num_views) : num_views;
   batches_.resize(static_cast<std::size_t>(count));

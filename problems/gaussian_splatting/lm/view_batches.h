@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which views make up the batches of an LM step.
+// Assignment of views to the batches of an LM step.
 #pragma once
 
 #include <cstdint>
@@ -10,33 +10,34 @@
 namespace vesta::gs {
 
 enum class BatchChoice {
-  kStrided,  // views apart in the order of their names
-  kRandom,   // by chance, other ones each step
+  kStrided,  // neighbours in name order go to different batches
+  kRandom,   // random, different in each step
 };
 
 struct ViewBatchOptions {
-  int count = 1;  // batches, >= 1; no more are made than leave one view in each
-  // Views in each; 0: all views are divided among the batches. Where count * size are fewer than there are views a step
-  // uses that many of them, other ones each time.
+  int count = 1;  // number of batches, >= 1; reduced so that every batch has at least one view
+  // Views per batch; 0: all views are divided among the batches. If count * size is less than the number of views, each
+  // step uses only that many, different ones each time.
   int size = 0;
   BatchChoice choice = BatchChoice::kStrided;
   std::uint64_t seed = 0;
 };
 
-// Views 0 .. n-1, dealt to batches anew at each turn; the same for equal options, views and turn.
+// Views 0 .. n-1, reassigned to batches at each turn. Deterministic: it depends only on options, number of views and
+// turn.
 class ViewBatches {
  public:
-  // Throws Error for options out of range. Without views there is one batch, of none.
+  // Throws Error for options out of range. Without views there is one empty batch.
   ViewBatches(const ViewBatchOptions& options, Index num_views);
 
-  // The number of batches for `num_views` views when `count` batches of `size` views are asked for: at most as many as
-  // the views fill, at least one.
+  // Number of batches for `num_views` views if `count` batches of `size` views are requested: at least one, and at most
+  // the number that the views can fill.
   static Index CutCount(int count, int size, Index num_views);
   int num_batches() const { return static_cast<int>(batches_.size()); }
   void OnNewPoint(int turn);
-  // Ascending.
+  // In ascending order.
   const std::vector<Index>& views(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
-  // Views there are over views in the batches: what their sum is to be multiplied by.
+  // Number of all views divided by the number in the batches: the factor for sums over the batches.
   double scale() const { return num_used_ == 0 ? 1 : static_cast<double>(num_views_) / static_cast<double>(num_used_); }
 
  private:

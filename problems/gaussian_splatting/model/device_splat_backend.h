@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the trainer uses in the memory of a GPU.
+// SplatBackend for GPU memory.
 #pragma once
 
 #include "kernels/core/cuda_backend.h"
@@ -15,7 +15,7 @@ struct SplatBackend<CudaBackend<float>> {
   using Workspace = splat::DeviceViewWorkspace;
   using Loss = DevicePhotometricLoss;
   using QualityMeter = DeviceImageQualityMeter;
-  // A copy.
+  // The truth is copied to the GPU.
   using Truth = DeviceBuffer<float>;
   static Truth MakeTruth(HostSpan<const float> truth) {
     Truth copy;

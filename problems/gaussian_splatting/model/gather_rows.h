@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of what is laid out as a model (kernels/gaussian_splatting/formulas/layout.h), for when Gaussians change places.
+// Gathers rows of arrays in model layout (kernels/gaussian_splatting/formulas/layout.h), for reordering, adding or
+// removing Gaussians.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,9 @@
 
 namespace vesta::gs {
 
-// to = the rows `source` of `from`: structures of arrays with `attributes` columns of so many rows, all pointers to one
-// memory space. Zero where a row is not kept (kept null: all are), and where the source is none of the rows.
+// Row i of `to` is row source[i] of `from`. Both are structures of arrays with `attributes` columns, of from_rows and
+// to_rows rows. All pointers are in one memory space. A row becomes zero if kept[i] is 0 (kept null: all are kept) or
+// if source[i] is not a row of `from`.
 template <class Row, class T = float>
 struct RowGathering {
   Index attributes, from_rows, to_rows;
@@ -38,7 +40,7 @@ void GatherRows(const RowGathering<Row, T>& gathering) {
   ForEach<Space>(gathering.attributes * gathering.to_rows, 65536, gathering);
 }
 
-// The same of a number of each Gaussian: number k is that of source[k].
+// The same for one number per Gaussian: number k of the result is from[source[k]].
 template <class T, class Space>
 Buffer<T, Space> GatherNumbers(const Buffer<T, Space>& from, const Buffer<std::uint32_t, Space>& source) {
   Buffer<T, Space> to;
@@ -48,8 +50,8 @@ Buffer<T, Space> GatherNumbers(const Buffer<T, Space>& from, const Buffer<std::u
   return to;
 }
 
-// The same of a model, or of what is laid out as one: Gaussian k of `to` is Gaussian source[k] of `from`. Bands that
-// only the new one has are zero.
+// The same for a model, or an array in model layout: Gaussian k of `to` is Gaussian source[k] of `from`. Spherical
+// harmonics bands that `from` lacks become zero.
 template <class Space, class Row>
 void GatherGaussians(const splat::ModelLayout& from_layout, const splat::ModelLayout& to_layout, const Row* source,
                      const std::uint8_t* kept, const float* from, float* to) {

@@ -20,7 +20,7 @@ namespace {
 
 using Points = std::vector<std::array<float, 3>>;
 
-// What nanoflann asks of a data set; the names are its own.
+// The data set interface of nanoflann, which dictates the names.
 struct PointSet {
   const Points& points;
   std::size_t kdtree_get_point_count() const { return points.size(); }
@@ -43,7 +43,7 @@ std::vector<float> MeanSquaredNeighborDistance(const Points& positions) {
   ParallelFor(static_cast<Index>(positions.size()), 256, [&](Index i) {
     const auto& p = positions[static_cast<std::size_t>(i)];
     const double query[3] = {p[0], p[1], p[2]};
-    // The nearest of all is the point itself or one that coincides with it: distance 0 either way.
+    // The nearest point is the point itself or one that coincides with it: distance 0 either way.
     std::array<std::uint32_t, 4> neighbors;
     std::array<double, 4> distances;
     const std::size_t found = tree.knnSearch(query, 4, neighbors.data(), distances.data());
@@ -69,7 +69,7 @@ SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_
   SplatModel model;
   model.Resize(sh_degree, count);
   constexpr float kInitialOpacity = 0.1f;
-  constexpr double kSmallest = 1e-4;  // size of coinciding points, in extents
+  constexpr double kSmallest = 1e-4;  // size of coinciding points, as a fraction of the extent
   const auto smallest = static_cast<float>(std::log(kSmallest * extent));
   for (Index i = 0; i < count; ++i) {
     const auto p = static_cast<std::size_t>(i);
@@ -93,7 +93,7 @@ namespace {
 
 constexpr int kBits = 21;
 
-// The bits of a number of kBits, two zeros after each.
+// Inserts two zero bits after each bit of a number of kBits bits.
 std::uint64_t Spread(std::uint64_t x) {
   x = (x | x << 32) & 0x001f00000000ffffu;
   x = (x | x << 16) & 0x001f0000ff0000ffu;

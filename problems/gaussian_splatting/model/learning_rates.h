@@ -8,8 +8,8 @@
 namespace vesta::gs {
 
 // Adam's learning rates by class of parameter, for the mean photometric loss of one view (Kerbl et al. 2023, the
-// authors' code). Of positions in units of length (length_units.h); of opacity as in later versions of that code. They
-// also are the metric in which LM damps.
+// authors' code; opacity as in later versions of that code). Positions are in units of length (length_units.h). LM uses
+// the rates as its damping metric.
 struct LearningRates {
   double position = 1.6e-4;
   double log_scale = 5e-3;
@@ -21,7 +21,7 @@ struct LearningRates {
 
 const schema::Table<LearningRates>& LearningRateFields();
 
-// The rate of attribute a (kernels/gaussian_splatting/formulas/layout.h); of positions in units of length.
+// Learning rate of attribute a (kernels/gaussian_splatting/formulas/layout.h); for positions in units of length.
 inline double RateOf(const LearningRates& rates, int attribute) {
   if (attribute < splat::kLogScale) return rates.position;
   if (attribute < splat::kQuaternion) return rates.log_scale;

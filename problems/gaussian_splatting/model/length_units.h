@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In what unit of length a Gaussian's position is trained.
+// The unit of length in which the position of a Gaussian is trained.
 #pragma once
 
 #include <vector>
@@ -17,10 +17,10 @@ namespace vesta::gs {
 
 inline namespace VESTA_ISA {
 
-// The unit for one Gaussian, by a function that host and device call: half the depth of the mean in the nearest of
-// `count` views that hold it beyond their near planes, or `otherwise`.
+// Unit of length of one Gaussian, by the same function on host and device. It is half the depth of the mean in the
+// nearest of `count` views that show it beyond their near plane, or `otherwise` if none does.
 VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, double otherwise, const float mean[3]) {
-  double nearest = 0;  // none so far
+  double nearest = 0;  // 0: none found yet
   for (Index k = 0; k < count; ++k) {
     const double depth = DepthInView(views[k].R, views[k].T, views[k], mean);
     if (depth > views[k].near && (nearest == 0 || depth < nearest)) nearest = depth;
@@ -30,13 +30,13 @@ VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, d
 
 }  // namespace VESTA_ISA
 
-// The views that are looked at for it: of many only 64, evenly spread. near: distance of the near plane.
+// The views used for the units: at most 64, evenly spread. near: distance of the near plane.
 std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views, double near);
 
-// LengthUnit of Gaussian i by its mean; all pointers to one memory space.
+// Computes LengthUnit of Gaussian i from its mean. All pointers are in one memory space.
 struct MeasureUnit {
   Index count;
-  const float* x;  // of `count` Gaussians (kernels/gaussian_splatting/formulas/layout.h)
+  const float* x;  // [count] Gaussians (kernels/gaussian_splatting/formulas/layout.h)
   const splat::PosedCamera* views;
   Index num_views;
   double otherwise;
@@ -49,9 +49,8 @@ struct MeasureUnit {
   }
 };
 
-// For each Gaussian half its depth in the nearest of the views that hold its mean beyond their near plane, or
-// `otherwise` where none does: a learning rate for positions is then one in pixels, at most so many in any view, near
-// and far alike. (Kerbl et al. 2023 have one unit for the scene.) views: UnitViews; x: of `count` Gaussians.
+// LengthUnit of each Gaussian at x. With these units a position's learning rate is a rate in pixels: it limits the
+// motion in any view, near or far. (Kerbl et al. 2023 use one unit for the whole scene.) views: from UnitViews.
 template <class Space>
 Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<splat::PosedCamera, Space>& views,
                                   double otherwise) {
@@ -61,7 +60,7 @@ Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<spla
   return units;
 }
 
-// The same of a model on the host, by the views themselves.
+// The same for a model on the host, directly from the views.
 std::vector<float> LengthUnits(const SplatModel& model, const std::vector<const View*>& views, double near,
                                double otherwise);
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photometric loss of a view of which not every pixel counts.
+// The photometric loss of a view in which a mask excludes some pixels.
 //
-// A pixel that is left out shows the photograph: with m the mask (1: counts) it is the loss of
-//   m o rendered + (1 - m) o truth
-// So it has no error of its own, windows of SSIM that reach over the border of the mask see what there is to see, and
-// all is exact: the gradient by the rendered image is m o the loss's, and its curvature M W M, M = diag(m), which stays
-// positive semidefinite. Sums are over all pixels; those left out add what windows about them see of their neighbours.
-// Without a mask nothing is done, and no bit differs.
+// An excluded pixel shows the photograph in the loss. With the mask m (1: pixel included), the loss is evaluated at
+//   m o rendered + (1 - m) o truth.
+// So an excluded pixel has no error of its own, and SSIM windows that cross the border of the mask see complete images.
+// Derivatives are exact: the gradient with respect to the rendered image is m o the gradient of the loss. The curvature
+// is M W M with M = diag(m), which stays positive semidefinite. Sums run over all pixels; SSIM windows around excluded
+// pixels still contribute the errors of included neighbours. Without a mask the result is bit-identical to the plain
+// loss.
 #pragma once
 
 #include "kernels/core/check.h"
@@ -18,14 +19,16 @@ namespace vesta::gs {
 
 inline constexpr Index kMaskGrain = 1 << 15;
 
-// Throws Error where the truth is not of its view's size, or missing.
+// Throws Error if the truth is missing or does not match the size of its view.
 template <class B>
 void CheckTruth(const TargetView<B>& view) {
-  VESTA_CHECK(view.truth.size() == view.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
-              view.truth.size(), view.camera.width, view.camera.height);
+  VESTA_CHECK(view.truth.size() == view.shape().NumValues(),
+              "a truth image of {} values does not match a view of {} x {}", view.truth.size(), view.camera.width,
+              view.camera.height);
 }
 
-// mask: a byte a pixel, in the memory of B, or empty. image: its three planes.
+// Copies the excluded pixels from the truth. mask: one byte per pixel, in the memory of B, or empty. image: three
+// planes.
 template <class B, class Mask>
 void ShowLeftOut(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
   if (mask.size() == 0) return;
@@ -40,7 +43,7 @@ void ClearLeftOut(const Mask& mask, typename B::VectorView image) {
                              ClearWhereLeftOut<typename B::Scalar>{mask.data(), image.data(), mask.size()});
 }
 
-// The loss's own functions for a view. rendered: what is left out is changed in it to what the photograph shows.
+// The functions of the loss for one view. They overwrite the excluded pixels of `rendered` with the photograph.
 template <class B>
 PhotometricValue EvaluateLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target,
                               typename B::VectorView rendered) {
@@ -54,8 +57,8 @@ void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& tar
   loss.Gradient(rendered, target.truth, target.shape(), gradient);
   ClearLeftOut<B>(target.mask, gradient);
 }
-// linearization: W without the mask, which products with it are to be given between two ClearLeftOut; its diagonal is
-// that of M W M.
+// linearization holds W without the mask: callers apply ClearLeftOut before and after each product with it. Its
+// diagonal belongs to M W M.
 template <class B>
 void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
                    typename B::VectorView gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {

@@ -31,7 +31,7 @@ double MedianDistance(const std::vector<Point>& points, const Point& from) {
   return Median(std::move(distances));
 }
 
-// The origin to train about: that of the files, or another one where it is far away.
+// The origin for training: the files' own, or a new one if the scene is far from it.
 Point OriginOf(const std::vector<Point>& points, const std::vector<View>& views) {
   constexpr double kFar = 100;
   const Point middle = MiddleOf(points);
@@ -43,10 +43,10 @@ Point OriginOf(const std::vector<Point>& points, const std::vector<View>& views)
     size = MedianDistance(centers, middle);
   }
   if (!(size > 0 && LargestOf(middle) > kFar * size)) return {};
-  // A round number of few digits.
+  // Rounds the origin to a number with few digits.
   const double step = std::exp2(std::floor(std::log2(size)));
   Point origin;
-  for (std::size_t k = 0; k < 3; ++k) origin[k] = step * std::round(middle[k] / step) + 0.0;  // no -0
+  for (std::size_t k = 0; k < 3; ++k) origin[k] = step * std::round(middle[k] / step) + 0.0;  // + 0.0 turns -0 into 0
   return origin;
 }
 
@@ -64,7 +64,7 @@ void Move(const Point& by, SplatModel* model) {
   }
 }
 
-// The view in a frame whose origin lies at `by` in that of the view.
+// Changes the view to a frame whose origin is at `by` in its present frame.
 void Move(const Point& by, View* view) {
   const auto& r = view->rotation;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a scene lies in the world of its files. Positions of points and Gaussians are floats, which far from their
-// origin are coarse: a georeferenced scene is trained about an origin of its own.
+// The local frame of a scene. Positions of points and Gaussians are floats, which are coarse far from the origin. A
+// georeferenced scene is therefore trained about a local origin.
 #pragma once
 
 #include <array>
@@ -11,25 +11,26 @@
 
 namespace vesta::gs {
 
-// Points as files have them.
+// Points as read from files.
 struct WorldPoints {
   std::vector<std::array<double, 3>> positions;  // at least one, within the range of float
-  std::vector<std::array<float, 3>> colors;      // r, g, b in 0..1; as many
+  std::vector<std::array<float, 3>> colors;      // r, g, b in 0..1; one per position
 };
 
-// Gives the scene, whose views are as in the files, its points and its extent. Where the middle of the points (the
-// median of each coordinate) is farther from the origin than 100 times their size (the median distance from it, by the
-// largest coordinate; of the cameras where the points are all one), it becomes the origin: Scene::origin, and the views
-// follow. Nearer, a float has five digits of the size left, and everything stays as it is.
+// Sets the points and the extent of the scene, whose views are in the frame of the files. The centre of the points is
+// the median of each coordinate. Their size is the median distance from it, by the largest coordinate; if all points
+// coincide, of the camera centres. If the centre is farther from the origin than 100 times the size, a point near it
+// becomes Scene::origin, and the views are moved accordingly. Otherwise nothing moves: floats then resolve the size to
+// five digits.
 void PlaceInScene(const WorldPoints& points, Scene* scene);
 
-// A model of any frame brought into that of the scene, and one of the scene's brought into the world's. There it stays
-// about the scene's origin, which SplatModel::origin then tells, where floats could not hold it: where that is farther
-// from the world's than 1000 times the extent.
+// Moves a model from any frame to the scene's frame, or from there to the world. If the scene's origin is more than
+// 1000 extents from the world's, floats could not represent the result. The model then keeps the scene's origin, in
+// SplatModel::origin.
 void MoveToScene(const Scene& scene, SplatModel* model);
 void MoveToWorld(const Scene& scene, SplatModel* model);
 
-// The same of a view: from the world of the files into the scene's frame, and back.
+// The same for a view, between the world of the files and the scene's frame.
 void MoveToScene(const Scene& scene, View* view);
 void MoveToWorld(const Scene& scene, View* view);
 

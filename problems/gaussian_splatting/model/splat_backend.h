@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the trainer uses in a memory space, beside vectors (kernels/core/vector_backend.h). The problem, the stages and
-// the evaluation are templates over a vector backend B and take all that differs from SplatBackend<B>: here the host's,
-// in device_splat_backend.h the GPU's.
+// The types that the trainer needs in a memory space, in addition to vectors (kernels/core/vector_backend.h). The
+// problem, the stages and the evaluation are templates over a vector backend B and take everything else from
+// SplatBackend<B>. The host's is here, the GPU's in device_splat_backend.h.
 #pragma once
 
 #include <cstdint>
@@ -24,13 +24,13 @@ struct SplatBackend<CpuBackend<S>> {
   using Workspace = splat::ViewWorkspace<S>;
   using Loss = PhotometricLoss<S>;
   using QualityMeter = ImageQualityMeter;
-  // The truth of a view: that of the scene itself, which must outlive its users.
+  // The truth image of a view. A reference to the scene's own image, which must outlive its users.
   using Truth = HostSpan<const S>;
   static Truth MakeTruth(HostSpan<const S> truth) { return truth; }
   static double TruthBytes(double /*pixels*/) { return 0; }
-  // to becomes a truth that the quality meter may write into where it does.
+  // Sets `to` to `from`. On the device this is a copy, because the quality meter there may write into it.
   static void CopyTruth(HostSpan<const S> from, Truth& to) { to = from; }
-  // Of its pixels, as Image::mask: that of the scene itself.
+  // The pixel mask, as Image::mask: also a reference into the scene.
   using Mask = HostSpan<const std::uint8_t>;
   static Mask MakeMask(HostSpan<const std::uint8_t> mask) { return mask; }
 };
@@ -40,12 +40,12 @@ template <class B>
 struct TargetView {
   splat::PosedCamera camera;
   typename SplatBackend<B>::Truth truth;     // 3 planes
-  typename SplatBackend<B>::Mask mask = {};  // which pixels count; empty: all
+  typename SplatBackend<B>::Mask mask = {};  // included pixels; empty: all
 
   ImageShape shape() const { return {camera.width, camera.height}; }
 };
 
-// Views of the host in the memory of B, for whom the former must stay where that is the host's.
+// Host views in the memory of B. If B is the host, the result refers to the images of `views`, which must outlive it.
 template <class B>
 std::vector<TargetView<B>> TargetsIn(const std::vector<TargetView<CpuBackend<typename B::Scalar>>>& views) {
   std::vector<TargetView<B>> targets;

@@ -35,12 +35,12 @@ SplatModel TakeGaussians(SplatModel model, const DegreeOrder& order) {
 }
 
 DegreeOrder OrderByDegree(const splat::ModelLayout& layout, const std::vector<std::uint8_t>& degrees) {
-  VESTA_CHECK(static_cast<Index>(degrees.size()) == layout.count, "{} degrees for {} Gaussians", degrees.size(),
-              layout.count);
+  VESTA_CHECK(static_cast<Index>(degrees.size()) == layout.count, "{} degrees do not match {} Gaussians",
+              degrees.size(), layout.count);
   std::int64_t with_band[splat::kMaxShDegree + 1] = {};
   for (std::size_t i = 0; i < degrees.size(); ++i) {
     const int most = layout.DegreeOf(static_cast<Index>(i));
-    VESTA_CHECK(degrees[i] <= most, "degree {} for Gaussian {}, which has {}", degrees[i], i, most);
+    VESTA_CHECK(degrees[i] <= most, "degree {} for Gaussian {} exceeds its present degree {}", degrees[i], i, most);
     for (int band = 0; band <= degrees[i]; ++band) ++with_band[band];
   }
   DegreeOrder order{std::vector<std::uint32_t>(degrees.size()), splat::LayoutOfBands(with_band)};

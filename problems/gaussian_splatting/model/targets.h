@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views and models in the form of the kernels, and photographs as targets in any memory space.
+// Converts views and models to the form of the kernels, and photographs to targets in any memory space.
 #pragma once
 
 #include <memory>
@@ -15,14 +15,14 @@
 
 namespace vesta::gs {
 
-// Distance of the near plane, world units: 1 % of the scene's extent. One rule for training, refining and evaluating,
-// so that a written model reproduces the figures of its training.
+// Distance of the near plane in world units: 1 % of the scene extent. Training, refining and evaluation use the same
+// rule, so that a saved model reproduces the metrics of its training.
 double NearPlane(const Scene& scene);
 
-// The kernels' form of a view and of a model.
+// Conversions to the types of the kernels.
 splat::PosedCamera ToPosedCamera(const View& view, double near);
 splat::Model<float> ToKernelModel(const SplatModel& model);
-// A copy of a model in the memory of the host: its Gaussians alone.
+// Copies a model in host memory; background, eps2d and origin keep their defaults.
 SplatModel CopyOf(const splat::Model<float>& model);
 
 inline HostSpan<const float> ValuesOf(const Image& image) {
@@ -32,8 +32,8 @@ inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
   return {image.mask.data(), static_cast<Index>(image.mask.size())};
 }
 
-// The scene's views with their images, which must outlive the result where its truths are not copies. near: distance of
-// the near plane. photographs: holds those that are in a store and must outlive the result.
+// Targets from views and their images. Host truths refer to the images, which must outlive the result. near: distance
+// of the near plane. photographs: receives the images that come from a store; it must outlive the result too.
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near,
                                        std::vector<std::shared_ptr<const Image>>* photographs) {
@@ -47,12 +47,12 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
   }
   return targets;
 }
-// The same; where truths are not copies photographs have to be in memory, else throws Error.
+// The same. On the host it throws Error if a photograph is not in memory.
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near) {
   std::vector<std::shared_ptr<const Image>> photographs;
   std::vector<TargetView<B>> targets = MakeTargets<B>(views, near, &photographs);
-  VESTA_CHECK(photographs.empty(), "to fit all views at once needs all photographs in memory");
+  VESTA_CHECK(photographs.empty(), "fitting all views at once needs all photographs in memory");
   return targets;
 }
 

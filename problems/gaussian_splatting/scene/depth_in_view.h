@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far in front of a camera a point lies: host and device call the same function.
+// Depth of a point in front of a camera, by the same function on host and device.
 #pragma once
 
 #include "kernels/core/hd.h"
@@ -9,8 +9,8 @@
 namespace vesta::gs {
 inline namespace VESTA_ISA {
 
-// The depth of a point of the world where it is in front of the camera and within its image; 0 elsewhere. R, T: world
-// to camera, R row-major. Camera: its lens, width and height, as of Camera and splat::PosedCamera.
+// Depth of a world point if it is in front of the camera and inside its image, otherwise 0. R, T: world to camera, R
+// row-major. Camera: any type with lens, width and height, such as Camera and splat::PosedCamera.
 template <class Camera>
 VESTA_HD inline double DepthInView(const double* R, const double* T, const Camera& camera, const float* point) {
   double p[3];

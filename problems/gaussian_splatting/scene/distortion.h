@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// How real lenses bend what a pinhole would show: the models of photographs' cameras, as COLMAP and OpenCV state them.
-// Training sees pinholes alone; photographs are undistorted when they are loaded (undistort.h).
+// Lens distortion models of cameras, as in COLMAP and OpenCV. Training uses pinhole cameras only; photographs are
+// undistorted on loading (undistort.h).
 //
 // Formulas: COLMAP, src/colmap/sensor/models.h (SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE and the
 // SIMPLE_RADIAL_FISHEYE and RADIAL_FISHEYE within it); OpenCV's documentation, "Camera Calibration and 3D
-// Reconstruction" and "Fisheye camera model". Each model with fewer coefficients is one of the two here with zeros.
+// Reconstruction" and "Fisheye camera model". A model with fewer coefficients is one of the two models here with zeros.
 #pragma once
 
 #include <algorithm>
@@ -15,14 +15,14 @@
 
 namespace vesta::gs {
 
-// Coefficients without unit, of x/z and y/z. Zeros of a lens that is no fisheye leave everything where it is.
+// Dimensionless coefficients, for x/z and y/z. All zeros without is_fisheye: no distortion.
 struct Distortion {
   bool is_fisheye = false;
-  std::array<double, 6> radial{};      // k1 .. k6; of a fisheye k1 .. k4, of powers of the angle
-  std::array<double, 2> tangential{};  // p1, p2; of no fisheye
+  std::array<double, 6> radial{};      // k1 .. k6; fisheye: k1 .. k4, coefficients of powers of the angle
+  std::array<double, 2> tangential{};  // p1, p2; not used by fisheye
 
   bool operator==(const Distortion&) const = default;
-  // Whether the lens is a pinhole.
+  // True for a pinhole.
   bool is_none() const { return *this == Distortion{}; }
   bool is_finite() const {
     const auto finite = [](double value) { return std::isfinite(value); };
@@ -31,7 +31,7 @@ struct Distortion {
   }
 };
 
-// From where a pinhole of focal length 1 sees a direction, (x, y) = (x/z, y/z), to where the lens does.
+// Maps (x, y) = (x/z, y/z), where a pinhole of focal length 1 sees a direction, to where this lens sees it.
 template <class T>
 std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   using std::atan;
@@ -39,7 +39,7 @@ std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   const auto& k = lens.radial;
   const T r2 = x * x + y * y;
   if (lens.is_fisheye) {
-    constexpr double kNear = 1e-10;  // there atan(r) / r is 1 - r²/3 to the last bit
+    constexpr double kNear = 1e-10;  // below this, atan(r) / r is 1 - r²/3 to the last bit
     T angle2 = r2, shrink = T(1) - r2 / T(3);
     if (r2 > T(kNear)) {
       const T r = sqrt(r2), angle = atan(r);
@@ -55,7 +55,7 @@ std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   return {x * scale + p1 * xy + p2 * (r2 + two * x * x), y * scale + p2 * xy + p1 * (r2 + two * y * y)};
 }
 
-// The derivative of Distort at (x, y), row-major: that of the first result by x and by y, then that of the second.
+// The derivative of Distort at (x, y), row-major: d x'/dx, d x'/dy, d y'/dx, d y'/dy.
 inline std::array<double, 4> DistortionJacobian(const Distortion& lens, double x, double y) {
   using D = Dual<double>;
   const std::array<D, 2> by_x = Distort(lens, D(x, 1), D(y, 0)), by_y = Distort(lens, D(x, 0), D(y, 1));

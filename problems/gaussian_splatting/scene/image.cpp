@@ -9,7 +9,7 @@
 namespace vesta::gs {
 namespace {
 
-// The source pixels under one pixel of the result, and the share of the result that each makes up.
+// The source pixels under one pixel of the result, and the weight of each.
 struct Cover {
   int first = 0;
   std::vector<float> shares;
@@ -18,7 +18,7 @@ struct Cover {
 std::vector<Cover> Covers(int source, int target) {
   std::vector<Cover> covers(static_cast<std::size_t>(target));
   for (int i = 0; i < target; ++i) {
-    // In units of 1 / target source pixels everything is whole: pixel s covers [s target, (s + 1) target).
+    // In units of 1 / target source pixels all bounds are whole numbers: pixel s covers [s target, (s + 1) target).
     const Index begin = Index{i} * source, end = begin + source;
     Cover& cover = covers[static_cast<std::size_t>(i)];
     cover.first = static_cast<int>(begin / target);
@@ -53,7 +53,7 @@ std::vector<std::uint8_t> ResizeMask(const Image& image, const std::vector<Cover
 }  // namespace
 
 std::uint8_t QuantizeColor(float value) {
-  // Written so that NaN fails the first comparison.
+  // A NaN fails the comparison.
   return value > 0 ? static_cast<std::uint8_t>(std::lround(255.0f * std::min(value, 1.0f))) : std::uint8_t{0};
 }
 
@@ -71,7 +71,7 @@ double CountedPart(const Image& image) {
 
 Image ResizeArea(const Image& image, int width, int height) {
   VESTA_CHECK(width >= 1 && width <= image.width && height >= 1 && height <= image.height,
-              "cannot shrink {} x {} to {} x {}", image.width, image.height, width, height);
+              "cannot shrink an image of {} x {} to {} x {}", image.width, image.height, width, height);
   const std::vector<Cover> columns = Covers(image.width, width), rows = Covers(image.height, height);
   Image result(width, height);
   std::vector<float> mean_row(static_cast<std::size_t>(image.width));

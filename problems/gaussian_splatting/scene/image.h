@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colour images in memory, and scales of colours.
+// Colour images in memory, and colour scales.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +13,12 @@
 
 namespace vesta::gs {
 
-// Three planes (red, green, blue), each height rows of width values in 0..1, gamma-encoded as in the file.
-// Takes 12 bytes a pixel: 200 images of 1,200 x 800 are 2.3 GB.
+// Three planes (red, green, blue) of height rows of width values in 0..1, gamma-encoded as in the file. Takes 12 bytes
+// per pixel: 200 images of 1,200 x 800 take 2.3 GB.
 struct Image {
   int width = 0, height = 0;
   std::vector<float> rgb;
-  // A byte a pixel, 0 for those that take no part in the loss and in the metrics; empty: all do.
+  // One byte per pixel: 0 excludes the pixel from the loss and the metrics. Empty: all pixels are included.
   std::vector<std::uint8_t> mask;
 
   Image() = default;
@@ -29,14 +29,14 @@ struct Image {
   const float* plane(int channel) const { return rgb.data() + static_cast<std::size_t>(channel) * num_pixels(); }
 };
 
-// How many pixels take part, and which part of all they are.
+// Number of pixels that the mask includes, and their fraction of all pixels.
 std::size_t CountedPixels(const Image& image);
 double CountedPart(const Image& image);
 
-// That its pixels take.
+// Memory of the pixel values and the mask.
 double BytesOf(const Image& image);
 
-// Bytes that an image takes for each pixel.
+// Bytes per pixel of an image without mask.
 inline constexpr double kImageBytes = 3 * sizeof(float);
 
 struct ImageSize {
@@ -45,17 +45,17 @@ struct ImageSize {
   double pixels() const { return static_cast<double>(width) * height; }
 };
 
-// The 8-bit value of a colour: 255 times it, clamped to 0..255 and rounded; 0 for NaN.
+// The 8-bit value of a colour: 255 times the value, clamped to 0..255 and rounded; 0 for NaN.
 std::uint8_t QuantizeColor(float value);
 
-// Area averaging: each pixel of the result is the mean of the part of the image it covers, partly covered pixels by
-// their share; it takes part where all of these do. 1 <= width <= image.width, the same for height.
+// Area averaging: each pixel of the result is the mean of the image area it covers. The mask includes it if all covered
+// pixels are included. 1 <= width <= image.width, the same for height.
 Image ResizeArea(const Image& image, int width, int height);
 
 // Size after downscaling by a whole factor: floor(width / factor) x floor(height / factor), at least 1 x 1.
 ImageSize DownscaledSize(ImageSize size, int factor);
 
-// The colour at `of`, 0..1, of a scale whose colours (r, g, b) are given at equal distances.
+// The colour at position `of` in 0..1 on a scale of equidistant colours (r, g, b).
 template <std::size_t N>
 std::array<float, 3> OnScale(const std::array<std::array<float, 3>, N>& colors, float of) {
   const float at = of * static_cast<float>(N - 1);
@@ -67,7 +67,7 @@ std::array<float, 3> OnScale(const std::array<std::array<float, 3>, N>& colors, 
   return color;
 }
 
-// From violet by teal, in the middle, to yellow: lighter at each step.
+// Violet, teal in the middle, yellow; each colour is lighter than the one before.
 inline constexpr std::array<std::array<float, 3>, 5> kVioletToYellow = {{{0.20f, 0.05f, 0.30f},
                                                                          {0.22f, 0.25f, 0.58f},
                                                                          {0.10f, 0.52f, 0.58f},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is done to the pixels that do not count (masked_loss.h), for every memory space.
+// Per-pixel functors for masked pixels (masked_loss.h), for every memory space.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace vesta::gs {
 
-// By pixel, of an image of three planes: what is left out becomes that of the other image.
+// For pixel i of an image with three planes: if the mask excludes it, copies it from the other image.
 template <class S>
 struct ShowWhereLeftOut {
   const std::uint8_t* mask;
@@ -22,7 +22,7 @@ struct ShowWhereLeftOut {
     for (int c = 0; c < 3; ++c) image[c * plane + i] = from[c * plane + i];
   }
 };
-// The same: it becomes zero.
+// The same, but sets the pixel to zero.
 template <class S>
 struct ClearWhereLeftOut {
   const std::uint8_t* mask;

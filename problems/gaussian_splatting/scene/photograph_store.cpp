@@ -24,7 +24,7 @@ Index PhotographStore::Add(PhotographSource source) {
 }
 
 void PhotographStore::Remove(Index number) {
-  std::shared_ptr<Entry> entry;  // what it holds may be in the store too, and goes when the lock is gone
+  std::shared_ptr<Entry> entry;  // outlives the lock: it may hold photographs of this store
   Lock lock(mutex_);
   entry = Find(number);
   decoded_.wait(lock, [&] { return !entry->is_decoding; });
@@ -54,7 +54,7 @@ std::shared_ptr<const Image> PhotographStore::Get(Index number) {
   std::shared_ptr<const Image> image = entry->image;
   entry->used = ++clock_;
   Follow(number);
-  // Room for one that is being decoded beside whichever is asked for meanwhile.
+  // Decoding ahead needs space for that photograph and for any other one requested meanwhile.
   if (!is_ahead_ && budget_ >= 2 * most_bytes_) {
     is_ahead_ = true;
     background_.Run([this] { DecodeAhead(); });
@@ -100,7 +100,7 @@ std::shared_ptr<PhotographStore::Entry> PhotographStore::Find(Index number) cons
 
 bool PhotographStore::MakeRoom(double bytes, bool spares_expected) {
   while (taken_ + bytes > budget_) {
-    // Views come round again once all others have been through, so what was used last is needed last.
+    // Views are used in cycles, so the most recently used photograph is needed last.
     Entry* last = nullptr;
     for (const auto& [number, entry] : entries_) {
       const bool is_free = entry->image && entry->image.use_count() == 1;
@@ -158,7 +158,7 @@ void PhotographStore::DecodeAhead() {
       if (!MakeRoom(entry->source.bytes, true)) break;
       DecodeInto(*entry, lock);
     }
-  } catch (...) {  // its turn will tell
+  } catch (...) {  // Get() will report the failure
   }
   is_ahead_ = false;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Photographs that do not all fit into memory: decoded when they are looked at, ahead of their turn where that is
-// known, and kept as far as a budget goes. A photograph is the same however often it is decoded, so nothing but time
-// depends on what is kept.
+// A store for photographs that do not all fit into memory. It decodes them on demand, or ahead of demand if their order
+// is known, and keeps them within a memory budget. Decoding always gives the same image, so the budget affects only
+// speed.
 #pragma once
 
 #include <condition_variable>
@@ -19,19 +19,19 @@
 
 namespace vesta::gs {
 
-// How a photograph comes to be.
+// A photograph that can be decoded on demand.
 struct PhotographSource {
-  std::function<Image()> decode;  // called from any thread; throws Error where the file cannot be read any more
-  double bytes = 0;               // that the result takes
-  double work_bytes = 0;          // that decoding takes beside it
+  std::function<Image()> decode;  // called from any thread; throws Error if the file can no longer be read
+  double bytes = 0;               // size of the decoded image
+  double work_bytes = 0;          // extra memory while decoding
 };
 
 class PhotographStore {
  public:
-  // Photographs that are decoded before they are asked for. One takes less time than an iteration on it.
+  // Number of photographs decoded ahead. Decoding one takes less time than a training iteration on it.
   static constexpr Index kAhead = 2;
 
-  // budget_bytes: of all that is kept and looked at. Without room for two of the largest none is decoded ahead.
+  // budget_bytes: limit for all images kept or in use. The store decodes ahead only if two of the largest images fit.
   explicit PhotographStore(double budget_bytes) : budget_(budget_bytes) {}
   ~PhotographStore();
   PhotographStore(const PhotographStore&) = delete;
@@ -40,23 +40,23 @@ class PhotographStore {
   // Photographs are numbered in the order in which they are added.
   Index Add(PhotographSource source);
   void Remove(Index number);
-  // Keeps a photograph that is decoded already, where there is room.
+  // Keeps a photograph that is already decoded, if it fits into the budget.
   void Offer(Index number, Image image);
 
-  // The photograph. It stays in memory while the result is held: let go of the last one first, or the budget has to
-  // hold both. Throws what decoding throws.
+  // Returns the photograph, which stays in memory while the result is held. Release the previous one first, or the
+  // budget must hold both. Throws the exceptions of decode.
   std::shared_ptr<const Image> Get(Index number);
-  // The same for who needs it once: nothing is kept of it.
+  // The same for a single use: the store does not keep the image.
   std::shared_ptr<const Image> Read(Index number) const;
-  // What Get will be asked for next, in order. Where it was not told, those that follow in number.
+  // Announces the next calls of Get, in order. Without it, the photographs with the next numbers are expected.
   void Expect(const std::vector<Index>& numbers);
 
   double budget_bytes() const { return budget_; }
   double kept_bytes() const;
-  // Most that the store and its decoding take, once it is full: one photograph is decoded ahead while another one is
-  // asked for that was not expected.
+  // Peak memory of a full store, including decoding: one photograph may be decoded ahead while an unexpected one is
+  // requested.
   double MostBytes() const;
-  // How often a photograph was decoded.
+  // Number of decodings so far.
   std::int64_t decodings() const;
 
  private:
@@ -64,12 +64,13 @@ class PhotographStore {
     PhotographSource source;
     std::shared_ptr<const Image> image = nullptr;
     bool is_decoding = false;
-    std::int64_t used = 0;  // when it was decoded or asked for
+    std::int64_t used = 0;  // time of the last decoding or request, in ticks of clock_
   };
   using Lock = std::unique_lock<std::mutex>;
 
   std::shared_ptr<Entry> Find(Index number) const;
-  // True where so many bytes are free now. Those that are expected go only where spares_expected is false.
+  // Evicts photographs until `bytes` bytes are free; returns false if that is not possible. With spares_expected,
+  // expected photographs are not evicted.
   bool MakeRoom(double bytes, bool spares_expected);
   void DecodeInto(Entry& entry, Lock& lock);
   void Follow(Index number);
@@ -84,10 +85,10 @@ class PhotographStore {
   double taken_ = 0, most_bytes_ = 0, most_work_ = 0;
   std::int64_t clock_ = 0, decodings_ = 0;
   bool is_told_ = false, is_ahead_ = false, ends_ = false;
-  Background background_;  // ends before what it works on
+  Background background_;  // declared last, so that it ends before the members it uses
 };
 
-// A photograph in a store. It goes from there with its last holder.
+// A photograph in a store. The destructor removes it from there.
 class StoredPhotograph {
  public:
   StoredPhotograph(std::shared_ptr<PhotographStore> store, PhotographSource source)

@@ -54,7 +54,7 @@ void SortAndSplit(std::vector<View>* views) {
 }
 
 void SplitByCount(int every, std::vector<View>* views) {
-  VESTA_CHECK(every >= 0, "every {}th view cannot be a test view", every);
+  VESTA_CHECK(every >= 0, "the interval of test views is {}, but it must not be negative", every);
   for (std::size_t i = 0; i < views->size(); ++i) {
     const bool is_test = every > 0 && i % static_cast<std::size_t>(every) == 0;
     (*views)[i].role = is_test ? ViewRole::kTest : ViewRole::kTraining;
@@ -67,8 +67,8 @@ void HoldOut(std::vector<View>* views) {
     if (view.is_trained()) trained.push_back(&view);
   }
   if (trained.size() < 2)
-    Fail(kBadArgument, "of {} training views none can be held out to judge by; add images", trained.size());
-  // The middle of each eight, and of fewer.
+    Fail(kBadArgument, "cannot hold out a view from {} training views: add images", trained.size());
+  // The middle view of each eight; with fewer than eight the middle one.
   for (std::size_t i = std::min<std::size_t>(3, trained.size() / 2); i < trained.size(); i += 8) {
     trained[i]->role = ViewRole::kHeldOut;
   }
@@ -76,7 +76,7 @@ void HoldOut(std::vector<View>* views) {
 
 namespace {
 
-// 1.1 times the largest distance of a training camera's centre from their mean; 1 where all coincide.
+// 1.1 times the largest distance of a training camera's centre from their mean; 1 if all coincide.
 double CameraRadius(const std::vector<View>& views) {
   const double radius = SpreadOf(TrainingViews(views)).radius;
   return radius > 0 ? 1.1 * radius : 1.0;

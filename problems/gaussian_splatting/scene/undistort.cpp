@@ -11,20 +11,20 @@
 namespace vesta::gs {
 namespace {
 
-// Weights of the four pixels about a place, t in 0..1 past the second (Catmull-Rom).
+// Catmull-Rom weights of four pixels, for a position t in 0..1 beyond the second.
 std::array<float, 4> CubicWeights(float t) {
   return {0.5f * t * ((2 - t) * t - 1), 0.5f * (t * t * (3 * t - 5) + 2), 0.5f * t * ((4 - 3 * t) * t + 1),
           0.5f * t * t * (t - 1)};
 }
 
-// The columns (or rows) about a place and their weights; beyond the border stands the pixel of the border.
+// The columns (or rows) around a position and their weights. Beyond the border, the border pixel is repeated.
 struct Neighbors {
   std::array<std::size_t, 4> index;
   std::array<float, 4> weight;
-  bool are_inside;  // all of them: one after the other
+  bool are_inside;  // all four are in the image, so they are consecutive
 
   Neighbors(double place, int count) {
-    // Farther out nothing changes; and no double is too large for an int.
+    // Positions farther out give the same result; the clamp also prevents overflow of int.
     const double at = std::clamp(place - 0.5, -3.0, count + 2.0);
     const int first = static_cast<int>(at + 3) - 3;  // rounds down
     weight = CubicWeights(static_cast<float>(at - first));
@@ -43,7 +43,7 @@ std::array<float, 3> SampleCubic(const Image& image, double u, double v) {
   std::array<float, 3> result;
   const Neighbors columns(u, image.width), rows(v, image.height);
   for (int c = 0; c < 3; ++c) {
-    // Down first: four columns at a time.
+    // Columns first, so that four columns are processed at a time.
     std::array<float, 4> down{};
     for (std::size_t j = 0; j < 4; ++j) {
       const float* row = image.plane(c) + rows.index[j] * static_cast<std::size_t>(image.width);
@@ -79,8 +79,8 @@ using Point = std::array<double, 2>;
 
 double Determinant(const std::array<double, 4>& j) { return j[0] * j[3] - j[1] * j[2]; }
 
-// The largest distance from the axis, on a pinhole of focal length 1, to which the lens is one to one in all
-// directions; at most that of kWidest.
+// The largest distance from the axis, on a pinhole of focal length 1, up to which the lens is one-to-one in all
+// directions; at most tan(kWidest).
 double OneToOneRadius(const Distortion& lens) {
   constexpr int kSteps = 512, kDirections = 32;
   constexpr double kWidest = 1.5;  // radians from the axis; a pinhole image cannot reach 90 degrees
@@ -90,7 +90,7 @@ double OneToOneRadius(const Distortion& lens) {
     for (int d = 0; d < kDirections; ++d) {
       const double direction = 2 * std::numbers::pi * d / kDirections;
       const std::array<double, 4> j = DistortionJacobian(lens, next * std::cos(direction), next * std::sin(direction));
-      // Both: of a lens that folds twice the determinant is positive again, but the trace is not.
+      // Check both: for a lens that folds twice the determinant is positive again, but the trace is not.
       if (!(Determinant(j) > 0 && j[0] + j[3] > 0)) return radius;
     }
     radius = next;
@@ -98,27 +98,27 @@ double OneToOneRadius(const Distortion& lens) {
   return radius;
 }
 
-// Part of the plane of a pinhole of focal length 1, about the axis: how far it goes to the left, right, up and down.
+// A rectangle around the axis, on the plane of a pinhole of focal length 1: its extent to the left, right, up and down.
 using Sides = std::array<double, 4>;
 
-// What of that plane a photograph shows.
+// The region of that plane that a photograph covers.
 class SeenPlane {
  public:
   SeenPlane(const Camera& camera, const Distortion& lens)
       : camera_(camera), lens_(lens), radius_(OneToOneRadius(lens)) {}
 
-  // slack: how far beyond the centres of the outermost pixels, in pixels, counts as seen.
+  // slack: how far beyond the centres of the outermost pixels still counts as covered, in pixels.
   bool Sees(double x, double y, double slack) const {
     if (!(std::hypot(x, y) <= radius_)) return false;
     const Point at = Distort(lens_, x, y);
     const double u = camera_.lens.fx * at[0] + camera_.lens.cx, v = camera_.lens.fy * at[1] + camera_.lens.cy;
-    // Between the centres of pixels, where interpolation has neighbours.
+    // Interpolation has all its neighbours between the centres of the outermost pixels.
     const double margin = 0.5 - slack;
     return u >= margin && u <= camera_.width - margin && v >= margin && v <= camera_.height - margin;
   }
-  // The border suffices: what is seen has no holes.
+  // Checking the border suffices, because the covered region has no holes.
   bool Sees(const Sides& s, double slack) const {
-    constexpr int kSamples = 256;  // a side
+    constexpr int kSamples = 256;  // per side
     for (int i = 0; i <= kSamples; ++i) {
       const double part = static_cast<double>(i) / kSamples;
       const double x = -s[0] + part * (s[0] + s[1]), y = -s[2] + part * (s[2] + s[3]);
@@ -135,7 +135,7 @@ class SeenPlane {
   double radius_;
 };
 
-// The largest part in 0..1 for which holds(part), given that it then holds for all smaller ones; 0 where for none.
+// The largest fraction in 0..1 for which `holds` is true, assuming it is true for all smaller ones; 0 if for none.
 template <class Holds>
 double LargestPart(const Holds& holds) {
   if (holds(1.0)) return 1;
@@ -147,7 +147,7 @@ double LargestPart(const Holds& holds) {
   return low;
 }
 
-// First as large as it may be in the shape of the photograph, then side by side what else there is.
+// The largest rectangle in the shape of the photograph first; then each side is extended in turn as far as possible.
 Sides LargestSeen(const SeenPlane& plane, const Sides& widest) {
   const auto scaled = [&](double part) {
     Sides sides = widest;
@@ -155,7 +155,8 @@ Sides LargestSeen(const SeenPlane& plane, const Sides& widest) {
     return sides;
   };
   Sides sides = scaled(LargestPart([&](double part) { return plane.Sees(scaled(part), 0); }));
-  // Where a side touches the border between two samples, other samples find it a little beyond.
+  // A side may touch the border of the region between two samples. With other samples it then seems to reach a little
+  // beyond.
   constexpr double kSlack = 0.02;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const double least = sides[i];
@@ -174,15 +175,15 @@ Sides LargestSeen(const SeenPlane& plane, const Sides& widest) {
 std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens) {
   if (lens.is_none()) return camera;
   if (!lens.is_finite()) return std::nullopt;
-  constexpr double kMost = 2, kLeast = 0.2;  // of the photograph's width and height
+  constexpr double kMost = 2, kLeast = 0.2;  // fractions of the photograph's width and height
   const splat::Lens& f = camera.lens;
   Sides widest{f.cx / f.fx, (camera.width - f.cx) / f.fx, f.cy / f.fy, (camera.height - f.cy) / f.fy};
   for (double& side : widest) {
-    if (!(side > 0)) return std::nullopt;  // what lies about the axis is not in the photograph
+    if (!(side > 0)) return std::nullopt;  // the photograph does not contain the optical axis
     side *= kMost;
   }
   const Sides sides = LargestSeen(SeenPlane(camera, lens), widest);
-  // What is seen reaches to the centres of the outermost pixels, within the rounding of the search.
+  // The covered region ends at the centres of the outermost pixels, within the rounding of the search.
   constexpr double kRounding = 1e-6;
   const double width = std::floor((sides[0] + sides[1]) * f.fx + 1 + kRounding);
   const double height = std::floor((sides[2] + sides[3]) * f.fy + 1 + kRounding);
@@ -196,8 +197,9 @@ std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens) {
 
 Image UndistortImage(const Image& image, const Camera& camera, const Distortion& lens, const Camera& pinhole) {
   VESTA_CHECK(image.width == camera.width && image.height == camera.height,
-              "an image of {} x {} for a camera of {} x {}", image.width, image.height, camera.width, camera.height);
-  constexpr int kMostSamples = 8;  // a pixel, across and down
+              "an image of {} x {} does not match a camera of {} x {}", image.width, image.height, camera.width,
+              camera.height);
+  constexpr int kMostSamples = 8;  // per pixel and direction
   Image result(pinhole.width, pinhole.height);
   if (!image.mask.empty()) result.mask.assign(result.num_pixels(), 1);
   const splat::Lens &from = camera.lens, &to = pinhole.lens;
@@ -205,10 +207,10 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
     for (int column = 0; column < pinhole.width; ++column) {
       const double x = (column + 0.5 - to.cx) / to.fx, y = (static_cast<double>(row) + 0.5 - to.cy) / to.fy;
       const std::array<double, 4> j = DistortionJacobian(lens, x, y);
-      // By how many of the photograph's pixels one of the result is wide or high.
+      // Width or height of one result pixel, in pixels of the photograph.
       const double reach = std::max(std::hypot(j[0] * from.fx / to.fx, j[2] * from.fy / to.fx),
                                     std::hypot(j[1] * from.fx / to.fy, j[3] * from.fy / to.fy));
-      // A lens that hardly shrinks is left sharp.
+      // A lens that hardly shrinks the image needs no antialiasing and stays sharp.
       constexpr double kHardly = 1.25;
       const int samples = reach <= kHardly ? 1 : static_cast<int>(std::ceil(std::min<double>(reach, kMostSamples)));
       std::array<float, 3> sum{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Photographs of distorting lenses resampled as those of pinholes.
+// Resamples photographs of distorting lenses for pinhole cameras.
 #pragma once
 
 #include <array>
@@ -11,26 +11,26 @@
 
 namespace vesta::gs {
 
-// The colour at pixel coordinates (u, v), where pixel (i, j) has its centre at (i + 0.5, j + 0.5): the cubic
-// interpolation of Catmull and Rom, not clamped. It passes through the pixels and is exact where colours change
-// linearly. Beyond the border stands the pixel of the border.
+// The colour at pixel coordinates (u, v), where pixel (i, j) has its centre at (i + 0.5, j + 0.5). Catmull-Rom cubic
+// interpolation, not clamped: it passes through the pixels and is exact where colours change linearly. Beyond the
+// border, the border pixel is repeated.
 std::array<float, 3> SampleCubic(const Image& image, double u, double v);
 
-// Whether (u, v) lies in the image and the four pixels about it, which make up nearly all of that colour, take part
+// True if (u, v) is in the image and the mask includes the four pixels around it, which have nearly all the weight
 // (Image::mask).
 bool CountsAbout(const Image& image, double u, double v);
 
-// The pinhole camera that stands for this one: the same focal lengths, so that the middle keeps its resolution, and as
-// large an image about the optical axis as has all its pixels within the distorted one (as `colmap image_undistorter`
-// with blank_pixels = 0), to twice as wide and high. It keeps to where the lens is one to one. None where less than a
-// fifth of the width or height would remain (of such a calibration nothing is meant), or the coefficients are not
-// finite. Of a lens without distortion: the camera itself.
+// The pinhole camera that replaces this one. It keeps the focal lengths, so the centre keeps its resolution. Its image
+// is the largest with all pixels inside the distorted one (like `colmap image_undistorter` with blank_pixels = 0), up
+// to twice the width and height. It covers only the region in which the lens is one-to-one. Returns nothing if less
+// than a fifth of the width or height would remain, which indicates a bad calibration, or if a coefficient is not
+// finite. For a lens without distortion it returns the camera itself.
 std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens);
 
-// The image of `camera` with that lens, as `pinhole` sees it from the same place. Cubic interpolation (Catmull-Rom,
-// clamped to 0..1); where the image shrinks, the mean of samples at most one of its pixels apart. A
-// pixel takes part where the four about each of its samples do. The image has the
-// camera's size.
+// Resamples the image of `camera` with that lens to the view of `pinhole` from the same place. Uses cubic interpolation
+// (Catmull-Rom, clamped to 0..1); where the image shrinks, the mean of samples at most one photograph pixel apart (at
+// most 8 x 8 samples). The mask includes a pixel if it includes the four pixels around each of its samples. The image
+// must have the camera's size.
 Image UndistortImage(const Image& image, const Camera& camera, const Distortion& lens, const Camera& pinhole);
 
 }  // namespace vesta::gs

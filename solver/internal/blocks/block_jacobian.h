@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A block-sparse Jacobian held in memory, and its products.
+// A stored block-sparse Jacobian and its products.
 #pragma once
 
 #include <utility>
@@ -9,15 +9,15 @@
 
 namespace vesta {
 
-// One small dense matrix a residual block, row after row, over a BlockStructure (borrowed). Products run in parallel
-// with sums in a fixed order.
+// One small dense row-major matrix per residual block, with a borrowed BlockStructure. Products run in parallel; their
+// sums have a fixed order.
 class BlockJacobian {
  public:
   using B = CpuBackend<double>;
-  // Some of the free blocks.
+  // A subset of the free blocks.
   enum class Part { kAll, kKept, kEliminated };
 
-  // Holds anything until it is written. storage: memory to use again, of any size.
+  // The values are uninitialised. storage: memory to reuse, of any size.
   explicit BlockJacobian(const BlockStructure& structure, B::Vector storage = {})
       : structure_(structure), values_(std::move(storage)) {
     values_.ResizeForOverwrite(structure.num_values());
@@ -34,12 +34,12 @@ class BlockJacobian {
   void ApplyTranspose(B::ConstVectorView u, B::VectorView g) const;
   // d = diag(J^T J).
   void SquaredColumns(B::VectorView d) const;
-  // The diagonal blocks of J^T J of one part, into a matrix of that part's groups. Overwrites.
+  // Overwrites diagonal, made from the groups of `part`, with the diagonal blocks of J^T J of that part.
   void Gram(Part part, BlockDiagonal<B>& diagonal) const;
 
  private:
   struct Range {
-    int begin, end;  // free blocks
+    int begin, end;  // indices of free blocks
   };
   Range RangeOf(Part part) const;
   const BlockRow& At(Index row) const { return structure_.rows()[static_cast<std::size_t>(row)]; }

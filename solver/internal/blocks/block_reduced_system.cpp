@@ -12,7 +12,7 @@ namespace vesta {
 
 namespace {
 using Part = BlockJacobian::Part;
-// Room for the partial sums of a product: 16 MiB, which a cache may hold.
+// Memory for the partial sums of a product: 16 MiB, which fits in a large cache.
 constexpr Index kPartialEntries = 1 << 21;
 }  // namespace
 
@@ -55,7 +55,7 @@ void BlockReducedSystem::PassRows(ConstVectorView x, ConstVectorView b, VectorVi
   const std::vector<BlockRow>& rows = structure_.rows();
   const auto blocks = EliminatedBlocks();
   const Index kept_size = size();
-  // body(values of the cell, row, cell) for each kept cell of a row.
+  // Calls body(values of the cell, row, cell) for each kept cell of a row.
   const auto each_kept = [&](Index r, const auto& body) {
     const BlockRow& row = rows[static_cast<std::size_t>(r)];
     const double* values = jacobian_.row_values(r);
@@ -95,7 +95,7 @@ void BlockReducedSystem::PassRows(ConstVectorView x, ConstVectorView b, VectorVi
       const FreeBlock& block = blocks[static_cast<std::size_t>(e)];
       const auto uses = structure_.uses(structure_.num_kept_blocks() + static_cast<int>(e));
       const Index first = block.offset - size();
-      // y = E^T F x, then C^-1 (b - y); the rows' u one after another.
+      // y = E^T F x, then y = C^-1 (b - y). u holds the rows' values one after another.
       y.assign(static_cast<std::size_t>(block.size), 0.0);
       u.clear();
       for (const BlockUse& use : uses) {
@@ -153,7 +153,7 @@ void BlockReducedSystem::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
 
 void BlockReducedSystem::SubtractFill(int free, BlockDiagonal<B>& diagonal) const {
   const FreeBlock& kept = structure_.free_blocks()[static_cast<std::size_t>(free)];
-  // Rows shared with one eliminated block lie together once sorted by it.
+  // Sort the rows by eliminated block, so that those shared with one block are adjacent.
   std::vector<std::pair<int, BlockUse>> shared;
   for (const BlockUse& use : structure_.uses(free)) {
     const BlockRow& row = structure_.rows()[static_cast<std::size_t>(use.row)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Schur complement of a block-sparse Jacobian, never formed.
+// The Schur complement of a block-sparse Jacobian as an operator. It is never formed.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 
 namespace vesta {
 
-// S = F^T F + lambda D_F - F^T E (E^T E + lambda D_E)^-1 E^T F, with F the kept and E the eliminated columns of J. One
-// product is one pass over J. Borrows the Jacobian.
+// S = F^T F + lambda D_F - F^T E (E^T E + lambda D_E)^-1 E^T F, where F holds the kept and E the eliminated columns of
+// J. A product reads J once. Borrows the Jacobian.
 class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
@@ -30,23 +30,23 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
     return std::span(structure_.free_blocks()).subspan(static_cast<std::size_t>(structure_.num_kept_blocks()));
   }
   Index num_eliminated() const { return structure_.num_tangent() - structure_.num_kept(); }
-  // One pass over the rows, an eliminated block's at a time: with u = F x + E y, y = C^-1 (b - E^T F x), gives F^T u to
-  // `kept` and y to `eliminated`. x and b may be empty for 0, the outputs where they are not wanted.
+  // Reads the rows once, eliminated block by eliminated block. Computes y = C^-1 (b - E^T F x) and u = F x + E y, and
+  // writes F^T u to `kept` and y to `eliminated`. An empty x or b means 0; an empty output is not computed.
   void PassRows(ConstVectorView x, ConstVectorView b, VectorView kept, VectorView eliminated);
-  // out(k, k) -= W C^-1 W^T of one kept block, W = F_k^T E over the rows it shares with each eliminated block.
+  // out(k, k) -= W C^-1 W^T for one kept block. W = F_k^T E over the rows that it shares with each eliminated block.
   void SubtractFill(int free, BlockDiagonal<B>& diagonal) const;
 
   const BlockJacobian& jacobian_;
   const BlockStructure& structure_;
   double lambda_ = 0;
   B::Vector kept_metric_;
-  BlockDiagonal<B> eliminated_;  // C, then its Cholesky factors
-  // The same factors block after block, each a packed lower triangle.
+  BlockDiagonal<B> eliminated_;  // C, later its Cholesky factors
+  // The same factors, one block after another, each a packed lower triangle.
   B::Vector factors_;
   std::vector<Index> first_factor_;
-  std::vector<Index> rows_alone_;  // those without an eliminated block
-  // F^T u is summed over a fixed number of ranges of the eliminated blocks, each into a vector of its own, and these in
-  // order: the rows are read once, and the result does not depend on the number of threads.
+  std::vector<Index> rows_alone_;  // rows without an eliminated block
+  // F^T u is summed over a fixed number of ranges of eliminated blocks, each into its own vector. These vectors are
+  // then added in order. So the rows are read once, and the result does not depend on the number of threads.
   Index num_ranges_;
   B::Vector partial_;
 };

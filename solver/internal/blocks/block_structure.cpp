@@ -11,8 +11,8 @@ namespace vesta {
 
 namespace {
 
-// An independent set worth eliminating has this share of the step: below it the Schur complement is not much smaller
-// than what it came from.
+// Smallest fraction of the step that makes elimination worthwhile. Below it, the Schur complement is not much smaller
+// than the full system.
 constexpr double kWorthEliminating = 0.6;
 
 std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals) {
@@ -111,7 +111,7 @@ void BlockStructure::LayRows(const ResidualBlockList& residuals, const std::vect
     num_residuals_ += row.num_residuals;
     rows_.push_back(row);
   }
-  // Values lie in the order in which they are mostly read: an eliminated block's rows one after another.
+  // Store the values in the usual order of access: all rows of an eliminated block together.
   std::vector<std::pair<int, std::size_t>> order;
   order.reserve(rows_.size());
   for (std::size_t r = 0; r < rows_.size(); ++r) {
@@ -141,7 +141,7 @@ void BlockStructure::ListUses() {
 
 namespace {
 
-// Breadth-first search. A residual block, or an eliminated block, is a set of kept blocks that are neighbours.
+// Breadth-first search. The kept blocks of one residual block, or of one eliminated block, are neighbours.
 class Search {
  public:
   explicit Search(const BlockStructure& structure)
@@ -164,7 +164,7 @@ class Search {
 
  private:
   struct State {
-    int turn = 0;  // of the last search that came here
+    int turn = 0;  // of the last search that reached it
     int distance = 0;
   };
   static std::size_t At(Index i) { return static_cast<std::size_t>(i); }
@@ -189,7 +189,7 @@ class Search {
   int turn_ = 0;
   std::vector<State> block_;
   std::vector<int> row_turn_;
-  std::vector<int> reached_;  // kept blocks, in order
+  std::vector<int> reached_;  // kept blocks, in the order of the search
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structure of a block-sparse problem: where everything of it lies, worked out once and used by every
-// linearization, and how far apart its blocks are.
+// The structure of a block-sparse problem: the positions of all blocks, computed once and used by every linearization,
+// and the distances between blocks.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@
 
 namespace vesta {
 
-// A residual block: how many residuals, of which parameter blocks.
+// A residual block: its number of residuals and its parameter blocks.
 struct ResidualBlock {
   int num_residuals = 0;
   std::span<const int> parameters;
 };
 
-// Thousands to millions of them, in three arrays.
+// Thousands to millions of residual blocks, stored in three arrays.
 class ResidualBlockList {
  public:
   std::size_t size() const { return num_residuals_.size(); }
-  // Parameters of all residual blocks together.
+  // Number of parameters, summed over all residual blocks.
   std::size_t num_arguments() const { return parameters_.size(); }
   ResidualBlock operator[](std::size_t k) const {
     return {num_residuals_[k], std::span(parameters_).subspan(first_[k], first_[k + 1] - first_[k])};
@@ -39,27 +39,27 @@ class ResidualBlockList {
 
  private:
   std::vector<int> num_residuals_;
-  std::vector<std::size_t> first_{0};  // of each block's parameters; the end of the last
+  std::vector<std::size_t> first_{0};  // position of each block's first parameter, and the end
   std::vector<int> parameters_;
 };
 
-// A parameter block as the caller gave it.
+// A parameter block as the caller added it.
 struct ParameterBlock {
   Index ambient_offset = 0;  // in x
   int ambient_size = 0;
   int tangent_size = 0;  // 0: constant
 };
 
-// A free parameter block's columns within one residual block's Jacobian.
+// The columns of a free parameter block in the Jacobian of one residual block.
 struct BlockCell {
-  int free = 0;      // which free block
-  int argument = 0;  // which argument of the residual block
+  int free = 0;      // index of the free block
+  int argument = 0;  // argument of the residual block
   int local = 0;     // first column within the residual block's dense Jacobian
-  int size = 0;      // columns: the free block's
-  Index offset = 0;  // the free block's, in the step
+  int size = 0;      // columns: the size of the free block
+  Index offset = 0;  // position of the free block in a step
 };
 
-// One residual block: a dense Jacobian of num_residuals x width, row after row, at values[value_offset].
+// One residual block: a dense row-major Jacobian of num_residuals x width, at values[value_offset].
 struct BlockRow {
   Index residual_offset = 0;
   Index value_offset = 0;
@@ -67,20 +67,20 @@ struct BlockRow {
   int width = 0;
   Index first_cell = 0;
   int num_cells = 0;
-  int eliminated_cell = -1;  // among its cells; -1: none
+  int eliminated_cell = -1;  // index among its cells; -1 if it has none
 };
 
-// A free parameter block. Free blocks are numbered kept before eliminated, then by tangent size, then by order of being
-// added; so each run of equal size is one BlockGroup.
+// A free parameter block. Free blocks are sorted: kept before eliminated, then by tangent size, then in the order in
+// which they were added. Each run of equal size forms one BlockGroup.
 struct FreeBlock {
-  int parameter = 0;  // which parameter block
-  int size = 0;       // tangent
-  Index offset = 0;   // in the step
+  int parameter = 0;  // index of the parameter block
+  int size = 0;       // tangent size
+  Index offset = 0;   // position in a step
   int group = 0;
   Index index_in_group = 0;
 };
 
-// One place a free block is used: a column range of a row.
+// One use of a free block: a range of columns of a row.
 struct BlockUse {
   Index row = 0;
   int local = 0;
@@ -88,12 +88,12 @@ struct BlockUse {
 
 class BlockStructure {
  public:
-  // eliminate: find a group of blocks no two of which share a residual (greedily, the least used first, after the
-  // independent sets of Ceres's orderings) and put it last, where it is most of the step.
+  // eliminate: find a group of blocks that share no residual block with each other, and put it last if it is most of
+  // the step. The search is greedy and starts with the least used blocks, like Ceres's independent-set orderings.
   BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals, bool eliminate);
 
   Index num_tangent() const { return num_tangent_; }
-  // Tangent parameters that are not eliminated; num_tangent() when nothing is.
+  // Number of tangent parameters that are not eliminated.
   Index num_kept() const { return num_kept_; }
   int num_kept_blocks() const { return num_kept_blocks_; }
   Index num_residuals() const { return num_residuals_; }
@@ -108,7 +108,7 @@ class BlockStructure {
     const auto k = static_cast<std::size_t>(free);
     return std::span(uses_).subspan(first_use_[k], first_use_[k + 1] - first_use_[k]);
   }
-  // Over all free blocks, and over the kept and the eliminated ones alone (offsets from 0 in each).
+  // Groups of all free blocks, of the kept ones and of the eliminated ones. Offsets start at 0 in each.
   const std::vector<BlockGroup>& groups() const { return groups_; }
   const std::vector<BlockGroup>& kept_groups() const { return kept_groups_; }
   const std::vector<BlockGroup>& eliminated_groups() const { return eliminated_groups_; }
@@ -130,10 +130,9 @@ class BlockStructure {
   std::vector<BlockGroup> groups_, kept_groups_, eliminated_groups_;
 };
 
-// The longest way between two kept blocks, in hops: from a block to those that it shares a residual block with, or an
-// eliminated block. An error crosses one hop in an iteration of conjugate gradients on what is kept. Found by two
-// searches through each part that hangs together, so it is a lower bound (exact for trees), at the cost of a pass over
-// the cells.
+// Longest distance between two kept blocks, in hops. One hop leads to a block that shares a residual block or an
+// eliminated block. In conjugate gradients on the kept parameters an error crosses one hop per iteration. Two searches
+// through each connected component give a lower bound, exact for trees, at the cost of a pass over the cells.
 int LongestDistance(const BlockStructure& structure);
 
 }  // namespace vesta

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine for host memory, in float.
+// The engine for host memory in float.
 #include "kernels/core/vector_backend.h"
 
 namespace vesta {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine for the memory of a GPU, in float.
+// The engine for GPU memory in float.
 #include "kernels/core/cuda_backend.h"
 
 namespace vesta {

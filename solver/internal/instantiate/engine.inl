@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Explicit instantiation of the whole engine. A source file for one backend says
+// Explicit instantiation of the whole engine. The source file of a backend defines
 //   namespace vesta { using InstantiatedBackend = ...; }
-// and includes this, once.
+// and includes this file once.
 
 #include "solver/internal/batched_system.inl"
 #include "solver/internal/bounds.inl"

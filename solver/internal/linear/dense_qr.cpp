@@ -7,7 +7,7 @@
 
 namespace vesta {
 
-// J S = Q R with S the scales that make columns of unit length; c = Q^T r. Everything after needs R and c alone.
+// J S = Q R, where S scales columns to unit length; c = Q^T r. Later steps need only R and c.
 struct DenseQr::Factors {
   Eigen::MatrixXd r;
   Eigen::VectorXd c;
@@ -49,7 +49,7 @@ std::vector<double> DenseQr::Solve(const std::vector<double>& damping) const {
       (Eigen::Map<const Eigen::VectorXd>(damping.data(), n).cwiseSqrt().cwiseProduct(scale)).asDiagonal();
   Eigen::VectorXd rhs = Eigen::VectorXd::Zero(2 * n);
   rhs.head(n) = -factors_->c;
-  // Columns are weighed against each other anew: the damping may dwarf J in some of them.
+  // Scale the columns again, because the damping may dominate J in some of them.
   const Eigen::VectorXd norms = stacked.colwise().norm();
   for (Eigen::Index k = 0; k < n; ++k) {
     if (norms[k] > 0) stacked.col(k) /= norms[k];
@@ -65,7 +65,7 @@ DenseQr::Inverse DenseQr::NormalInverse(double relative_threshold, bool truncate
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(factors_->r, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   Inverse inverse;
-  Eigen::MatrixXd half = svd.matrixV();  // V Sigma^-1, directions without weight dropped
+  Eigen::MatrixXd half = svd.matrixV();  // V Sigma^-1, with singular directions set to zero
   for (Eigen::Index k = 0; k < n; ++k) {
     const bool counts = sigma[k] > 0 && sigma[k] > relative_threshold * sigma[0];
     inverse.rank += counts ? 1 : 0;

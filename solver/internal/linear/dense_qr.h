@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense least squares by Householder QR, for small problems: the accuracy of J's own condition number.
+// Dense least squares by Householder QR, for small problems. The accuracy depends on J's condition number, not on its
+// square.
 #pragma once
 
 #include <memory>
@@ -7,22 +8,22 @@
 
 namespace vesta {
 
-// argmin |J x + r|^2 + lambda x^T D x for one J and r and any number of lambda: J is factorised once.
+// argmin |J x + r|^2 + lambda x^T D x for one J and r and any number of lambda. J is factorised once.
 class DenseQr {
  public:
-  // jacobian: rows x cols, column after column; residuals: rows. Both finite.
+  // jacobian: rows x cols, column-major; residuals: rows entries. Both must be finite.
   DenseQr(int rows, int cols, const std::vector<double>& jacobian, const std::vector<double>& residuals);
   ~DenseQr();
   DenseQr(DenseQr&&) noexcept;
   DenseQr& operator=(DenseQr&&) noexcept;
 
-  // x, cols entries. damping: lambda D, >= 0. Columns are equilibrated; directions of no weight in working precision
-  // get 0.
+  // Returns x, cols entries. damping: lambda D, >= 0. Columns are scaled to equal length. Directions that are singular
+  // in working precision get 0.
   std::vector<double> Solve(const std::vector<double>& damping) const;
 
-  // (J^T J)^-1, cols x cols. In directions whose singular value, with columns scaled to length 1, is at or below
-  // relative_threshold times the largest: `truncate` leaves them out (the pseudo-inverse), otherwise the result is
-  // empty. Rank: the number of directions above.
+  // (J^T J)^-1, cols x cols. J's columns are scaled to length 1; a direction is singular if its singular value is at
+  // most relative_threshold times the largest. truncate = true drops such directions (the pseudo-inverse); otherwise
+  // the result is empty if there is one. rank: the number of other directions.
   struct Inverse {
     int rank = 0;
     std::vector<double> values;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/internal/linear/lsmr.h.
+// Definitions for solver/internal/linear/lsmr.h.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace vesta {
 
 namespace lsmr_internal {
 
-// c and s with [c s; -s c] (a, b)^T = (r, 0)^T.
+// The rotation [c s; -s c] with [c s; -s c] (a, b)^T = (r, 0)^T.
 struct Rotation {
   double c = 1, s = 0, r = 0;
   Rotation(double a, double b) : r(std::hypot(a, b)) {
@@ -58,7 +58,7 @@ LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, t
   }
   summary.normal_residual_norm = alpha * beta1;
   summary.finite = std::isfinite(summary.normal_residual_norm);
-  // A start of alpha = 0 is a solution: b is orthogonal to the range of A.
+  // If alpha = 0 at the start, x = 0 is a solution: b is orthogonal to the range of A.
   summary.converged = summary.finite && summary.normal_residual_norm == 0;
   if (!summary.finite || summary.converged) return summary;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the small dense matrices that block-sparse Jacobians are made of, unrolled for the sizes that occur.
+// Products with small dense matrices, the blocks of block-sparse Jacobians, unrolled for common sizes.
 #pragma once
 
 #include <type_traits>
@@ -8,7 +8,7 @@
 
 namespace vesta::small_dense {
 
-// body(n) with n a compile-time constant for usual sizes.
+// Calls body(n), where n is a compile-time constant for common sizes.
 template <class Body>
 inline void WithSize(int size, const Body& body) {
   switch (size) {
@@ -31,11 +31,11 @@ inline void WithSize(int size, const Body& body) {
   }
 }
 
-// out += A x, A of rows x cols with its rows `stride` apart.
+// out += A x. A has rows x cols entries; consecutive rows are `stride` apart.
 inline void AddProduct(const double* a, int stride, int rows, int cols, const double* x, double* out) {
   WithSize(cols, [&](auto n) {
     for (int i = 0; i < rows; ++i) {
-      // Two chains of additions, side by side in a vector register.
+      // Two independent sums, which the compiler puts in one vector register.
       double even = 0, odd = 0;
       const double* row = a + i * stride;
       for (int c = 0; c + 1 < n; c += 2) {
@@ -57,7 +57,7 @@ inline void AddTransposeProduct(const double* a, int stride, int rows, int cols,
   });
 }
 
-// The packed lower triangle += A^T A.
+// packed += A^T A, a packed lower triangle.
 inline void AddGram(const double* a, int stride, int rows, int cols, double* packed) {
   WithSize(cols, [&](auto n) {
     for (int i = 0; i < rows; ++i) {
@@ -69,7 +69,7 @@ inline void AddGram(const double* a, int stride, int rows, int cols, double* pac
   });
 }
 
-// W += A^T B, W of cols_a rows by cols_b, row after row; A and B side by side in the same rows.
+// W += A^T B. W is row-major, cols_a x cols_b; A and B are side by side in the same rows.
 inline void AddCrossProduct(const double* a, const double* b, int stride, int rows, int cols_a, int cols_b, double* w) {
   WithSize(cols_b, [&](auto n) {
     for (int i = 0; i < rows; ++i) {
@@ -80,7 +80,7 @@ inline void AddCrossProduct(const double* a, const double* b, int stride, int ro
   });
 }
 
-// The packed lower triangle -= V V^T, V of rows x cols, row after row.
+// packed -= V V^T, a packed lower triangle. V is row-major, rows x cols.
 inline void SubtractOuterProduct(const double* v, int rows, int cols, double* packed) {
   WithSize(cols, [&](auto n) {
     for (int r = 0; r < rows; ++r) {
@@ -91,8 +91,8 @@ inline void SubtractOuterProduct(const double* v, int rows, int cols, double* pa
   });
 }
 
-// x = L^-1 x and x = L^-T x, for the packed lower triangle L that BlockDiagonal::Factorize leaves (PackedLower order,
-// the inverse of its diagonal in place of the diagonal).
+// x = L^-1 x and x = L^-T x. L is the packed lower triangle from BlockDiagonal::Factorize: PackedLower order, with the
+// inverse of the diagonal stored instead of the diagonal.
 inline void SolveLower(const double* l, int size, double* x) {
   WithSize(size, [&](auto n) {
     for (int r = 0; r < n; ++r) {

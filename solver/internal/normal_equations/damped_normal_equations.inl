@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/internal/normal_equations/damped_normal_equations.h.
+// Definitions for solver/internal/normal_equations/damped_normal_equations.h.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,8 @@ ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::Co
 
 namespace damping_internal {
 
-// floor_k = factor times the median of the positive values of d among the same component of k's group, or 0.
+// floor_k = factor times the median of the positive values of d in the same component of k's group; 0 without such
+// values.
 template <class S>
 void GroupMedianFloor(double factor, const std::vector<BlockGroup>& groups, const std::vector<S>& d,
                       std::vector<S>& floor) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/internal/normal_equations/normal_system.h.
+// Definitions for solver/internal/normal_equations/normal_system.h.
 #pragma once
 
 #include <fmt/format.h>
@@ -24,19 +24,19 @@ std::vector<typename B::Scalar> OnHost(B& backend, typename B::ConstVectorView x
   return host;
 }
 
-// The first entry for which it holds, or -1.
+// Index of the first value that satisfies the predicate, or -1.
 template <class S, class Holds>
 Index FirstOf(const std::vector<S>& values, const Holds& holds) {
   const auto found = std::find_if(values.begin(), values.end(), holds);
   return found == values.end() ? -1 : static_cast<Index>(found - values.begin());
 }
 
-// "nan for entry 3 of the step (computed so, or not written)".
+// "nan for entry 3 of the step (computed as NaN, or not written)".
 template <Backend B>
 std::string DescribeEntry(ProblemAdaptor<B> problem, const std::vector<typename B::Scalar>& values, Index k) {
   const auto value = static_cast<double>(values[static_cast<std::size_t>(k)]);
   return fmt::format("{:.3g} for {}{}", std::isnan(value) ? std::abs(value) : value, problem.NameTangent(k),
-                     std::isnan(value) ? " (computed so, or not written)" : "");
+                     std::isnan(value) ? " (computed as NaN, or not written)" : "");
 }
 
 }  // namespace fault_internal
@@ -56,7 +56,8 @@ SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVe
             "the gradient is not finite although the cost is: " + describe(negative_gradient, not_finite)};
   }
   if (!backend.AllFinite(descent)) {
-    return {Kind::kNonFinite, "the descent is not finite although the cost is: " + describe(descent, not_finite)};
+    return {Kind::kNonFinite,
+            "the right-hand side is not finite although the cost is: " + describe(descent, not_finite)};
   }
   if (!backend.AllFinite(diagonal)) {
     return {Kind::kDiagonal, fmt::format("DiagJTJ gives {}; it must overwrite every entry with a sum of squares",
@@ -85,7 +86,7 @@ std::string DescribeZeroColumnGradient(B& backend, ProblemAdaptor<B> problem, ty
   const Index k =
       fault_internal::FirstOf(host, [&](auto value) { return std::abs(static_cast<double>(value)) > threshold; });
   return fmt::format(
-      "{} has a gradient of {:.3e}, but cannot move, for its entry of DiagJTJ is not positive: correct DiagJTJ "
+      "{} has a gradient of {:.3e}, but cannot move, because its entry of DiagJTJ is not positive: correct DiagJTJ "
       "(CheckProblem compares it with J)",
       problem.NameTangent(k), -static_cast<double>(host[static_cast<std::size_t>(k)]));
 }
@@ -103,8 +104,8 @@ NormalSystem<B>::NormalSystem(B& backend, ProblemAdaptor<B> problem, typename B:
     : backend_(backend), problem_(problem) {
   const Index n = problem.num_tangent();
   for (typename B::Vector* vector : {&negative_gradient_, &diagonal_}) vector->ResizeForOverwrite(n);
-  typename B::Vector part;  // of one batch after the first
-  // What the problem does not write stays NaN.
+  typename B::Vector part;  // values of one batch after the first
+  // Entries that the problem does not write stay NaN.
   const auto fill = [&](auto&& give, typename B::VectorView to) {
     backend_.Fill(std::numeric_limits<double>::quiet_NaN(), to);
     give(to);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solvers of a damped step by conjugate gradients: on all parameters, in shards on several processes, and with a group
-// of parameters eliminated.
+// Solvers of the damped step by conjugate gradients: on all parameters, on shards over several processes, and with a
+// group of parameters eliminated.
 #pragma once
 
 #include <fmt/format.h>
@@ -19,8 +19,8 @@
 
 namespace vesta::step_internal {
 
-// g^T step and step^T H step of a step of (H + lambda D) step = b - r, b the right-hand side on every column that
-// moves, without a further product. r_dot_step: the residual's product with it.
+// Computes g^T step and step^T H step without a further product, from (H + lambda D) step = b - r. b is the right-hand
+// side, which equals d on every column that moves. r_dot_step = r^T step.
 template <Backend B>
 StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
                           typename B::VectorView step) {
@@ -32,7 +32,7 @@ StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double la
   return {pcg, -descent, std::max(0.0, b_dot_step - r_dot_step - damping)};
 }
 
-// y = M^-1 x, then 0 where columns are frozen: M may couple them with others, the system does not.
+// y = M^-1 x with zeros for masked columns. M may couple them with other columns; the system does not.
 template <Backend B>
 class MaskedPreconditioner final : public LinearOperator<B> {
  public:
@@ -50,7 +50,7 @@ class MaskedPreconditioner final : public LinearOperator<B> {
   typename B::ConstVectorView mask_;
 };
 
-// Of the residual, after an iteration with an exact preconditioner.
+// Relative tolerance of the residual for an exact preconditioner.
 constexpr double kExactTolerance = 1e-10;
 
 template <Backend B>
@@ -61,12 +61,12 @@ class PcgStep final : public StepSolver<B> {
         system_(system),
         products_(products ? *products : whole_products_),
         preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
-    // Without a test of the residual it would take a second iteration to see that nothing is left to gain.
+    // Without a test of the residual, PCG would need a second iteration to notice that the system is solved.
     double& tolerance = options_.pcg.relative_tolerance;
     if (preconditioner_->exact() && tolerance == 0) tolerance = kExactTolerance;
     const ScopedPhase phase("preconditioner");
     preconditioner_->SetLinearization(system.batches, system.diagonal);
-    // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
+    // If a column of H and its right-hand side are zero, conjugate gradients keep it at zero without a mask.
     if (!system.problem.has_bounds() && !preconditioner_->couples_zero_columns()) system_.mask = {};
   }
   bool reads_mask() const override { return !system_.mask.empty(); }
@@ -95,7 +95,7 @@ class PcgStep final : public StepSolver<B> {
   std::unique_ptr<Preconditioner<B>> preconditioner_;
 };
 
-// The same with the vectors of the iteration, and the preconditioner, in shards.
+// The same with the PCG vectors and the preconditioner in shards.
 template <Backend B>
 class ShardedPcgStep final : public StepSolver<B> {
  public:
@@ -121,7 +121,7 @@ class ShardedPcgStep final : public StepSolver<B> {
                                  .negative_gradient = rhs,
                                  .scale = scale_},
                    &sharded_->products());
-    diagonal_ = {};  // what preconditions has taken what it wants of it
+    diagonal_ = {};  // the preconditioner has its own copy
     if (!inner_->reads_mask()) mask_ = {};
   }
   bool reads_mask() const override { return inner_->reads_mask(); }
@@ -144,7 +144,7 @@ class ShardedPcgStep final : public StepSolver<B> {
   std::optional<PcgStep<B>> inner_;
 };
 
-// y = M^-1 x, M the diagonal blocks of the Schur complement.
+// y = M^-1 x, where M holds the diagonal blocks of the Schur complement.
 template <Backend B>
 class SchurJacobi final : public LinearOperator<B> {
  public:
@@ -171,7 +171,7 @@ class ReducedPcgStep final : public StepSolver<B> {
                               kind == PreconditionerKind::kSparseCholesky;
     const std::string factor = wants_factor ? reduced_->factor_description() : "";
     if (kind == PreconditionerKind::kSparseCholesky && factor.empty()) {
-      Fail(kUnsupported, "preconditioner = {}: this problem gives no factor of its reduced system; choose automatic",
+      Fail(kUnsupported, "preconditioner = {}: this problem has no factor of its reduced system; choose kAuto",
            ToString(kind));
     }
     factorize_ = !factor.empty();
@@ -201,7 +201,7 @@ class ReducedPcgStep final : public StepSolver<B> {
         SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner, workspace, kept_step,
                     weights.empty() ? weights.view() : weights.view().subspan(0, kept));
     reduced_->BackSubstitute(system_.rhs, step);
-    // The eliminated rows hold exactly, so that the residual of the whole system is that of the reduced one.
+    // The eliminated rows are solved exactly, so the full system and the reduced one have the same residual.
     return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);
   }
 

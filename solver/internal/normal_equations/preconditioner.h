@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preconditioners of the damped normal equations H + lambda D. Each is told the diagonal, and the linearizations, once
-// for each x, and the damping as often as it changes.
+// Preconditioners of the damped normal equations H + lambda D. SetLinearization is called once per x, SetDamping
+// whenever the damping changes.
 #pragma once
 
 #include <memory>
@@ -15,13 +15,13 @@
 namespace vesta {
 
 enum class PreconditionerKind {
-  kAuto,  // the problem's own if it has one, else block Jacobi if it has blocks, else Jacobi
+  kAuto,  // the problem's own if it has one, else kBlockJacobi if it has blocks, else kJacobi
   kIdentity,
   kJacobi,       // 1 / (diag(H) + lambda D)
-  kBlockJacobi,  // the problem's diagonal blocks of H, damped; kJacobi where the problem has none
-  kProblem,      // the problem's own (WithPreconditioner); as kAuto where it has none
-  // The exact factor of H + lambda D (WithSparseCholesky): an iteration or two solve the system. Error where
-  // the problem cannot give one (it has no blocks) or its factor would be over the problem's max_factor_gib.
+  kBlockJacobi,  // the inverse of the damped diagonal blocks of H; kJacobi if the problem has no blocks
+  kProblem,      // the problem's own (WithPreconditioner); like kAuto if it has none
+  // The exact factor of H + lambda D (WithSparseCholesky); PCG then needs one or two iterations. Throws Error if the
+  // problem has no blocks, or if the factor would exceed the problem's max_factor_gib.
   kSparseCholesky,
 };
 const char* ToString(PreconditionerKind kind);
@@ -29,15 +29,15 @@ const char* ToString(PreconditionerKind kind);
 template <Backend B>
 class Preconditioner : public LinearOperator<B> {
  public:
-  // H = the sum over the batches, which are borrowed until the next call; diag_h its diagonal.
+  // H is the sum over the batches, which are borrowed until the next call. diag_h is its diagonal.
   virtual void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView diag_h) = 0;
   virtual void SetDamping(double lambda, typename B::ConstVectorView metric) = 0;
-  // Whether a column of zeros in H may get something but zero, or a zero give something to others: then PCG masks it.
+  // True if M^-1 may map a zero column of H to a nonzero value, or couple it with other columns. PCG then masks it.
   virtual bool couples_zero_columns() const { return true; }
-  // Whether it is the inverse up to rounding: then one iteration is enough.
+  // True if this is the inverse up to rounding. One iteration is then enough.
   virtual bool exact() const { return false; }
-  // What it is, for the summary.
+  // Description for the summary.
   virtual std::string description() const { return ToString(PreconditionerKind::kProblem); }
 };
 
@@ -66,7 +66,7 @@ class JacobiPreconditioner final : public Preconditioner<B> {
   Index size() const override { return diagonal_.size(); }
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
-  // Entries whose damped diagonal is 0 stay 0.
+  // Entries with a damped diagonal of 0 map to 0.
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_zero_columns() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kJacobi); }
@@ -78,7 +78,7 @@ class JacobiPreconditioner final : public Preconditioner<B> {
 template <Backend B>
 class BlockJacobiPreconditioner final : public Preconditioner<B> {
  public:
-  // why: added to the description.
+  // why: the reason for the choice, appended to the description.
   explicit BlockJacobiPreconditioner(std::string why = "") : why_(std::move(why)) {}
   Index size() const override;
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/internal/normal_equations/preconditioner.h.
+// Definitions for solver/internal/normal_equations/preconditioner.h.
 #pragma once
 
 #include "kernels/core/check.h"
@@ -84,8 +84,8 @@ void BlockJacobiPreconditioner<B>::SetLinearization(std::span<LinearizationAdapt
 template <Backend B>
 void BlockJacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstVectorView metric) {
   if (factored_lambda_ == lambda) return;
-  // The factors take the blocks' place: another lambda at the same x, which only a refused step brings, asks for the
-  // blocks again, and there is one matrix of them instead of two.
+  // The factors overwrite the blocks, so only one matrix is stored. Another lambda at the same x occurs only after a
+  // rejected step; the blocks are then computed again.
   if (factored_lambda_) B().Fill(0, factors_->all_values());
   batches_.front()->BlockGram(*factors_);
   std::optional<BlockDiagonal<B>> part;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem, and a linearization, with all that the engine may ask of them: each adaptor looks once for the optional
-// interfaces of what it is made of (solver/problem_interfaces.h), and gives the defaults where there are none.
+// Adaptors that give the engine all functions of a problem or a linearization. Each adaptor finds the optional
+// interfaces (solver/problem_interfaces.h) once and uses the defaults for missing ones.
 #pragma once
 
 #include <memory>
@@ -16,26 +16,29 @@
 
 namespace vesta {
 
-// A linearization whose direction of descent is not -g (a gradient without its noise). All batches must agree on it,
-// and only solvers that need no more than H are then allowed. Only the splatting problems have one.
+// A linearization with a right-hand side other than -g (a gradient with less noise). All batches must have one or none.
+// Only solvers that use H alone support it. Only the splatting problems have one.
 template <Backend B>
 class WithOwnRightHandSide {
  public:
   virtual ~WithOwnRightHandSide() = default;
-  // False: this object has none after all.
+  // False if this object has none although its class supports it.
   virtual bool has_own_right_hand_side() const = 0;
-  // d = the right-hand side of (H + lambda D) step = d. Called after Gradient, where has_own_right_hand_side().
+  // d = the right-hand side of (H + lambda D) step = d. Called after Gradient if has_own_right_hand_side() is true.
   virtual void RightHandSide(typename B::VectorView d) = 0;
-  // Of parts of a problem, whose descent is not the sum of theirs: the squares of the gradients of the part's units,
-  // summed; and the descent of `units` units from the sums of both over all parts, where `squares` becomes the descent.
+  // For parts of a distributed problem, whose right-hand side is not the sum of the parts'. SquaredGradients sums the
+  // squared gradients of the part's units. RightHandSideOf gets the number of units, and the sums of gradients and
+  // squares over all parts. It replaces `squares` by the right-hand side.
   virtual void SquaredGradients(typename B::VectorView /*squares*/) {
     Fail(kUnsupported,
-         "a linearization whose descent is its own must define SquaredGradients() to be a part of a problem");
+         "a linearization with its own right-hand side must define SquaredGradients() to be part of a distributed "
+         "problem");
   }
   virtual void RightHandSideOf(Index /*units*/, typename B::ConstVectorView /*gradient*/,
                                typename B::VectorView /*squares*/) const {
     Fail(kUnsupported,
-         "a linearization whose descent is its own must define RightHandSideOf() to be a part of a problem");
+         "a linearization with its own right-hand side must define RightHandSideOf() to be part of a distributed "
+         "problem");
   }
 };
 
@@ -45,9 +48,9 @@ class LinearizationAdaptor {
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // Borrows.
+  // Borrows the linearization.
   explicit LinearizationAdaptor(Linearization<B>& linearization);
-  // Owns.
+  // Owns the linearization.
   explicit LinearizationAdaptor(std::unique_ptr<Linearization<B>> linearization);
 
   Linearization<B>& get() const { return linearization_; }
@@ -66,7 +69,7 @@ class LinearizationAdaptor {
   double Curvature(ConstVectorView v);
 
   std::vector<BlockGroup> block_groups() const { return blocks_ ? blocks_->block_groups() : std::vector<BlockGroup>(); }
-  // Only where block_groups() is not empty.
+  // Call it only if block_groups() is not empty.
   void BlockGram(BlockDiagonal<B>& blocks) { blocks_->BlockGram(blocks); }
   bool blocks_give_diagonal() const { return blocks_ && blocks_->blocks_give_diagonal(); }
 
@@ -75,7 +78,7 @@ class LinearizationAdaptor {
 
   bool has_own_right_hand_side() const { return rhs_ && rhs_->has_own_right_hand_side(); }
   void RightHandSide(VectorView d);
-  // Only where has_own_right_hand_side().
+  // Call these two only if has_own_right_hand_side() is true.
   void SquaredGradients(VectorView squares) { rhs_->SquaredGradients(squares); }
   void RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const {
     rhs_->RightHandSideOf(units, gradient, squares);
@@ -93,10 +96,10 @@ class LinearizationAdaptor {
   WithReducedSystem<B>* reduced_ = nullptr;
   WithShardedSystem<B>* sharded_ = nullptr;
   WithOwnRightHandSide<B>* rhs_ = nullptr;
-  typename B::Vector work_u_, work_Wu_;  // of ApplyThreeProducts
+  typename B::Vector work_u_, work_Wu_;  // work memory of ApplyThreeProducts
 };
 
-// Borrows the problem; copies are cheap and look for nothing.
+// Borrows the problem. A copy is cheap, because it does not search for the interfaces again.
 template <Backend B>
 class ProblemAdaptor {
  public:
@@ -104,7 +107,7 @@ class ProblemAdaptor {
   using ConstVectorView = typename B::ConstVectorView;
 
   ProblemAdaptor(Problem<B>& problem) : ProblemAdaptor(&problem) {}  // NOLINT: every problem is also one with defaults
-  // Null: the defaults alone, without sizes, costs and linearizations.
+  // Null: only the defaults are available, without sizes, costs and linearizations.
   explicit ProblemAdaptor(Problem<B>* problem);
 
   Problem<B>& get() const { return *problem_; }
@@ -125,7 +128,7 @@ class ProblemAdaptor {
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) const {
     return batches_ ? batches_->LinearizeBatch(x, batch) : problem_->Linearize(x);
   }
-  // Throws Error where x, or what the problem gives, is of another size than it says, and where it gives null.
+  // Throws Error if x or the linearization has a wrong size, or if the problem returns null.
   std::unique_ptr<LinearizationAdaptor<B>> CheckedLinearize(ConstVectorView x, int batch) const;
 
   bool has_bounds() const { return bounds_ && bounds_->has_bounds(); }
@@ -167,14 +170,14 @@ class ProblemAdaptor {
   Describes<B>* describes_ = nullptr;
 };
 
-// J column by column, for problems small enough to hold it.
+// The dense Jacobian, for small problems.
 struct DenseJacobian {
   int rows = 0, cols = 0;
-  std::vector<double> jacobian = {};   // column after column: the batches' J stacked
-  std::vector<double> residuals = {};  // theirs
+  std::vector<double> jacobian = {};   // column by column, the batches' Jacobians stacked
+  std::vector<double> residuals = {};  // the batches' residuals
 };
 
-// By cols products with unit vectors. Columns whose mask is 0 are zero; an empty mask masks none.
+// Computes it by cols products with unit vectors. Columns whose mask is 0 become zero; an empty mask masks none.
 template <Backend B>
 DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/internal/normal_equations/problem_adaptor.h.
+// Definitions for solver/internal/normal_equations/problem_adaptor.h.
 #pragma once
 
 #include <fmt/format.h>
@@ -29,9 +29,9 @@ std::ptrdiff_t OffsetOf(Base& object, const char* whole) {
   return found ? reinterpret_cast<const char*>(found) - whole : kNone;
 }
 
-// Pointers to the interfaces of an object, null where it has none. All objects of a class have them at the same places,
-// so a thread looks again only where the class differs from that of the object before: a dozen dynamic_casts would take
-// a tenth of the time of a linearization of two parameters.
+// Pointers to the interfaces of an object, null for those it does not have. They have the same offsets in all objects
+// of a class. So each thread searches again only if the class differs from the previous object's. A dozen dynamic_casts
+// would take a tenth of the time of a linearization of two parameters.
 template <class... Interfaces, class Base>
 std::tuple<Interfaces*...> FindInterfaces(Base& object) {
   thread_local const std::type_info* last = nullptr;
@@ -121,23 +121,24 @@ void ProblemAdaptor<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delt
 template <Backend B>
 double ProblemAdaptor<B>::Cost(ConstVectorView x, std::span<const Index> units) const {
   if (units_) return units_->Cost(x, units);
-  VESTA_CHECK(units.size() == 1, "cost over {} of 1 units: the problem must be InUnits", units.size());
+  VESTA_CHECK(units.size() == 1, "the cost of {} units was requested, but the problem does not derive from InUnits",
+              units.size());
   return Cost(x);
 }
 
 template <Backend B>
 std::unique_ptr<LinearizationAdaptor<B>> ProblemAdaptor<B>::CheckedLinearize(ConstVectorView x, int batch) const {
   if (x.size() != num_parameters()) {
-    Fail(kBadArgument, "x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(),
+    Fail(kBadArgument, "x has {} entries, but the problem has {} parameters; give x one entry per parameter", x.size(),
          num_parameters());
   }
   auto linearization = Linearize(x, batch);
   if (!linearization)
-    Fail(kBadArgument, "Linearize of batch {} gave null; it must give a linearization at every x", batch);
+    Fail(kBadArgument, "Linearize of batch {} returned null; it must return a linearization at every x", batch);
   if (linearization->num_parameters() != num_tangent()) {
     Fail(kBadArgument,
-         "the linearization of batch {} has {} columns, a step of the problem {} entries; make them the same", batch,
-         linearization->num_parameters(), num_tangent());
+         "the linearization of batch {} has {} columns, but a step of the problem has {} entries; make them equal",
+         batch, linearization->num_parameters(), num_tangent());
   }
   return std::make_unique<LinearizationAdaptor<B>>(std::move(linearization));
 }

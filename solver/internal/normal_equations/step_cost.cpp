@@ -8,7 +8,7 @@
 namespace vesta {
 namespace {
 
-// Nanoseconds.
+// Nanoseconds per operation.
 constexpr double kQrMultiplication = 0.5;
 constexpr double kFrontMultiplication = 0.04;
 constexpr double kSumMultiplication = 0.5;
@@ -19,8 +19,8 @@ constexpr double kProductEntry = 1.5;         // of J v and J^T u together
 constexpr double kReducedProductEntry = 3.3;  // of a product with the Schur complement
 
 constexpr double kIterationsPerHop = 8;
-constexpr double kLeastIterations = 100;  // with block Jacobi: blocks that depend on each other need them at any hops
-constexpr double kMostIterations = 500;   // PcgOptions' default
+constexpr double kLeastIterations = 100;  // with block Jacobi: coupled blocks need this many at any distance
+constexpr double kMostIterations = 500;   // default of PcgOptions
 constexpr double kMargin = 2;
 
 std::string Duration(double nanoseconds) {
@@ -33,7 +33,7 @@ std::string Duration(double nanoseconds) {
 bool DenseQrFits(double residuals, double columns) { return columns <= 100 && residuals * columns <= 1e6; }
 
 double DenseQrCost(const StepCounts& counts) {
-  // J by columns; its QR, n^2 (m - n / 3); and that of R over the damping, 5 / 3 n^3.
+  // J column by column; its QR, n^2 (m - n / 3); and the QR of R stacked on the damping, 5 / 3 n^3.
   const double n = counts.columns;
   return n * (kProductEntry * counts.entries + kQrMultiplication * n * (std::max(counts.residuals, n) + 4 * n / 3));
 }
@@ -71,7 +71,8 @@ bool FactorBeatsDenseQr(const StepCounts& counts) {
 }
 
 std::string FactorBeside(const StepCounts& counts, const std::string& other, double cost) {
-  return fmt::format("by count {} a step, {} {}", Duration(FactorCost(*counts.factor, counts)), other, Duration(cost));
+  return fmt::format("estimated {} per step, {} {}", Duration(FactorCost(*counts.factor, counts)), other,
+                     Duration(cost));
 }
 
 std::string IterationsInWords(const StepCounts& counts) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the ways to solve for a step cost, from counts of their operations: what LinearSolverKind::kAuto compares.
+// Estimates the run time of each linear solver from operation counts, for LinearSolverKind::kAuto.
 #pragma once
 
 #include <optional>
@@ -7,54 +7,58 @@
 
 namespace vesta {
 
-// What a problem of blocks knows of its steps before it takes one.
+// Counts that a BlockProblem knows before its first step.
 struct StepCounts {
-  // Of the exact factor of H + lambda D.
+  // Counts of the exact factor of H + lambda D.
   struct Factor {
-    double sums = 0;             // multiplications that sum up H
+    double sums = 0;             // multiplications to compute H
     double multiplications = 0;  // in dense fronts
-    double values = 0;           // of the factor
-    double updates = 0;          // values that fronts hand on to their parents
+    double values = 0;           // number of values of the factor
+    double updates = 0;          // values that fronts pass to their parents
     double fronts = 0;
   };
   double residuals = 0, columns = 0;
-  double entries = 0;         // of J
-  bool reduced = false;       // iterations would be on a Schur complement, else on H with block Jacobi
-  double system_columns = 0;  // of what they would be on
-  // The longest way between two blocks, in steps from a block to one that it shares a residual with, or an eliminated
-  // block: an error crosses one in an iteration.
+  double entries = 0;         // stored entries of J
+  bool reduced = false;       // iterations would use the Schur complement, else H with block Jacobi
+  double system_columns = 0;  // columns of the system that the iterations would solve
+  // Longest distance between two blocks. One hop leads to a block that shares a residual block or an eliminated block.
+  // An error needs one iteration per hop.
   double hops = 0;
-  // Nothing: it would be too large, or take too long.
+  // Empty if the factor would be too large or too slow.
   std::optional<Factor> factor = {};
 };
 
-// A problem that can count: for LinearSolverKind::kAuto.
+// A problem that can count its operations, for LinearSolverKind::kAuto.
 class WithStepCounts {
  public:
   virtual ~WithStepCounts() = default;
-  // The counts, with or without eliminating the group of WithReducedSystem. Null: unknown. Valid until the next call.
+  // Returns the counts, with or without elimination of the group of WithReducedSystem. Null if unknown. Valid until the
+  // next call.
   virtual const StepCounts* CountSteps(bool eliminating) = 0;
 };
 
-// Whether kAuto considers dense QR of a J of this size: below this it is fast, and exact at any conditioning.
+// True if kAuto considers dense QR for J of this size. It is fast there, and accurate at any condition number.
 bool DenseQrFits(double residuals, double columns);
 
-// Nanoseconds of one core, by rates that hold within a factor of two (docs/decisions/automatic-linear-solver.md).
+// Estimated nanoseconds on one core. The rates are accurate within a factor of two
+// (docs/decisions/automatic-linear-solver.md).
 double DenseQrCost(const StepCounts& counts);
 double FactorCost(const StepCounts::Factor& factor, const StepCounts& counts);
-// How many iterations there would be is a guess: so many a hop.
+// Estimated number of iterations, proportional to the number of hops.
 double NumIterations(const StepCounts& counts);
 double IterationsCost(const StepCounts& counts);
 
-// A factor takes `least` and these multiplications in dense fronts: more cannot pay. Negative where nothing can.
+// Largest number of multiplications in dense fronts with which a factor of at least the cost `least` can be fastest.
+// Negative if no factor can be.
 double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least);
-// Whether the factor takes at most half of the time of the iterations: the guess may be wrong by that.
+// True if the factor takes at most half the estimated time of the iterations. The factor 2 allows for the error of the
+// estimate.
 bool FactorBeatsIterations(const StepCounts& counts);
-// The same beside dense QR, which is left only where H is sparse: where it is nearly full, QR takes little longer than
-// the factor, and its digits are those of J's condition number, not of its square.
+// The same in comparison with dense QR, and only if H is sparse. If H is nearly full, QR is hardly slower, and its
+// accuracy depends on J's condition number, not on its square.
 bool FactorBeatsDenseQr(const StepCounts& counts);
 
-// For reports: "by count 0.19 ms a step, dense QR 13 ms".
+// For reports: "estimated 0.19 ms per step, dense QR 13 ms".
 std::string FactorBeside(const StepCounts& counts, const std::string& other, double cost);
 // "112 iterations on the Schur complement".
 std::string IterationsInWords(const StepCounts& counts);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One interface to the linear solvers of a damped step.
+// The common interface of the linear solvers that compute a damped step.
 #pragma once
 
 #include <memory>
@@ -16,13 +16,13 @@
 namespace vesta {
 
 enum class LinearSolverKind {
-  kAuto,  // chosen by the problem and its size; the summary says what and why
-  // Conjugate gradients on the normal equations: products with H only.
+  kAuto,  // chosen from the problem and its size; the summary names the choice and the reason
+  // Conjugate gradients on the normal equations, using products with H only.
   kPcg,
-  // A block-diagonal group of parameters eliminated exactly (WithReducedSystem), conjugate gradients on
-  // what is left, preconditioned by the diagonal blocks of the Schur complement.
+  // Eliminates a block-diagonal group of parameters exactly (WithReducedSystem). Conjugate gradients solve the rest,
+  // preconditioned by the diagonal blocks of the Schur complement.
   kReducedPcg,
-  // LSMR on J itself: for problems where squaring the condition number costs the answer. Needs W = I.
+  // LSMR on J itself, for problems with an ill-conditioned J. Needs W = I.
   kLsmr,
   // Dense QR of J, for small problems. Needs W = I.
   kDenseQr,
@@ -31,49 +31,50 @@ const char* ToString(LinearSolverKind kind);
 
 struct NormalSystemOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kAuto;
-  // Of kPcg. kReducedPcg takes kIdentity to mean none, kJacobi and kBlockJacobi the diagonal blocks of the Schur
-  // complement (Schur-Jacobi), and the others the problem's factor of it where there is one, else Schur-Jacobi.
+  // Preconditioner of kPcg. kReducedPcg interprets it as follows: kIdentity means none; kJacobi and kBlockJacobi mean
+  // Schur-Jacobi (the diagonal blocks of the Schur complement); all others mean the problem's factor of the Schur
+  // complement if it has one, else Schur-Jacobi.
   PreconditionerKind preconditioner = PreconditionerKind::kAuto;
-  // The preconditioner is built from H + this times D; unset: the lambda of the system itself. 3DGS-LM has 0 in its
-  // paper (diag(H) alone) and 1 in its released code.
+  // The preconditioner is built from H + preconditioner_lambda D. If unset, it is the lambda of the system. 3DGS-LM
+  // uses 0 in its paper (diag(H) alone) and 1 in its released code.
   std::optional<double> preconditioner_lambda;
   DampingMetricOptions metric;
   PcgOptions pcg;
   LsmrOptions lsmr;
 };
 
-// The system at one x: what every solver sees. All borrowed.
+// The system at one x, as all solvers receive it. Everything is borrowed.
 template <Backend B>
 struct StepSystem {
   B& backend;
   ProblemAdaptor<B> problem;
-  std::span<LinearizationAdaptor<B>* const> batches;  // H is the sum over them
-  typename B::ConstVectorView diagonal;               // of H
+  std::span<LinearizationAdaptor<B>* const> batches;  // H is the sum over these
+  typename B::ConstVectorView diagonal;               // diagonal of H
   typename B::ConstVectorView metric;                 // D
-  typename B::ConstVectorView mask;                   // 0 where a column is frozen, else 1; empty: none is
-  typename B::ConstVectorView rhs;                    // d, 0 where frozen
-  typename B::ConstVectorView negative_gradient;      // likewise; the same memory as rhs where d = -g
+  typename B::ConstVectorView mask;                   // 0 for columns that cannot move, else 1; empty if all move
+  typename B::ConstVectorView rhs;                    // d; 0 for columns that cannot move
+  typename B::ConstVectorView negative_gradient;      // the same for -g; shares the memory of rhs if d = -g
   const ColumnScale<B>& scale;
 };
 
 struct StepSolution {
-  PcgSummary pcg;                // of whatever iteration ran; none counts as one that converged
+  PcgSummary pcg;                // of the iterative solver; kConverged for a direct solver
   double gradient_dot_step = 0;  // g^T step
   double curvature = 0;          // step^T H step, undamped
 };
 
-// Solves (H + lambda D) step = d, d = -g as a rule, for as many lambda as are asked of it. Frozen columns get steps of
-// 0.
+// Solves (H + lambda D) step = d for any number of lambda. Usually d = -g. Zero columns and columns at a bound get a
+// step of 0.
 template <Backend B>
 class StepSolver {
  public:
   virtual ~StepSolver() = default;
   virtual StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) = 0;
-  // Whether Solve needs the system's diagonal; else it may go once the solver is made.
+  // True if Solve reads the system's diagonal. Otherwise the diagonal may be freed after construction.
   virtual bool reads_diagonal() const { return false; }
-  // The same of its mask.
+  // The same for its mask.
   virtual bool reads_mask() const { return true; }
-  // What it is and, where it was chosen, why: "dense QR (kAuto: 3 parameters)".
+  // The solver and, if it was chosen automatically, the reason: "dense QR (auto: a Jacobian of 20 x 3)".
   const std::string& description() const { return description_; }
   void set_description(std::string description) { description_ = std::move(description); }
 
@@ -81,7 +82,7 @@ class StepSolver {
   std::string description_;
 };
 
-// Throws Error where the kind asked for does not fit the problem.
+// Throws Error if the chosen solver does not support the problem.
 template <Backend B>
 std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of solver/internal/normal_equations/step_solver.h: solvers of a damped step by J itself, and the choice
-// between these and conjugate gradients.
+// Definitions for solver/internal/normal_equations/step_solver.h: solvers that use J itself, and the choice between
+// these and conjugate gradients.
 #pragma once
 
 #include <fmt/format.h>
@@ -24,8 +24,8 @@ namespace vesta {
 
 namespace step_internal {
 
-// g^T step and step^T H step of a step where W = I and b = -g, in the space of the residuals: no digits are lost to the
-// condition number of H.
+// Computes g^T step and step^T H step in residual space, for W = I and d = -g. This loses no digits to the condition
+// number of H.
 template <Backend B>
 StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::VectorView step) {
   StepSolution solution{.pcg = pcg};
@@ -38,8 +38,8 @@ StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename
   return solution;
 }
 
-// [J_1; J_2; ...; sqrt(lambda D)] P, P = diag(H + lambda D)^-1/2 with zeros where columns are frozen: the damped least
-// squares problem, its columns of unit length.
+// The damped least-squares problem with columns of unit length: [J_1; J_2; ...; sqrt(lambda D)] P. Here P = diag(H +
+// lambda D)^-1/2, with zeros for columns that cannot move.
 template <Backend B>
 class StackedJacobian final : public LinearMap<B> {
  public:
@@ -153,12 +153,14 @@ class DenseQrStep final : public StepSolver<B> {
   DenseQr qr_;
 };
 
-// Why only the normal equations say what the step is, not J and the residuals; null where these do.
+// Returns the reason why J and the residuals do not define the step and the normal equations are needed; null if they
+// do.
 template <Backend B>
 const char* WhyNormal(const StepSystem<B>& system) {
   const auto any = [&](auto&& has) { return std::any_of(system.batches.begin(), system.batches.end(), has); };
   if (any([](auto* batch) { return batch->weighted(); })) return "the problem has weights W";
-  if (any([](auto* batch) { return batch->has_own_right_hand_side(); })) return "the problem has a descent of its own";
+  if (any([](auto* batch) { return batch->has_own_right_hand_side(); }))
+    return "the problem has its own right-hand side";
   return nullptr;
 }
 
@@ -167,14 +169,14 @@ bool CanReduce(const StepSystem<B>& system) {
   return system.batches.size() == 1 && !system.problem.has_bounds();
 }
 
-// What kAuto takes, and why.
+// The choice of kAuto, and the reason.
 struct Choice {
   LinearSolverKind kind;
   bool factor = false;  // kPcg, preconditioned by the problem's sparse Cholesky factor
   std::string why;
 };
 
-// counts: of a problem that may give its factor, else null. reduced: made where that is the choice.
+// counts: null if the problem cannot provide its factor. reduced: created if it is the choice.
 template <Backend B>
 Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCounts* counts,
               std::unique_ptr<ReducedSystem<B>>& reduced) {
@@ -182,7 +184,7 @@ Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCou
   Index rows = 0;
   for (LinearizationAdaptor<B>* batch : system.batches) rows += batch->num_residuals();
   if (CanReduce(system)) {
-    // The counts say it without making the reduced system.
+    // The counts decide without creating the reduced system.
     if (counts && counts->reduced && FactorBeatsIterations(*counts)) {
       return {LinearSolverKind::kPcg, true, FactorBeside(*counts, IterationsInWords(*counts), IterationsCost(*counts))};
     }
@@ -221,11 +223,11 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
     why = fmt::format(" (auto: {})", choice.why);
   }
   if (why_normal != nullptr && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
-    Fail(kUnsupported, "linear_solver = {} does not fit, for {}; choose PCG", ToString(kind), why_normal);
+    Fail(kUnsupported, "linear_solver = {} is not supported, because {}; choose PCG", ToString(kind), why_normal);
   }
   if (asked_reduced && !reduced) {
     Fail(kUnsupported,
-         "linear_solver = {} needs a problem of one batch, without bounds, that can eliminate a group; choose PCG",
+         "linear_solver = {} needs a problem with one batch, no bounds and a group to eliminate; choose PCG",
          ToString(kind));
   }
   std::unique_ptr<StepSolver<B>> solver;

@@ -15,12 +15,12 @@
 namespace vesta {
 namespace {
 
-// Columns that one task of a front's own work takes; a multiple of kFrontStrip and of kFrontPad.
+// Columns per parallel task within one front; a multiple of kFrontStrip and of kFrontPad.
 constexpr Index kTaskColumns = 48;
 
 std::size_t At(Index i) { return static_cast<std::size_t>(i); }
 
-// Zeros for the lower triangle, and for what the kernels touch above it.
+// Zeroes the lower triangle and the values above it that the kernels access.
 void ClearLower(double* values, Index stride, Index columns) {
   for (Index col = 0; col < columns; ++col) {
     const Index begin = std::max<Index>(col - kFrontStrip + 1, 0) / kFrontPad * kFrontPad;
@@ -28,14 +28,14 @@ void ClearLower(double* values, Index stride, Index columns) {
   }
 }
 
-// to += from, `count` values.
+// Adds `count` values of `from` to `to`.
 inline void AddRun(const double* from, Index count, double* to) {
   small_dense::WithSize(static_cast<int>(count), [&](auto n) {
     for (int i = 0; i < n; ++i) to[i] += from[i];
   });
 }
 
-// The same for `columns` columns.
+// The same for several columns.
 inline void AddRuns(const double* from, Index from_stride, Index count, Index columns, double* to, Index to_stride) {
   small_dense::WithSize(static_cast<int>(count), [&](auto n) {
     for (Index col = 0; col < columns; ++col) {
@@ -46,7 +46,7 @@ inline void AddRuns(const double* from, Index from_stride, Index count, Index co
 
 }  // namespace
 
-// Takes the smallest that suffices, or the largest there is.
+// Takes the smallest buffer that is large enough, or else the largest one.
 std::vector<double> BlockCholesky::Pool::Take(std::size_t size) {
   auto best = free_.end();
   for (auto it = free_.begin(); it != free_.end(); ++it) {
@@ -129,7 +129,7 @@ Index BlockCholesky::Factorize(const BlockMatrix& matrix, double scale, HostSpan
     raised += ParallelSum<Index>(static_cast<Index>(level.size()), 1, [&](Index begin, Index end) {
       Index count = 0;
       for (Index k = begin; k < end; ++k) {
-        // Children in subtrees have been added already.
+        // The updates of children in subtrees have been added already.
         for (const Index child : plan_->fronts[At(level[At(k)])].children) {
           if (!updates_[At(child)].empty()) AddToParent(child, input);
         }
@@ -194,7 +194,7 @@ Index BlockCholesky::FactorizeFront(Index f, const Input& input, bool parallel) 
 
 Index BlockCholesky::FactorizePanel(const FrontPanel& panel, const double* least, bool parallel) const {
   if (!parallel) return kernels_.factorize(panel, least);
-  // A few columns at a time, then their effect on the later ones.
+  // Factorise a few columns at a time, then update the later ones.
   Index raised = 0;
   for (Index first = 0; first < panel.pivots; first += kTaskColumns) {
     const Index columns = std::min(kTaskColumns, panel.pivots - first);
@@ -218,7 +218,7 @@ void BlockCholesky::AddToParent(Index f, const Input& input) {
   const Index parent_stride = PaddedRows(panel.rows - panel.pivots);
   const std::vector<EliminationFront::Run>& runs = child.runs_in_parent;
   for (auto of_cols = runs.begin(); of_cols != runs.end(); ++of_cols) {
-    // A run of columns may begin among the parent's pivots and end below them.
+    // A run of columns may begin at the parent's pivots and end below them.
     for (Index begin = of_cols->begin, end; begin < of_cols->end; begin = end) {
       const Index to_col = of_cols->to + begin - of_cols->begin;
       const bool is_pivot = to_col < panel.pivots;
@@ -276,7 +276,7 @@ std::shared_ptr<SparseCholesky> SparseCholesky::Plan(const BlockPattern& pattern
                                                      double max_multiplications) {
   std::optional<EliminationPlan> plan =
       PlanElimination(pattern, {.factor_values = max_bytes / sizeof(double), .multiplications = max_multiplications});
-  // Joined fronts store more, and their rows are padded.
+  // Merged fronts store more values, and their rows are padded.
   if (!plan || BlockCholesky::Bytes(*plan) > max_bytes || plan->multiplications > max_multiplications) return nullptr;
   return std::shared_ptr<SparseCholesky>(new SparseCholesky(std::move(*plan)));
 }
@@ -288,7 +288,7 @@ void SparseCholeskyPreconditioner::SetLinearization(std::span<LinearizationAdapt
                                                     B::ConstVectorView /*diag_h*/) {
   VESTA_CHECK(batches.size() == 1, "a sparse Cholesky factor is of one batch, not of {}", batches.size());
   source_ = dynamic_cast<NormalMatrixSource*>(&batches.front()->get());
-  VESTA_CHECK(source_ != nullptr, "this preconditioner is for linearizations of its own problem");
+  VESTA_CHECK(source_ != nullptr, "this preconditioner needs linearizations of its own problem");
 }
 
 void SparseCholeskyPreconditioner::SetDamping(double lambda, B::ConstVectorView metric) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse Cholesky factors of symmetric positive definite block matrices, by the multifrontal method, and the factor of
-// H + lambda D as a preconditioner: conjugate gradients then take an iteration or two.
+// Sparse Cholesky factorisation of symmetric positive definite block matrices by the multifrontal method. The factor of
+// H + lambda D also serves as a preconditioner; PCG then needs one or two iterations.
 #pragma once
 
 #include <memory>
@@ -14,25 +14,25 @@
 
 namespace vesta {
 
-// The factor's values. Results do not depend on the number of threads.
+// A Cholesky factor. The result does not depend on the number of threads.
 class BlockCholesky {
  public:
   explicit BlockCholesky(std::shared_ptr<const EliminationPlan> plan);
-  // Memory that a factor of this plan holds, that of its updates while it is being made apart.
+  // Memory of a factor of this plan in bytes, without the temporary updates during factorisation.
   static double Bytes(const EliminationPlan& plan);
 
-  // Factorises matrix + scale * diag(added); added has the matrix's size. The matrix has the pattern that was planned
-  // for. Pivots that cancel to below 1e-13 of their diagonal entry are raised to that, since a preconditioner must be
-  // positive definite and need not be exact; returns their number.
+  // Factorises matrix + scale * diag(added). The matrix must have the planned pattern, and `added` must have its size.
+  // Pivots that cancel to below 1e-13 of their diagonal entry are raised to that value. A preconditioner must be
+  // positive definite but need not be exact. Returns the number of raised pivots.
   Index Factorize(const BlockMatrix& matrix, double scale, HostSpan<const double> added);
-  // y = (L L^T)^-1 x. The same memory may be given for both.
+  // y = (L L^T)^-1 x. x and y may be the same memory.
   void Solve(HostSpan<const double> x, HostSpan<double> y);
 
  private:
-  // Storage for updates, passed from front to front.
+  // Memory for updates, reused from front to front.
   class Pool {
    public:
-    // At least `size` values, of any content.
+    // Returns at least `size` values with arbitrary contents.
     std::vector<double> Take(std::size_t size);
     void Give(std::vector<double> values) { free_.push_back(std::move(values)); }
 
@@ -40,7 +40,7 @@ class BlockCholesky {
     std::vector<std::vector<double>> free_;
   };
 
-  // What is factorised: matrix + scale * diag(added).
+  // The matrix to factorise: matrix + scale * diag(added).
   struct Input {
     const BlockMatrix& matrix;
     double scale;
@@ -48,49 +48,49 @@ class BlockCholesky {
   };
 
   FrontPanel PanelOf(Index front);
-  // These return the raised pivots.
+  // These functions return the number of raised pivots.
   Index FactorizeSubtree(const EliminationSubtree& subtree, const Input& input);
-  // A front that holds its own part of the matrix and its children's updates: its factor and its update. parallel:
-  // shares the work among the threads.
+  // Factorises a front that holds its part of the matrix and its children's updates, and computes its update. parallel:
+  // use several threads.
   Index FactorizeFront(Index front, const Input& input, bool parallel);
   Index FactorizePanel(const FrontPanel& panel, const double* least, bool parallel) const;
-  // Puts the front's own part of the matrix into its panel, and takes memory for its update; once.
+  // Copies the front's part of the matrix to its panel and allocates its update. Only the first call has an effect.
   void Assemble(Index front, const Input& input);
-  // Adds a front's update to its parent's panel and update, and gives its memory back.
+  // Adds a front's update to the panel and the update of its parent, and frees its memory.
   void AddToParent(Index front, const Input& input);
 
   std::shared_ptr<const EliminationPlan> plan_;
   const FrontKernels& kernels_;
-  std::vector<Index> first_value_;  // of each front's panel
+  std::vector<Index> first_value_;  // per front: position of its panel in values_
   HostBuffer<double> values_;       // panels
-  std::vector<Pool> pools_;         // one for each subtree of a wave, one for each front above them
+  std::vector<Pool> pools_;         // one per subtree of a wave, and one per front above them
   std::vector<std::size_t> pool_of_front_;
-  std::vector<std::vector<double>> updates_;  // of the fronts being assembled, or waiting for their parents
+  std::vector<std::vector<double>> updates_;  // of fronts that are being assembled, or that wait for their parents
   std::vector<char> assembled_;
-  HostBuffer<double> least_;             // of each pivot, in the order of elimination
-  HostBuffer<double> permuted_, local_;  // of Solve
+  HostBuffer<double> least_;             // smallest allowed value per pivot, in elimination order
+  HostBuffer<double> permuted_, local_;  // work memory of Solve
 };
 
-// A linearization that can give H as a matrix.
+// A linearization that can return H as a matrix.
 class NormalMatrixSource {
  public:
   virtual ~NormalMatrixSource() = default;
-  // H = J^T W J, on a pattern that all linearizations of a problem share. Made when first asked for; valid as long as
+  // H = J^T W J, with a pattern shared by all linearizations of a problem. Computed at the first call; valid as long as
   // this object.
   virtual const BlockMatrix& NormalMatrix() = 0;
 };
 
-// What a problem keeps from one linearization, and from one solve, to the next: the plan, and the factor's memory.
+// A plan and the memory of its factor, which a problem reuses for all linearizations and solves.
 class SparseCholesky {
  public:
-  // Plans for a pattern. Null where the factor would take more than max_bytes, or factorising it more than
-  // max_multiplications.
+  // Plans the factorisation for a pattern. Returns null if the factor would need more than max_bytes or more
+  // multiplications than max_multiplications.
   static std::shared_ptr<SparseCholesky> Plan(const BlockPattern& pattern, double max_bytes,
                                               double max_multiplications = std::numeric_limits<double>::infinity());
 
   const EliminationPlan& plan() const { return *plan_; }
   double bytes() const { return BlockCholesky::Bytes(*plan_); }
-  // The factor last given out where nobody holds it any more, since its memory is large; otherwise another one.
+  // Returns the previous factor object if it is no longer in use, because its memory is large; otherwise a new one.
   std::shared_ptr<BlockCholesky> Factor() {
     return factor_.Get([&] { return std::make_shared<BlockCholesky>(plan_); });
   }
@@ -105,16 +105,16 @@ class SparseCholesky {
 class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
-  // For linearizations that are NormalMatrixSources on the pattern that was planned for. why: added to the description.
+  // For linearizations that are a NormalMatrixSource with the planned pattern. why: appended to the description.
   explicit SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why = "");
 
   Index size() const override { return cholesky_->plan().num_scalars; }
-  // After SetDamping.
+  // Call it after SetDamping.
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, B::ConstVectorView metric) override;
   bool exact() const override { return true; }
-  // Pivots of the last damping that had cancelled, and were raised (BlockCholesky::Factorize).
+  // Number of pivots that the last SetDamping raised (BlockCholesky::Factorize).
   Index num_raised() const { return num_raised_; }
   std::string description() const override;
 
@@ -122,7 +122,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   std::shared_ptr<SparseCholesky> cholesky_;
   std::string why_;
   NormalMatrixSource* source_ = nullptr;
-  std::shared_ptr<BlockCholesky> factor_;  // from the first damping on
+  std::shared_ptr<BlockCholesky> factor_;  // null before the first SetDamping
   Index num_raised_ = 0;
 };
 

@@ -20,7 +20,7 @@ BlockPattern::BlockPattern(std::span<const int> sizes, std::span<const Pair> pai
   offsets_.push_back(0);
   diagonal_values_.push_back(0);
   for (const int size : sizes_) {
-    VESTA_CHECK(size >= 1, "a row of blocks of size {}", size);
+    VESTA_CHECK(size >= 1, "the size of a row of blocks is {}; it must be 1 or more", size);
     offsets_.push_back(offsets_.back() + size);
     diagonal_values_.push_back(diagonal_values_.back() + Index{size} * size);
   }
@@ -28,7 +28,7 @@ BlockPattern::BlockPattern(std::span<const int> sizes, std::span<const Pair> pai
     uniform_size_ = sizes_.front();
   }
 
-  // Pairs by their larger row, then within each by the smaller one: blocks are numbered in that order.
+  // Sort the pairs by larger row, then by smaller row; blocks are numbered in that order.
   const auto row_of = [&](std::size_t k) { return std::max(pairs[k].a, pairs[k].b); };
   const auto col_of = [&](std::size_t k) { return std::min(pairs[k].a, pairs[k].b); };
   std::vector<std::size_t> begin(sizes_.size() + 1, 0), order(pairs.size());
@@ -60,7 +60,8 @@ BlockPattern::BlockPattern(std::span<const int> sizes, std::span<const Pair> pai
   }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   neighbors_.resize(first_.back());
-  // Blocks are sorted by row, then column: first each row's smaller neighbours, ascending, then its larger ones.
+  // Blocks are sorted by row, then column. So each row lists its smaller neighbours first, ascending, then the larger
+  // ones.
   next.assign(first_.begin(), first_.end() - 1);
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     neighbors_[next[At(blocks[k].first)]++] = {blocks[k].second, static_cast<Index>(k)};
@@ -139,7 +140,7 @@ constexpr Index kNormalGrain = 64;
 
 std::size_t At(Index i) { return static_cast<std::size_t>(i); }
 
-// visit(row, larger cell, smaller cell) for each two free blocks of each residual block, in order.
+// Calls visit(row, larger cell, smaller cell) for every two free blocks of each residual block, in order.
 template <class Visit>
 void VisitPairs(const BlockStructure& structure, const Visit& visit) {
   for (std::size_t r = 0; r < structure.rows().size(); ++r) {
@@ -193,7 +194,7 @@ std::shared_ptr<const BlockMatrix> BlockNormalMatrix::Sum(const BlockJacobian& j
     const double* values = jacobian.row_values(r);
     small_dense::AddCrossProduct(values + a, values + b, row.width, row.num_residuals, size_a, size_b, sum);
   };
-  // A row of blocks: that on the diagonal, and those left of it.
+  // One row of blocks: the diagonal block and the blocks left of it.
   ParallelFor(pattern.num_rows(), kNormalGrain, [&](Index i) {
     const int size = pattern.size(i);
     double* diagonal = h.diagonal(i);
@@ -221,7 +222,7 @@ double BlockNormalMatrix::Multiplications(const BlockStructure& structure) {
 }
 
 double BlockNormalMatrix::Bytes(const BlockStructure& structure) {
-  // A pair's term, its block in the pattern, and what finding them takes.
+  // The term of a pair, its block in the pattern, and the temporary memory to find them.
   constexpr double kPair = 2 * sizeof(Term) + sizeof(BlockPattern::Pair) + 6 * sizeof(Index);
   return kPair * static_cast<double>(NumPairs(structure));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse symmetric matrices of small dense blocks, and H = J^T J summed up as one. Each row of blocks has a size of its
-// own, that of its column too.
+// Sparse symmetric matrices of small dense blocks, and the computation of H = J^T J as such a matrix. Each row of
+// blocks has its own size, and the column with the same index has that size too.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,8 @@
 
 namespace vesta {
 
-// An object whose memory goes from one owner to the next: remembers the last T that it gave out, and gives it out again
-// once nobody else holds it.
+// Reuses the memory of an object. Get returns the previous object if nobody else holds it, and otherwise makes a new
+// one.
 template <class T>
 class Kept {
  public:
@@ -27,38 +27,38 @@ class Kept {
   std::shared_ptr<T> last_;
 };
 
-// The sizes of the rows of blocks, and which blocks off the diagonal are there. Those on it always are.
+// The sizes of the rows of blocks, and the positions of the off-diagonal blocks. All diagonal blocks exist.
 class BlockPattern {
  public:
-  // An unordered pair of different rows; repeats are the same block.
+  // An unordered pair of different rows; a repeated pair means the same block.
   struct Pair {
     Index a, b;
   };
-  // A row that has a block with another one, and that block's number.
+  // A row that shares an off-diagonal block with another row, and the index of that block.
   struct Neighbor {
     Index row, block;
   };
 
-  // sizes: scalars of each row of blocks, >= 1. Each of pairs has 0 <= a, b < the number of rows.
+  // sizes: scalars per row of blocks, >= 1. pairs: 0 <= a, b < the number of rows.
   BlockPattern(std::span<const int> sizes, std::span<const Pair> pairs);
 
   Index num_rows() const { return static_cast<Index>(sizes_.size()); }
-  // Number of blocks under the diagonal.
+  // Number of blocks below the diagonal.
   Index num_blocks() const { return static_cast<Index>(neighbors_.size()) / 2; }
   int size(Index row) const { return sizes_[At(row)]; }
-  // The first scalar of a row; for num_rows(), the number of scalars.
+  // Index of the first scalar of a row; for num_rows(), the number of scalars.
   Index offset(Index row) const { return offsets_[At(row)]; }
   Index num_scalars() const { return offsets_.back(); }
-  // The size of all rows, or 0 where they differ.
+  // The size of every row, or 0 if the sizes differ.
   int uniform_size() const { return uniform_size_; }
-  // In ascending order of rows.
+  // Sorted by row.
   std::span<const Neighbor> neighbors(Index row) const {
     return std::span(neighbors_).subspan(first_[At(row)], first_[At(row) + 1] - first_[At(row)]);
   }
-  // The block of each of the constructor's pairs.
+  // Index of the block of each of the constructor's pairs.
   const std::vector<Index>& block_of_pair() const { return block_of_pair_; }
-  // Where the values of a diagonal block, or of another one, begin among those of all; for the number of blocks, how
-  // many values there are.
+  // Index of the first value of a diagonal block or of an off-diagonal block. For the number of blocks, the number of
+  // values.
   Index diagonal_value(Index row) const { return diagonal_values_[At(row)]; }
   Index block_value(Index block) const { return block_values_[At(block)]; }
 
@@ -73,23 +73,23 @@ class BlockPattern {
   std::vector<Index> block_of_pair_;
 };
 
-// Values on a pattern; blocks are row-major.
+// The values of a matrix with a given pattern; blocks are row-major.
 class BlockMatrix {
  public:
-  // All zero.
+  // Initialises all values to zero.
   explicit BlockMatrix(std::shared_ptr<const BlockPattern> pattern);
 
   const BlockPattern& pattern() const { return *pattern_; }
-  // Scalar rows.
+  // Number of scalar rows.
   Index size() const { return pattern_->num_scalars(); }
 
   double* diagonal(Index row) { return diagonal_.data() + pattern_->diagonal_value(row); }
   const double* diagonal(Index row) const { return diagonal_.data() + pattern_->diagonal_value(row); }
-  // The block of two rows, stored as that of the larger one's rows and the smaller one's columns.
+  // The block of two rows. The larger row index gives its rows, the smaller one its columns.
   double* block(Index k) { return blocks_.data() + pattern_->block_value(k); }
   const double* block(Index k) const { return blocks_.data() + pattern_->block_value(k); }
 
-  // y = this x. Sums go over the columns in ascending order.
+  // y = A x for this matrix A. Sums run over the columns in ascending order.
   void Apply(HostSpan<const double> x, HostSpan<double> y) const;
 
  private:
@@ -101,30 +101,30 @@ class BlockMatrix {
   HostBuffer<double> diagonal_, blocks_;
 };
 
-// H = J^T J of a block-sparse Jacobian, summed up as a sparse matrix.
+// Computes H = J^T J of a block-sparse Jacobian as a sparse matrix, with one row of blocks per free block.
 //
-// Which blocks H has, a row for each free block, and the terms of their sums: found once for a structure.
+// The constructor finds the blocks of H and the terms of their sums once per structure.
 class BlockNormalMatrix {
  public:
   explicit BlockNormalMatrix(const BlockStructure& structure);
 
   const BlockPattern& pattern() const { return *pattern_; }
-  // For Jacobians of that structure. Sums go over the residual blocks in their order, whatever the number of threads.
-  // The memory of the matrix last given out is used again once nobody holds it.
+  // For Jacobians with that structure. Sums run over the residual blocks in order, for any number of threads. Reuses
+  // the memory of the previous result if it is no longer in use.
   std::shared_ptr<const BlockMatrix> Sum(const BlockJacobian& jacobian);
-  // Multiplications of one Sum, and the memory of this object: known without making one.
+  // Multiplications of one Sum, and memory of this object in bytes. Both are known without creating one.
   static double Multiplications(const BlockStructure& structure);
   static double Bytes(const BlockStructure& structure);
 
  private:
-  // A residual block that two free blocks share: their first columns in its dense Jacobian.
+  // A residual block that two free blocks share, and their first columns in its dense Jacobian.
   struct Term {
     Index row;
     int larger, smaller;
   };
 
   std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<std::size_t> first_term_;  // of each block under the diagonal, and the end
+  std::vector<std::size_t> first_term_;  // per block below the diagonal, and the end
   std::vector<Term> terms_;
   Kept<BlockMatrix> matrix_;
 };

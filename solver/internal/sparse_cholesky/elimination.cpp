@@ -33,13 +33,13 @@ std::vector<Index> Inverse(const std::vector<Index>& order) {
   return position;
 }
 
-// Parent of each row in the elimination tree (Liu, 1986), -1 for roots.
+// Parent of each row in the elimination tree (Liu, 1986); -1 for roots.
 std::vector<Index> EliminationTree(const BlockPattern& pattern, const std::vector<Index>& order) {
   const std::vector<Index> position = Inverse(order);
   std::vector<Index> parent(order.size(), -1), ancestor(order.size(), -1);
   for (Index k = 0; k < pattern.num_rows(); ++k) {
     for (const auto& neighbor : pattern.neighbors(order[At(k)])) {
-      // Climb to the root of the subtree that holds the neighbour, shortening the path for the next climb.
+      // Climb to the root of the subtree with the neighbour, and shorten the path for the next climb.
       for (Index i = position[At(neighbor.row)]; i != -1 && i < k;) {
         const Index next = std::exchange(ancestor[At(i)], k);
         if (next == -1) parent[At(i)] = k;
@@ -50,7 +50,7 @@ std::vector<Index> EliminationTree(const BlockPattern& pattern, const std::vecto
   return parent;
 }
 
-// The same order of elimination up to independent rows, such that each subtree is contiguous.
+// Reorders independent rows so that each subtree is contiguous.
 std::vector<Index> Postorder(const std::vector<Index>& order, const std::vector<Index>& parent) {
   const Index n = static_cast<Index>(order.size());
   std::vector<std::vector<Index>> children(order.size());
@@ -61,7 +61,7 @@ std::vector<Index> Postorder(const std::vector<Index>& order, const std::vector<
   for (Index root = n; root-- > 0;) {
     if (parent[At(root)] < 0) stack.push_back(root);
   }
-  // Each row is pushed again, marked, below its children; taken then.
+  // Push each row again, marked, below its children. It is taken when it is reached again.
   while (!stack.empty()) {
     const Index k = stack.back();
     stack.pop_back();
@@ -75,7 +75,7 @@ std::vector<Index> Postorder(const std::vector<Index>& order, const std::vector<
   return result;
 }
 
-// Rows below each column of the factor, ascending.
+// Rows below the diagonal in each column of the factor, ascending.
 std::vector<std::vector<Index>> ColumnStructures(const BlockPattern& pattern, const std::vector<Index>& order) {
   const std::vector<Index> position = Inverse(order);
   std::vector<std::vector<Index>> below(order.size());
@@ -96,13 +96,13 @@ std::vector<std::vector<Index>> ColumnStructures(const BlockPattern& pattern, co
   return below;
 }
 
-// Whether the factor keeps to the limits: rows of the factor are walked one after another as subtrees of the
-// elimination tree (Liu, 1986), which takes no memory to speak of.
+// True if the factor is within the limits. Visits the rows of the factor one by one, as subtrees of the elimination
+// tree (Liu, 1986), so it needs little memory.
 bool IsWithin(const EliminationLimits& limits, const BlockPattern& pattern, const std::vector<Index>& order,
               const std::vector<Index>& parent) {
   const std::vector<Index> position = Inverse(order);
   std::vector<Index> mark(order.size(), -1);
-  std::vector<double> below(order.size(), 0.0);  // scalars under each column of blocks, so far
+  std::vector<double> below(order.size(), 0.0);  // scalars below the diagonal of each column of blocks, so far
   double values = 0, multiplications = 0;
   for (Index k = 0; k < pattern.num_rows(); ++k) {
     const double size = pattern.size(order[At(k)]);
@@ -124,18 +124,17 @@ bool IsWithin(const EliminationLimits& limits, const BlockPattern& pattern, cons
   return true;
 }
 
-// Values of the trapezoid of a panel, in scalars.
+// Number of values in the trapezoid of a panel; arguments in scalars.
 double PanelValues(Index pivots, Index rows) {
   return 0.5 * static_cast<double>(pivots) * static_cast<double>(2 * rows - pivots + 1);
 }
 
-// Columns with nested structures become one front; then fronts are joined with their parents where that stores few
-// zeros.
+// Merges columns with nested structures into one front, then fronts with their parents if that stores few zeros.
 std::vector<EliminationFront> JoinColumns(const std::vector<EliminationPlan::Row>& order,
                                           std::vector<std::vector<Index>> below) {
   struct Candidate {
     EliminationFront front;
-    double zeros = 0;  // values of the panel that are only zeros
+    double zeros = 0;  // values of the panel that are always zero
   };
   std::vector<Candidate> done;
   for (Index k = 0; k < static_cast<Index>(below.size()); ++k) {
@@ -149,7 +148,7 @@ std::vector<EliminationFront> JoinColumns(const std::vector<EliminationPlan::Row
     while (!done.empty()) {
       const Candidate& last = done.back();
       const EliminationFront& child = last.front;
-      // The front before this one may only be joined when it is a child.
+      // The previous front may be merged only if it is a child.
       if (child.below.empty() || child.below.front() >= next.front.first + next.front.pivots) break;
       const Index pivots = child.pivot_scalars + next.front.pivot_scalars;
       const Index rows = child.pivot_scalars + next.front.scalars;
@@ -175,7 +174,7 @@ std::vector<EliminationFront> JoinColumns(const std::vector<EliminationPlan::Row
   return fronts;
 }
 
-// Where a row of blocks lies in a front, in scalars.
+// Finds the position of a row of blocks in a front, in scalars.
 class FrontPlaces {
  public:
   FrontPlaces(const std::vector<EliminationPlan::Row>& order, const std::vector<EliminationFront>& fronts)
@@ -204,7 +203,7 @@ class FrontPlaces {
   std::vector<std::vector<Index>> below_;
 };
 
-// One more row of blocks of `size` scalars that lies at `to`.
+// Appends a row of blocks with `size` scalars at position `to`.
 void Append(Index size, Index to, std::vector<EliminationFront::Run>* runs) {
   const Index begin = runs->empty() ? 0 : runs->back().end;
   if (!runs->empty() && runs->back().to + begin - runs->back().begin == to) {
@@ -214,7 +213,7 @@ void Append(Index size, Index to, std::vector<EliminationFront::Run>* runs) {
   }
 }
 
-// Parents, children, and where rows of a front lie elsewhere.
+// Sets parents, children, and the positions of a front's rows elsewhere.
 void LinkFronts(const std::vector<EliminationPlan::Row>& order, const FrontPlaces& places,
                 std::vector<EliminationFront>* fronts) {
   std::vector<Index> front_of_row(order.size());
@@ -246,7 +245,7 @@ void PlaceEntries(const BlockPattern& pattern, const std::vector<Index>& positio
       for (const auto& neighbor : pattern.neighbors(original)) {
         const Index row = position[At(neighbor.row)];
         if (row < k) continue;
-        // Stored blocks have the larger original row.
+        // Stored blocks have the larger original row index first.
         front.entries.push_back({places.Of(row, static_cast<Index>(f)), col, order[At(row)].size, size, neighbor.block,
                                  false, neighbor.row < original});
       }
@@ -275,7 +274,7 @@ void ChooseWaves(EliminationPlan* plan) {
   }
 }
 
-// Splits the forest until its subtrees are many and small enough for threads to share them evenly.
+// Splits the forest into subtrees small enough for an even distribution over threads.
 void ChooseSubtrees(EliminationPlan* plan) {
   constexpr double kShare = 1.0 / 32;
   const Index count = static_cast<Index>(plan->fronts.size());
@@ -288,7 +287,7 @@ void ChooseSubtrees(EliminationPlan* plan) {
     for (const Index child : front.children) work[At(f)] += work[At(child)];
   }
   const double share = kShare * plan->multiplications;
-  std::vector<std::size_t> level(plan->fronts.size(), 0);  // one more than the highest level below; 0 inside subtrees
+  std::vector<std::size_t> level(plan->fronts.size(), 0);  // 1 + the highest level of its children; 0 inside subtrees
   for (Index f = 0; f < count; ++f) {
     const EliminationFront& front = plan->fronts[At(f)];
     if (work[At(f)] <= share) {

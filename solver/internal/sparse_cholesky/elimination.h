@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan of a sparse Cholesky factorisation: which rows of blocks are eliminated together, in which order, and where
-// each result goes. Depends on the pattern alone.
+// Plans a sparse Cholesky factorisation: the elimination order, the rows of blocks that are eliminated together, and
+// the destination of each result. The plan depends on the pattern only.
 #pragma once
 
 #include <limits>
@@ -11,72 +11,74 @@
 
 namespace vesta {
 
-// A dense front of the multifrontal method (Duff and Reid, 1983). Rows of blocks are numbered in the order of
-// elimination. The front eliminates rows first..first + pivots; the rest of its rows is `below`.
+// A dense front of the multifrontal method (Duff and Reid, 1983). It eliminates the rows of blocks first..first +
+// pivots, numbered in elimination order. `below` lists its other rows.
 struct EliminationFront {
-  // A block of the matrix that is first touched here.
+  // A block of the matrix that this front assembles.
   struct Entry {
     Index row, col;  // its first scalar in the front
     int rows, cols;
-    Index source;  // diagonal block of this original row, or off-diagonal block of this number
+    Index source;  // index of the original row of a diagonal block, or of an off-diagonal block
     bool diagonal;
-    bool transposed;  // the stored block is that of (col, row)
+    bool transposed;  // true if block (col, row) is stored
   };
-  // Scalars [begin, end), counted from the first below the pivots, that lie side by side from `to` on elsewhere.
+  // Scalars [begin, end), counted from the first one below the pivots, that are contiguous elsewhere, from `to` on.
   struct Run {
     Index begin, end, to;
   };
   Index first = 0, pivots = 0;
-  std::vector<Index> below;                        // rows that the pivots are joined to, ascending
-  Index parent = -1;                               // the front that takes the update; -1: none
+  std::vector<Index> below;                        // rows coupled to the pivots, ascending
+  Index parent = -1;                               // front that receives the update; -1 for roots
   std::vector<Index> children;                     // ascending
-  Index first_scalar = 0;                          // in the order of elimination
-  Index pivot_scalars = 0, scalars = 0;            // of the pivots, of all rows
-  std::vector<Run> runs_in_order, runs_in_parent;  // the rows below in the order of elimination, in the parent's front
+  Index first_scalar = 0;                          // position of the pivots in elimination order
+  Index pivot_scalars = 0, scalars = 0;            // number of scalars of the pivots, and of all rows
+  std::vector<Run> runs_in_order, runs_in_parent;  // positions of the rows below: in elimination order, in the parent
   std::vector<Entry> entries;
 };
 
-// Fronts such that [begin, end) are a whole subtree: children come before parents.
+// The fronts [begin, end) of a whole subtree. Children come before parents.
 struct EliminationSubtree {
   Index begin, end;
 };
 
-// Subtrees [begin, end) that are eliminated at the same time; their updates are taken up before the next wave begins.
+// Subtrees [begin, end) that are eliminated in parallel. Their updates are added to their parents before the next wave.
 struct EliminationWave {
   Index begin, end;
 };
 
 struct EliminationPlan {
-  // The row eliminated k-th.
+  // The k-th row to be eliminated.
   struct Row {
-    Index original;  // its number
+    Index original;  // its index in the pattern
     Index source;    // its first scalar in the matrix
-    Index position;  // and in the order of elimination
+    Index position;  // its first scalar in elimination order
     int size;
   };
   std::vector<Row> order;
   Index num_scalars = 0;
   std::vector<EliminationFront> fronts;
-  // Disjoint subtrees of little work each, for threads to take as they come.
+  // Disjoint subtrees with little work each, which threads take one by one.
   std::vector<EliminationSubtree> subtrees;
-  // Of all subtrees, such that the updates of one wave are few tens of MiB or those of a single subtree: a front that
-  // thousands of subtrees report to (cameras over points) would otherwise have to wait for the updates of them all.
+  // The waves contain all subtrees. The updates of one wave take at most 64 MiB, unless it is a single subtree. Without
+  // waves, a front with thousands of child subtrees (cameras over points) would need all their updates in memory at
+  // once.
   std::vector<EliminationWave> waves;
-  // The fronts above the subtrees; those of a level need the levels before it and nothing of each other.
+  // The fronts above the subtrees. Fronts of one level depend on earlier levels only, not on each other.
   std::vector<std::vector<Index>> levels;
-  double factor_values = 0;    // of the factor, with the zeros that joined fronts store
-  double update_values = 0;    // that fronts hand on to their parents
-  double multiplications = 0;  // to factorise
+  double factor_values = 0;    // factor values, including the zeros in merged fronts
+  double update_values = 0;    // passed from fronts to their parents
+  double multiplications = 0;  // of the factorisation
 };
 
+// Limits on the factor; PlanElimination returns nothing above them.
 struct EliminationLimits {
   double factor_values = std::numeric_limits<double>::infinity();
   double multiplications = std::numeric_limits<double>::infinity();
 };
 
-// Order of elimination by approximate minimum degree (Amestoy, Davis, Duff, 1996); fronts that store few zeros more
-// when joined with their parent are joined (relaxed supernodes, Ashcraft and Grimes, 1989). Nothing where the factor
-// itself, before fronts are joined, is over the limits: that is known without the memory that the plan takes.
+// Plans the elimination. The order is by approximate minimum degree (Amestoy, Davis, Duff, 1996). A front is merged
+// with its parent if that stores few additional zeros (relaxed supernodes, Ashcraft and Grimes, 1989). Returns nothing
+// if the factor exceeds the limits even before fronts are merged. This test needs much less memory than the plan.
 std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits = {});
 
 }  // namespace vesta

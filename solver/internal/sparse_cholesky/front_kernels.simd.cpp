@@ -13,10 +13,10 @@ namespace {
 using V = xsimd::batch<double>;
 constexpr Index kLanes = static_cast<Index>(V::size);
 
-// c - a b.
+// Returns c - a b.
 inline V SubtractProduct(const V& a, const V& b, const V& c) {
 #if defined(__AVX512F__)
-  // xsimd 8.1 multiplies and subtracts in two instructions at this width.
+  // xsimd 8.1 uses two instructions for this at this width.
   return _mm512_fnmadd_pd(a, b, c);
 #elif defined(__FMA__)
   return xsimd::fnma(a, b, c);
@@ -25,8 +25,8 @@ inline V SubtractProduct(const V& a, const V& b, const V& c) {
 #endif
 }
 
-// c(r, col) -= sum_k a(r, k) b(col, k) for kBatches batches of rows and kColumns columns; all column-major, a and b
-// with the same stride.
+// c(r, col) -= sum_k a(r, k) b(col, k) for kBatches batches of rows and kColumns columns. All are column-major; a and b
+// have the same stride.
 template <int kColumns, int kBatches>
 inline void UpdateTile(const double* a, const double* b, Index stride, Index count, double* c, Index c_stride) {
   V sum[kColumns][kBatches];
@@ -49,7 +49,7 @@ inline void UpdateTile(const double* a, const double* b, Index stride, Index cou
 // The same for `rows` rows, rounded up to whole batches.
 template <int kColumns>
 void UpdateStrip(const double* a, const double* b, Index stride, Index count, double* c, Index c_stride, Index rows) {
-  // With the operands, as many accumulators as sixteen registers hold.
+  // As many accumulators as fit in sixteen registers together with the operands.
   constexpr int kBatches = kColumns == 1 ? 4 : 12 / kColumns;
   Index r = 0;
   for (; r + (kBatches - 1) * kLanes < rows; r += kBatches * kLanes) {
@@ -58,10 +58,10 @@ void UpdateStrip(const double* a, const double* b, Index stride, Index count, do
   for (; r < rows; r += kLanes) UpdateTile<kColumns, 1>(a + r, b, stride, count, c + r, c_stride);
 }
 
-// Columns first..first + kColumns of the panel: takes off what the columns before them contribute, then factorises.
+// Columns first..first + kColumns of the panel: subtracts the contribution of the columns before them, then factorises.
 template <int kColumns>
 Index FactorizeStrip(const FrontPanel& panel, Index first, const double* least) {
-  // Batches begin at whole multiples of their width; rows above the diagonal take part and mean nothing.
+  // Batches begin at multiples of their width. They include rows above the diagonal, whose results are not used.
   const Index begin = first / kLanes * kLanes;
   double* const columns = panel.values + first * panel.stride;
   UpdateStrip<kColumns>(panel.values + begin, panel.values + first, panel.stride, first, columns + begin, panel.stride,
@@ -135,7 +135,7 @@ void ForwardStrip(const FrontPanel& panel, Index first, double* x) {
   }
 }
 
-// The same of L^T y = x.
+// The same for L^T y = x.
 template <int kColumns>
 void BackwardStrip(const FrontPanel& panel, Index first, double* x) {
   V sum[kColumns];

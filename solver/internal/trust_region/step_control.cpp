@@ -84,20 +84,22 @@ void StepDoubt::OnReject(double predicted, bool finite) {
 
 std::string StepDoubt::Words(bool accepted, double least) const {
   if (blocked_ > least) {
-    return fmt::format("; a step to gain {:.3e} leads to where the cost is not finite", blocked_);
+    return fmt::format("; a step with predicted decrease {:.3e} leads to a point where the cost is not finite",
+                       blocked_);
   }
   if (accepted) return "";
   if (std::string increase = IncreaseWords(least); !increase.empty()) return increase;
   if (promised_ > least) {
-    return fmt::format("; a step was to gain {:.3e}: are the derivatives right? CheckProblem says what is wrong",
-                       promised_);
+    return fmt::format(
+        "; a step with predicted decrease {:.3e} was rejected: are the derivatives right? Call CheckProblem",
+        promised_);
   }
   return "";
 }
 
 std::string StepDoubt::IncreaseWords(double least) const {
   if (increase_ <= least) return "";
-  return "; the model predicts an increase: J and J^T are not adjoint? CheckProblem says what is wrong";
+  return "; the model predicts an increase: are J and J^T adjoint? Call CheckProblem";
 }
 
 std::vector<Index> SpreadUnits(Index num_units, double fraction, Index turn) {

@@ -20,7 +20,7 @@ namespace {
 
 using DoubleBackend = CpuBackend<double>;
 
-// ViewProblem with a camera that stands still: the image is rendered once.
+// ViewProblem with a fixed camera, so the image is rendered only once.
 class ExposureProblem final : public Problem<DoubleBackend>, public OnManifold<DoubleBackend> {
  public:
   ExposureProblem(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
@@ -56,7 +56,7 @@ class ExposureProblem final : public Problem<DoubleBackend>, public OnManifold<D
   HostBuffer<float> image_;
 };
 
-constexpr int kLeastSide = 32;  // pixels: three windows of SSIM
+constexpr int kLeastSide = 32;  // pixels: three SSIM windows
 
 bool AllFinite(const View& view) {
   const auto finite = [](const auto& values) {
@@ -65,7 +65,7 @@ bool AllFinite(const View& view) {
   return finite(view.image.rgb) && finite(view.rotation) && finite(view.translation);
 }
 
-// Whether no channel varies by more than the rounding of 8 bits.
+// True when no channel varies by more than the rounding of 8 bits.
 bool IsFlat(const Image& image) {
   for (int c = 0; c < ImageShape::kChannels; ++c) {
     const float* plane = image.plane(c);
@@ -75,7 +75,7 @@ bool IsFlat(const Image& image) {
   return true;
 }
 
-// The view at the size of that level, 0: its own. Its image is `image`, or `shrunk` where it is smaller.
+// The view at a pyramid level; level 0 is full size. Its image is `view.image` at level 0, else `shrunk`.
 TargetView<CpuBackend<float>> TargetAt(const View& view, int level, double near, Image& shrunk) {
   const ImageSize size = DownscaledSize({view.camera.width, view.camera.height}, 1 << level);
   View small = MovedView(view, {});
@@ -91,16 +91,16 @@ TargetView<CpuBackend<float>> TargetAt(const View& view, int level, double near,
 LmOptions EngineOptions(const AlignOptions& options, int level) {
   LmOptions engine;
   engine.max_iterations = options.max_iterations;
-  // Changes under 1e-7 of the cost are noise: with the camera alphas cross their floor, and Gaussians change places.
-  // Smaller images only give a start.
+  // Changes below 1e-7 of the cost are noise: when the camera moves, some alphas cross their cutoff and the depth order
+  // of Gaussians changes. Smaller images only provide a start.
   engine.function_tolerance = level == 0 ? 1e-7 : 1e-5;
   return engine;
 }
 
-// Nothing was measured, which is not 0 dB.
+// Marks a value that was not measured; 0 dB would be a result.
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
-// Columns begin..end.
+// The image columns in [begin, end).
 Image Columns(const Image& image, int begin, int end) {
   Image part(end - begin, image.height);
   for (int row = 0; row < 3 * image.height; ++row) {
@@ -114,7 +114,7 @@ Image Columns(const Image& image, int begin, int end) {
   return part;
 }
 
-// Of the pixels that count.
+// Quality over the pixels that the mask keeps.
 ImageQuality Measure(ImageQualityMeter& meter, Image rendered, const Image& truth) {
   ShowLeftOut<CpuBackend<float>>(MaskOf(truth), ValuesOf(truth),
                                  {rendered.rgb.data(), static_cast<Index>(rendered.rgb.size())});
@@ -122,7 +122,7 @@ ImageQuality Measure(ImageQualityMeter& meter, Image rendered, const Image& trut
   return truth.mask.empty() ? whole : OfPart(whole, CountedPart(truth));
 }
 
-// Whether both halves have something to measure.
+// True when both halves have pixels that the mask keeps.
 bool HasCountedHalves(const Image& image) {
   const int middle = image.width / 2;
   return middle > 0 && CountedPixels(Columns(image, 0, middle)) > 0 &&
@@ -214,7 +214,7 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
       if (problem.CountSeen(start) == 0) return end_with(AlignStatus::kSeesNothing);
       const double before = problem.Cost(start);
       alignment.cost_before = before / values;
-      // What was found on smaller images may be a wrong turn.
+      // The result of the smaller images may be a wrong local minimum.
       if (!(problem.Cost(x) < before)) x.CopyFrom(start);
     }
     const LmSummary summary = SolveLm<DoubleBackend>(EngineOptions(options, level), backend, problem, x);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits cameras and exposures of views to a fixed splat, and measures its image quality over test views that are fitted
-// so.
+// Aligns views to a fixed splat: fits their cameras and exposures, and measures image quality over the aligned test
+// views.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@
 
 namespace vesta::gs {
 
-// Fits the exposure that brings one image to another. Minimises the photometric loss of the rendered image, its
-// exposure changed, by Levenberg-Marquardt from none. Not by squares: a splat's image is off by more than noise, and
-// least squares answer that with too little contrast. Both images planar and of that shape; mask: which pixels count
-// (Image::mask). What nothing tells of stays as it is, and all does where an image is not finite. The same bits for any
-// number of threads.
+// Fits the exposure that maps one image to another. Levenberg-Marquardt minimises the photometric loss, starting from
+// no exposure change. Least squares is not used: the errors of a splat are not only noise, and least squares would
+// reduce the contrast. Both images are planar and of size `shape`; `mask` selects pixels (Image::mask). Parameters that
+// the image does not determine keep their start value; all do if an image is not finite. The result is bit-identical
+// for any number of threads.
 AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
                         const PhotometricWeights& weights = {}, HostSpan<const std::uint8_t> mask = {});
 
@@ -29,44 +29,44 @@ struct AlignOptions {
   std::array<double, 3> background{0, 0, 0};  // 0..1
   double near = 0;                            // distance of the near plane, world units
   PhotometricWeights weights = {};
-  // Coarse to fine: the first of so many sizes is 2^(levels - 1) times smaller than the photograph; sizes with a side
-  // of fewer than 32 pixels are left out. 1 to 16.
+  // Coarse to fine: the first level is 2^(levels - 1) times smaller than the photograph. Levels with a side under 32
+  // pixels are skipped. Range 1 to 16.
   int levels = 3;
-  int max_iterations = 50;  // of Levenberg-Marquardt at each size
+  int max_iterations = 50;  // of Levenberg-Marquardt per level
 };
 
 enum class AlignStatus {
   kConverged,
-  kStopped,      // as far as it got: max_iterations, or no step gained any more
-  kSeesNothing,  // of the model, from where the view stands
-  kFlatImage,    // the photograph is one colour: nothing to align by
+  kStopped,      // best result so far: max_iterations reached, or no step reduced the cost
+  kSeesNothing,  // no Gaussian is visible from the start pose
+  kFlatImage,    // the photograph has one colour, so it cannot be aligned
   kNotFinite,    // the photograph or the pose holds NaN or infinity
-  kNoGain,       // nothing found is better than the start
+  kNoGain,       // no result is better than the start
 };
 const char* ToString(AlignStatus status);
 
 struct Alignment {
   AlignStatus status = AlignStatus::kNoGain;
-  ViewUnknowns found;  // as it was, but where is_found()
+  ViewUnknowns found;  // the start unless is_found()
   // Mean loss over pixels and channels of the full-size image; 0 where it was not evaluated.
   double cost_before = 0, cost_after = 0;
-  int iterations = 0;  // at all sizes
+  int iterations = 0;  // over all levels
 
   bool is_found() const { return status == AlignStatus::kConverged || status == AlignStatus::kStopped; }
 };
 
-// By Levenberg-Marquardt on ViewProblem, at each size from the coarsest on. The view must have its image. What is found
-// has a lower cost than the start. The same bits for any number of threads.
+// Runs Levenberg-Marquardt on ViewProblem at each level, coarsest first. The view must have its image. A found result
+// has a lower cost than the start. The result is bit-identical for any number of threads.
 Alignment AlignView(const SplatModel& model, const View& view, const AlignOptions& options);
 
-// One test view.
+// The result for one test view.
 struct AlignedView {
   std::string name;
   Alignment alignment;
-  double degrees = 0, pixels = 0;  // that the camera turned by, and MedianShift
+  double degrees = 0, pixels = 0;  // rotation angle of the camera; MedianShift
   ImageQuality whole;
-  // Of its right half, as rendered and with the exposure; where exposures are fitted, and both halves have pixels that
-  // count.
+  // Quality of the right half, as rendered and with the fitted exposure. Set when exposures are fitted and both halves
+  // have pixels that the mask keeps.
   bool has_halves = false;
   ImageQuality right, right_exposed;
   AffineColor exposure;
@@ -74,18 +74,18 @@ struct AlignedView {
 
 struct AlignedEvaluation {
   std::vector<AlignedView> views;
-  // Means over the views, those that could not be fitted as they are; of halves over the views that have them. NaN
-  // where there are none.
+  // Means over the views. Views that could not be fitted count with their given camera. Means of halves use only views
+  // with has_halves. NaN without views.
   Quality whole, right, right_exposed;
-  // Medians over the views of how far cameras moved; NaN likewise.
+  // Medians over the views of the camera changes; NaN without views.
   double degrees = 0, pixels = 0;
   int not_found = 0;  // views that could not be fitted
 };
 
-// Fits the camera of each test view of the scene to its photograph, then measures. With options.free.color the exposure
-// is found along with the pose; the one that is measured is then fitted anew on the left half of the image
-// (FitExposure), and the right half is measured (Martin-Brualla et al. 2021, NeRF in the Wild, section 5). Images
-// must be loaded.
+// Fits the camera of each test view to its photograph, then measures quality. With options.free.color, pose and
+// exposure are fitted jointly. The reported exposure is then fitted on the left half of the image alone (FitExposure),
+// and quality is measured on the right half (Martin-Brualla et al. 2021, NeRF in the Wild, section 5). Images must be
+// loaded.
 AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, const AlignOptions& options);
 
 }  // namespace vesta::gs

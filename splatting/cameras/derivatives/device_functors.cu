@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of finding cameras nvcc compiles.
+// CUDA kernels of the camera and exposure code.
 #include "kernels/core/for_each.cuh"
 #include "splatting/cameras/derivatives/view_columns.h"
 #include "splatting/cameras/unknowns/exposed_colors.h"

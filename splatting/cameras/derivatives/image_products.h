@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over images, in double; the same bits for any number of threads.
+// Sums over images, in double, bit-identical for any number of threads.
 #pragma once
 
 #include <type_traits>
@@ -15,7 +15,7 @@ namespace vesta::gs {
 
 inline constexpr Index kImageGrain = 1 << 15;  // pixels
 
-// of(i) summed over i < n.
+// The sum of of(i) over i < n.
 template <class Of>
 double SumOver(Index n, const Of& of) {
   return ParallelSum<double>(n, kImageGrain, [&](Index begin, Index end) {
@@ -25,19 +25,19 @@ double SumOver(Index n, const Of& of) {
   });
 }
 
-// Sums over images in the memory of B, asked for one after the other and read all at once: on a device they are waited
-// for once. What was asked for may change before it is read.
+// A queue of sums over images in the memory of B. Read() returns all at once, so a device synchronises only once. The
+// inputs may change after they are queued.
 template <class B>
 class ImageProducts {
  public:
   using Space = typename B::Space;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // Of so many at most.
+  // most: the maximal number of queued sums.
   explicit ImageProducts(int most) {
     if constexpr (kIsDevice) slots_.Resize(most);
   }
-  // a^T b. On a device both are of its scalars.
+  // Queues a^T b. On a device both must have the device's scalar type.
   template <class T>
   void AddDot(ConstVectorView a, Span<const T, Space> b) {
     if constexpr (kIsDevice) {
@@ -47,7 +47,7 @@ class ImageProducts {
           SumOver(a.size(), [&](Index i) { return static_cast<double>(a[i]) * static_cast<double>(b[i]); }));
     }
   }
-  // The sum of a's values.
+  // Queues the sum of the values of a.
   void AddSum(ConstVectorView a) {
     if constexpr (kIsDevice) {
       if (ones_.size() < a.size()) {
@@ -59,7 +59,7 @@ class ImageProducts {
       sums_.push_back(SumOver(a.size(), [&](Index i) { return static_cast<double>(a[i]); }));
     }
   }
-  // In the order in which they were asked for.
+  // Returns the sums in the order in which they were queued.
   std::vector<double> Read() {
     if constexpr (kIsDevice) {
       if (asked_ > 0) sums_ = B().Read(slots_);
@@ -82,7 +82,7 @@ class ImageProducts {
   int asked_ = 0;
 };
 
-// The gradient of a cost by the three gains, then by the three offsets, of an exposure of the image.
+// Queues the gradient of a cost with respect to an exposure: three gains, then three offsets.
 template <class B>
 void AddExposureProducts(typename B::ConstVectorView image, typename B::ConstVectorView gradient,
                          ImageProducts<B>& products) {

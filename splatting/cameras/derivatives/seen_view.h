@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of a view's cost by its own unknowns, from what the passes for the splats' gradient left.
+// The gradient of a view's cost with respect to its own unknowns, computed from the intermediate results of the splat
+// gradient.
 #pragma once
 
 #include <algorithm>
@@ -13,19 +14,19 @@
 
 namespace vesta::gs {
 
-// A view whose gradient was just added, as the passes over it left things in the memory of B.
+// A view whose splat gradient was just computed, with the intermediate results in the memory of B.
 template <class B>
 struct SeenView {
-  std::size_t view = 0;  // of the training views
+  std::size_t view = 0;  // index among the training views
   const splat::Model<float>& model;
   const TargetView<B>& target;
   const typename SplatBackend<B>::SplatView& splats;
-  const splat::SplatTangent<float>* cotangents;       // of the splats, by rank
-  typename B::ConstVectorView image, image_gradient;  // as rendered, where it takes part; of the cost by it
+  const splat::SplatTangent<float>* cotangents;       // cotangents of the splats, by depth rank
+  typename B::ConstVectorView image, image_gradient;  // the rendered image (needed for exposures); dCost/dImage
 };
 
-// By the view's unknowns, in the order of a step. Its users include what moves a view of B's: camera_jacobian.h
-// or device_camera.h.
+// Gradient with respect to the view's free unknowns, in the order of a step. Users must include camera_jacobian.h or
+// device_camera.h, which define the camera derivatives for B.
 template <class B>
 std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The derivatives of a view's image by its own unknowns, held as images, and the curvature of the view's cost by them.
+// Derivatives of a view's image with respect to its own unknowns, stored as images, and the Gauss-Newton curvature of
+// the view's cost.
 #pragma once
 
 #include <array>
@@ -16,10 +17,10 @@
 
 namespace vesta::gs {
 
-// A matrix from steps of a view (FreeUnknowns) to images of 3 planes. Each channel has a gain and an offset of its own,
-// so a gain's column and those of the other two channels' make one image, and likewise the offsets': with the pose's
-// six and the lens's four there are twelve at most. W treats channels by themselves too, so W times the matrix is one
-// of the same form. In the memory of B.
+// A linear map from steps of a view (FreeUnknowns) to images of three planes. An exposure has one gain and one offset
+// per channel. The columns of the three gains share one image, and so do the columns of the three offsets. With six
+// images for the pose and four for the lens there are at most twelve. W does not mix channels, so W times this matrix
+// has the same form. Stored in the memory of B.
 template <class B>
 class ViewColumns {
  public:
@@ -27,7 +28,7 @@ class ViewColumns {
   using ConstVectorView = typename B::ConstVectorView;
 
   ViewColumns() = default;
-  // To be filled.
+  // Allocates the images without initialising them.
   ViewColumns(const FreeUnknowns& free, const ImageShape& shape) : free_(free), shape_(shape) {
     images_.ResizeForOverwrite(NumImages(free) * shape.NumValues());
   }
@@ -39,13 +40,13 @@ class ViewColumns {
   const ImageShape& shape() const { return shape_; }
   bool empty() const { return images_.empty(); }
   int num_images() const { return static_cast<int>(NumImages(free_)); }
-  // First the pose's, then the gains', then the offsets', then the lens's.
+  // Image k, in the order pose, gains, offsets, lens.
   VectorView image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   ConstVectorView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
-  // Of a step, the number that image k is of in that channel.
+  // The index in a step of the unknown that image k belongs to in this channel.
   int Place(int k, int channel) const;
 
-  // g[free.num_tangent()] = columns^T u, summed in double; u an image, on a device of its scalars.
+  // g[free.num_tangent()] = columns^T u, summed in double. u is an image; on a device it has the device's scalar type.
   template <class U>
   void Project(const U* u, double* g) const;
   // u += scale columns v, v[free.num_tangent()].
@@ -58,24 +59,24 @@ class ViewColumns {
   typename B::Vector images_;
 };
 
-// The derivatives of the image that is shown, color of `rendered`, by the view's unknowns; zero where the target's mask
-// leaves pixels out. moves: MovesOf the view. Of this and what follows, bodies are in view_columns.inl.
+// Derivatives of the exposed image `color(rendered)` with respect to the view's unknowns; zero at masked pixels. moves:
+// the result of MovesOf. This and the functions below are defined in view_columns.inl.
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
                          typename B::ConstVectorView rendered, typename B::ConstVectorView moves);
-// The derivatives of the image of a view by the numbers of its pose and of its lens that are free, one after the other.
+// Derivatives of the view's image with respect to its free pose numbers, then its free lens numbers; one image each.
 template <class B>
 typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
                            const splat::Model<typename B::Scalar>& model,
                            typename SplatBackend<B>::Workspace& workspace);
 
-// J^T W J, square, free.num_tangent() numbers a side. weighted: unless null becomes W J.
+// Computes J^T W J, a square matrix of free.num_tangent() rows. Stores W J in `weighted` unless that is null.
 template <class B>
 std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
                                  const typename SplatBackend<B>::Loss::Linearization& W,
                                  ViewColumns<B>* weighted = nullptr);
 
-// A block of the engine from the whole of a symmetric matrix, n numbers a side: number `block` of so many of its group.
+// Copies a symmetric n x n matrix into number `block` of a group of `blocks` blocks (PackedLower layout).
 template <class T>
 void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, HostSpan<T> values) {
   for (int row = 0; row < n; ++row) {
@@ -86,14 +87,14 @@ void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, H
   }
 }
 
-// By pixel of a channel: sum += scale (factors[0] column 0 + ...), added up in double.
+// For one pixel of a channel: sum += scale (factors[0] column 0 + ...), accumulated in double.
 template <class S, class U>
 struct AddColumns {
-  static constexpr int kMost = 12;  // columns
+  static constexpr int kMost = 12;  // maximal number of columns
 
   double scale;
   int columns;
-  Index stride;  // from a column to the next, values
+  Index stride;  // distance between columns, in values
   const S* first;
   U* sum;
   double factors[kMost];
@@ -105,9 +106,8 @@ struct AddColumns {
   }
 };
 
-// The curvature of a view's cost by its own unknowns, in the memory of B.
-// H = J^T W J of the view as it stands, without an exposure, by the default weights: square, free.num_tangent() numbers
-// a side. Body in view_columns.inl.
+// The curvature H = J^T W J of the view's cost at its current camera, without an exposure and with the default loss
+// weights. Square, with free.num_tangent() rows. Defined in view_columns.inl.
 template <class B>
 std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
                                   const splat::Model<float>& model, const TargetView<B>& target);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of view_columns.h for every memory space. Included where they are instantiated, after what moves a view of
-// that space (kernels/gaussian_splatting/view/camera_jacobian.h, or device_camera.h).
+// Definitions of view_columns.h for every memory space. Include after the camera derivatives of that space
+// (kernels/gaussian_splatting/view/camera_jacobian.h or device_camera.h).
 #pragma once
 
 #include <algorithm>
@@ -146,7 +146,7 @@ std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<dou
   view.Render(image.data());
   const ViewColumns<B> columns =
       ColumnsOf<B>(free, {}, target, image.view(), MovesOf<B>(free, view, model, workspace).view());
-  // With the mask in J, that of W need not be: J^T W J is the same.
+  // J is zero at masked pixels, so W needs no mask: J^T W J is the same.
   typename SplatBackend<B>::Loss loss;
   typename SplatBackend<B>::Loss::Linearization W;
   image_gradient.ResizeForOverwrite(image.size());

@@ -27,7 +27,7 @@ ViewLinearization<S>::ViewLinearization(const FreeUnknowns& free, const AffineCo
   const Index n = num_residuals();
   HostBuffer<S> shown = std::move(rendered), image_gradient(n);
   color.Apply(shown.view());
-  // With the mask in J, that of W need not be: J^T W J is the same.
+  // J is zero at masked pixels, so W needs no mask: J^T W J is the same.
   LinearizeLoss(*loss_, target, shown.view(), image_gradient.view(), curvature_);
   residuals_.ResizeForOverwrite(n);
   ParallelFor(n, kImageGrain,
@@ -86,8 +86,8 @@ template <class S>
 ViewProblem<S>::ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model,
                             const TargetView<CpuBackend<S>>& target)
     : options_(options), model_(model), target_(target), loss_(std::make_shared<PhotometricLoss<S>>(options.weights)) {
-  VESTA_CHECK(options.free.num_tangent() > 0, "a view with nothing to find");
-  VESTA_CHECK(!options.free.lens, "a lens, which a view alone does not show");
+  VESTA_CHECK(options.free.num_tangent() > 0, "a view without free unknowns");
+  VESTA_CHECK(!options.free.lens, "a free lens: one view does not determine it");
   VESTA_CHECK(target.truth.size() == target.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
               target.truth.size(), target.camera.width, target.camera.height);
   image_.ResizeForOverwrite(target.truth.size());

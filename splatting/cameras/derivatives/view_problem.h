@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One view as a least-squares problem of the engine, and its linearization.
+// Camera pose and exposure of one view as a least-squares problem of the engine.
 #pragma once
 
 #include <array>
@@ -20,16 +20,16 @@ struct ViewProblemOptions {
   PhotometricWeights weights = {};
 };
 
-// One view as a least-squares problem of the engine: x are the motion of its camera and its exposure
-// (view_unknowns.h), the Gaussians stand still; the cost is the photometric loss of the image with the exposure
-// applied. Direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.
+// The camera pose and exposure of one view as a least-squares problem; the Gaussians are fixed. x holds the camera
+// motion and the exposure (view_unknowns.h). The cost is the photometric loss of the exposed image. This is direct
+// image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.
 //
-// S: of the images; x and steps are in double. The same bits for any number of threads.
+// S is the scalar type of the images; x and steps are in double. Results are bit-identical for any number of threads.
 template <class S>
 class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<CpuBackend<double>> {
  public:
-  // What model and target point to must outlive the problem. target.camera: where motions start. Throws Error where
-  // nothing is free, or the lens is, or for a truth that is not of the view's size.
+  // The data behind model and target must outlive the problem. Motions start at target.camera. Throws Error if all
+  // unknowns are fixed, if the lens is free, or if the truth does not have the view's size.
   ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model, const TargetView<CpuBackend<S>>& target);
 
   Index num_parameters() const override { return kViewParameters; }
@@ -38,7 +38,7 @@ class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<
   std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
   void Plus(CpuBackend<double>& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
-  // Gaussians that the view has at x.
+  // Number of Gaussians visible at x.
   Index CountSeen(ConstVectorView x);
 
  private:
@@ -53,19 +53,19 @@ class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<
   HostBuffer<S> image_;
 };
 
-// A view's problem at one x: the image's derivatives by its unknowns, six to twelve, held as images.
+// The linearization at one x. It stores the image derivatives for the six to twelve unknowns as images.
 template <class S>
 class ViewLinearization final : public Linearization<CpuBackend<double>>,
                                 public WithLossWeights<CpuBackend<double>>,
                                 public WithProductH<CpuBackend<double>>,
                                 public WithBlocks<CpuBackend<double>> {
  public:
-  // rendered: the image before the exposure `color`. moves: its derivatives, as MovesOf has them.
-  // The truth that target points to must outlive this.
+  // rendered: the image before the exposure `color`. moves: its derivatives (MovesOf). The truth in target must outlive
+  // this object.
   ViewLinearization(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                     HostBuffer<S>&& rendered, HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss);
 
-  // Residuals are the colour differences e = shown - truth, 3 planes.
+  // The residuals are the colour differences e = shown - truth, 3 planes.
   Index num_residuals() const override { return columns_.shape().NumValues(); }
   Index num_parameters() const override { return columns_.free().num_tangent(); }
   ConstVectorView residuals() const override { return residuals_.view(); }
@@ -75,7 +75,7 @@ class ViewLinearization final : public Linearization<CpuBackend<double>>,
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
   void DiagJTJ(VectorView d) override;
-  // One block, all of H: the engine solves the system at once.
+  // One block with all of H, so the preconditioner solves the system exactly.
   std::vector<BlockGroup> block_groups() const override {
     return {{.size = columns_.free().num_tangent(), .count = 1}};
   }
@@ -88,7 +88,7 @@ class ViewLinearization final : public Linearization<CpuBackend<double>>,
   std::shared_ptr<PhotometricLoss<S>> loss_;
   typename PhotometricLoss<S>::Linearization curvature_;
   HostBuffer<double> residuals_;
-  std::vector<double> gradient_, h_;  // h_: J^T W J, rows of num_parameters()
+  std::vector<double> gradient_, h_;  // h_: J^T W J, row-major, num_parameters() columns
 };
 
 }  // namespace vesta::gs

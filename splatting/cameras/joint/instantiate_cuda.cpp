@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats and cameras as one problem, in the memory of a GPU.
+// CUDA instantiations of the joint problem of splats and cameras.
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "splatting/cameras/joint/joint_linearization.inl"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the numbers of splats and views lie in a vector of the engine, and access to those of the views.
+// Layout of the parameter vector of splats and views, and host access to its view part.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,9 @@
 
 namespace vesta::gs {
 
-// x: first the splats' parameters, then for each view kViewParameters. A step: the splats', then those of each view
-// that are free. What comes after the splats' is the rest of either, which is little, and which the host works on
-// wherever the splats are (ConstRest).
+// x holds the parameters of all splats, then kViewParameters numbers per view. A step holds the splats' step, then the
+// free numbers of each view. The view part, called the rest, is small; the host computes it even when the splats are on
+// a device (ConstRest).
 struct JointLayout {
   Index splats = 0;  // parameters of all Gaussians
   Index views = 0;
@@ -22,18 +22,18 @@ struct JointLayout {
   Index num_parameters() const { return splats + views * kViewParameters; }
   Index num_tangent() const { return splats + views * free.num_tangent(); }
 
-  // Of a whole vector of the host.
+  // The rest of a whole host vector.
   template <class T>
   HostSpan<T> RestOf(HostSpan<T> vector) const {
     return vector.subspan(splats, vector.size() - splats);
   }
-  // Of view v, in double; rest: of x.
+  // The unknowns of view v, in double. rest: the rest of x.
   template <class S>
   ViewUnknowns UnknownsOf(HostSpan<const S> rest, Index v) const {
     double numbers[kViewParameters];
     for (Index k = 0; k < kViewParameters; ++k) numbers[k] = static_cast<double>(rest[v * kViewParameters + k]);
     ViewUnknowns unknowns = Unpack({numbers, kViewParameters});
-    // Of unit length in S is not so in double.
+    // A quaternion of unit length in S is not exactly of unit length in double.
     NormalizeQuaternion(numbers, unknowns.motion.quaternion);
     return unknowns;
   }
@@ -43,15 +43,15 @@ struct JointLayout {
     Pack(unknowns, {numbers, kViewParameters});
     for (Index k = 0; k < kViewParameters; ++k) rest[v * kViewParameters + k] = static_cast<S>(numbers[k]);
   }
-  // The part of a step, or of a gradient, that is view v's. rest: its own.
+  // The part of view v in the rest of a step or gradient.
   template <class T>
   HostSpan<T> StepOf(HostSpan<T> rest, Index v) const {
     return rest.subspan(v * free.num_tangent(), free.num_tangent());
   }
 };
 
-// The end of a vector of the engine, in the memory of the host: of a vector of the host its own, of a device's a copy.
-// This one is to look at, from `begin` on. Of a device's vector it is as it was then, and was waited for.
+// Read access on the host to the end of an engine vector, from `begin` on. It refers to a host vector directly; it
+// copies a device vector once, at construction, and waits for it.
 template <class B>
 class ConstRest {
  public:
@@ -74,7 +74,7 @@ class ConstRest {
 
 struct FromZero {};
 
-// To look at and to write to. What was written is sure to be in the vector once it was stored.
+// Read and write access. On a device, changes reach the vector only after Store().
 template <class B>
 class Rest {
  public:
@@ -87,7 +87,7 @@ class Rest {
       here_ = copy_.view();
     }
   }
-  // Begins with zeros, whatever the vector has.
+  // Starts with zeros and does not read the vector.
   Rest(FromZero, typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {
       here_ = there_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of joint_linearization.h. Included where they are instantiated, after what moves a view of that space
+// Definitions of joint_linearization.h. Include after the camera derivatives of the memory space
 // (kernels/gaussian_splatting/view/camera_jacobian.h or device_camera.h).
 #pragma once
 
@@ -150,7 +150,7 @@ void JointLinearization<B>::AddViewJT(Index v, VectorView u, VectorView g, Here 
   }
   AddSplatsJT(v, u, g);
   if (!layout_.free.pose) return;
-  // What the adjoint pass has left: the cotangents of the splats.
+  // The adjoint pass leaves the cotangents of the splats in the workspace.
   const splat::PoseTangent xi = PoseCotangent(unit.view, model_, scratch_->workspace.splat_sums.data());
   for (int k = 0; k < splat::kPoseTangent; ++k) own[k] += static_cast<S>(xi.v[k]);
 }
@@ -264,7 +264,7 @@ const SplatGrams<B>& JointLinearization<B>::Grams() {
                       scratch_->workspace);
   }
   scratch_->workspace.pair_grams = {},
-  scratch_->workspace.splat_grams = {};  // the largest of the workspace, and idle until the next x
+  scratch_->workspace.splat_grams = {};  // the largest buffers of the workspace, unused until the next x
   return grams_;
 }
 
@@ -306,7 +306,7 @@ void JointLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
     FillBlock(CurvatureOf(v), layout_.free.num_tangent(), static_cast<Index>(v), layout_.views, values.view());
   }
   values.Store();
-  if (!options_.eliminate_views) grams_.Release();  // nobody asks again unless a step is refused
+  if (!options_.eliminate_views) grams_.Release();  // only a rejected step would use them again
 }
 
 template <Backend B>

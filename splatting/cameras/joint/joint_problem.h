@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats, cameras and exposures as one least-squares problem of the engine: bundle adjustment by photographs, with
-// Gaussians for points.
+// Splats, cameras and exposures as one least-squares problem: photometric bundle adjustment with Gaussians instead of
+// points.
 //
-// To its view a camera's motion is a rigid motion of all Gaussians
-// (kernels/gaussian_splatting/projection/camera_block.h), so that J v is still one tangent pass for each view and J^T u
-// one adjoint pass. What no photograph tells is held by a weak prior (gauge.h).
+// In its own image, a camera motion acts like a rigid motion of all Gaussians
+// (kernels/gaussian_splatting/projection/camera_block.h). So J v is still one tangent pass per view, and J^T u one
+// adjoint pass. A weak prior fixes the gauge (gauge.h).
 #pragma once
 
 #include <memory>
@@ -19,18 +19,18 @@
 namespace vesta::gs {
 
 struct JointProblemOptions {
-  // Of the splats. All views make one batch and are held: batches and jacobian do not count.
+  // Options of the splats. All views form one batch and are cached; `batches` and `jacobian` are ignored.
   SplatProblemOptions splats;
   FreeUnknowns free = {};
   ViewPrior prior = {};
-  // Whether views' unknowns can be eliminated (WithReducedSystem). Takes the memory of 6 to 8 more
-  // images a view.
+  // True if the unknowns of the views can be eliminated (WithReducedSystem). This takes the memory of 6 to 8 more
+  // images per view.
   bool eliminate_views = false;
 };
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout);
 
-// The workspace of a joint problem and its linearizations, for one call at a time.
+// The workspace shared by a joint problem and its linearizations; one call at a time may use it.
 template <class B>
 class JointScratch {
  public:
@@ -41,7 +41,7 @@ class JointScratch {
 
   typename SplatBackend<B>::Loss loss;
   typename SplatBackend<B>::Workspace workspace;
-  // Images of so many values, each until it is asked for again.
+  // Image buffers of `values` numbers. Each call reuses the same buffer.
   VectorView Image(Index values) { return Of(values, image_); }
   VectorView Weighted(Index values) { return Of(values, weighted_); }
 
@@ -54,9 +54,9 @@ class JointScratch {
   Vector image_, weighted_;
 };
 
-// For any memory space. x: JointLayout; units are views. The motion of a view is from its target.camera, which is in
-// double, so that what x has to hold is small. Costs are infinite where a gain is not above 0. The same bits for any
-// number of threads.
+// The joint problem for any memory space. x: see JointLayout; the units are views. Motions are relative to
+// target.camera, which is in double, so x holds only small numbers. Costs are infinite if a gain is not positive.
+// Results are bit-identical for any number of threads.
 template <Backend B>
 class JointProblem final : public Problem<B>, public OnManifold<B>, public InUnits<B>, public WithDampingMetric<B> {
  public:
@@ -64,8 +64,8 @@ class JointProblem final : public Problem<B>, public OnManifold<B>, public InUni
   using typename Problem<B>::ConstVectorView;
   using typename Problem<B>::VectorView;
 
-  // views must outlive the problem. Throws Error where there are none, where neither pose nor colour of them is free,
-  // where lenses are, and for a prior out of range; for a truth that is not of its view's size where it is looked at.
+  // views must outlive the problem. Throws Error without views, if neither pose nor colour is free, if lenses are free,
+  // or if the prior is out of range. A truth of the wrong size throws at its first use.
   JointProblem(const JointProblemOptions& options, std::span<const TargetView<B>> views);
 
   const JointLayout& layout() const { return layout_; }
@@ -75,21 +75,21 @@ class JointProblem final : public Problem<B>, public OnManifold<B>, public InUni
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
-  // That of the splats' (SplatMetricOptions); of views diag(H).
+  // The splats' metric (SplatMetricOptions), and diag(H) for views.
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
-  // Those of the splats, then one block for each view.
+  // The blocks of the splats, then one block per view.
   std::vector<BlockGroup> block_groups() const { return BlockGroupsOf(options_, layout_); }
 
-  // What the passes work in, free for others between calls.
+  // The workspace of the passes; callers may use it between calls.
   typename SplatBackend<B>::Workspace& workspace() { return scratch_->workspace; }
 
  private:
   JointProblemOptions options_;
   std::span<const TargetView<B>> views_;
   JointLayout layout_;
-  SplatProblem<B> splats_;  // for its metric
+  SplatProblem<B> splats_;  // provides the metric
   std::shared_ptr<JointScratch<B>> scratch_;
 };
 

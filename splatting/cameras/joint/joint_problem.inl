@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of joint_problem.h. Included where they are instantiated, as joint_linearization.inl.
+// Definitions of joint_problem.h. Include like joint_linearization.inl.
 #pragma once
 
 #include <algorithm>
@@ -25,9 +25,9 @@ JointProblem<B>::JointProblem(const JointProblemOptions& options, std::span<cons
       layout_{options.splats.Size(), static_cast<Index>(views.size()), options.free},
       splats_(options.splats, views),
       scratch_(std::make_shared<JointScratch<B>>(options.splats.weights)) {
-  VESTA_CHECK(!views.empty(), "no views to find cameras of");
-  VESTA_CHECK(options.free.pose || options.free.color, "views with neither pose nor colour to find");
-  VESTA_CHECK(!options.free.lens, "lenses, which are found in the Adam stage alone");
+  VESTA_CHECK(!views.empty(), "a joint problem without views");
+  VESTA_CHECK(options.free.pose || options.free.color, "neither pose nor colour is free");
+  VESTA_CHECK(!options.free.lens, "free lenses: only the Adam stage optimises them");
   VESTA_CHECK(options.prior.weight >= 0 && std::isfinite(options.prior.weight),
               "a prior of weight {}; choose 0 or more", options.prior.weight);
   VESTA_CHECK(options.prior.depth > 0 && std::isfinite(options.prior.depth), "a depth of {}; it must be above 0",

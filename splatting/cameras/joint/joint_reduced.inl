@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of JointReducedSystem (joint_linearization.h). Included where they are instantiated, as
-// joint_linearization.inl.
+// Definitions of JointReducedSystem (joint_linearization.h). Include like joint_linearization.inl.
 #pragma once
 
 #include <algorithm>

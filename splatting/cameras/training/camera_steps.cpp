@@ -17,20 +17,20 @@
 namespace vesta::gs {
 namespace {
 
-// The small systems that steps of views and lenses come from.
+// Fixed-capacity vectors and matrices for the step systems of views and lenses.
 constexpr int kMostStepNumbers = FreeUnknowns{true, true, true}.num_tangent();
 using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStepNumbers, 1>;
 using StepMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostStepNumbers, kMostStepNumbers>;
 
-// From its rows, one after the other.
+// square: the matrix, row-major.
 StepMatrix StepMatrixOf(const std::vector<double>& square) {
   const auto n = static_cast<Eigen::Index>(std::lround(std::sqrt(square.size())));
   return Eigen::Map<const StepMatrix>(square.data(), n, n);
 }
 
-// With its diagonal raised, which keeps apart what looks the same, a turn and a shift say; and 1 where there is none:
-// nothing is known of that number.
+// Multiplies the diagonal by 1 + damping, which separates nearly equivalent unknowns such as a rotation and a shift. A
+// diagonal entry that is not positive becomes 1: the data do not determine that unknown.
 StepMatrix Damped(StepMatrix H) {
   constexpr double kDamping = 1e-3;
   for (Eigen::Index i = 0; i < H.rows(); ++i) H(i, i) = H(i, i) > 0 ? H(i, i) * (1 + kDamping) : 1;
@@ -48,7 +48,8 @@ auto GradientOf(System& system) {
                                                                                                splat::kLensTangent);
 }
 
-// H = [own, coupling^T; coupling, lens] of a view, its own part solvable.
+// The curvature of a view split into its own unknowns and the lens: H = [own, coupling^T; coupling, lens]. The own part
+// is damped, so it can be solved.
 struct SplitSystem {
   StepMatrix own, coupling, lens;
 
@@ -63,7 +64,7 @@ struct SplitSystem {
   }
 };
 
-// Parts of the loss, and of the error.
+// Thresholds: relative decrease of the loss by poses, and of the error by exposures.
 constexpr double kPoseGain = 0.1, kExposureGain = 0.05;
 
 AlignedEvaluation Fit(const SplatModel& model, const Scene& scene, AlignOptions options, bool color) {
@@ -140,13 +141,12 @@ CameraChoice CameraEvidence::Choice() const { return pose >= kPoseGain ? CameraC
 
 std::string CameraEvidence::Words() const {
   return fmt::format(
-      "{} views that were held back lose {:.1f} % of their loss, {:.0f} were asked for, by moving their cameras {:.2f} "
-      "pixels{}",
+      "{} held-out views: their loss falls by {:.1f} % (threshold {:.0f} %) when their cameras move by {:.2f} pixels{}",
       views, 100 * pose, 100 * kPoseGain, pixels,
       exposure < kExposureGain
           ? ""
-          : fmt::format("; and {:.0f} % of the error by exposures, which pose+exposure would find: the "
-                        "photographs seem to differ",
+          : fmt::format("; their error falls by {:.0f} % with fitted exposures: the exposures of the "
+                        "photographs seem to differ, try pose+exposure",
                         100 * exposure));
 }
 

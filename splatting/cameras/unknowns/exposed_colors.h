@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images and pixels of three planes, changed by an exposure (AffineColor), for every memory space.
+// Applies exposures (AffineColor) to images of three planes, in every memory space.
 #pragma once
 
 #include <array>
@@ -11,14 +11,14 @@
 
 namespace vesta::gs {
 
-// A number for each channel.
+// One number per channel.
 template <class S>
 struct Channels {
   static constexpr int kCount = 3;
   S of[kCount];
 };
 
-// By pixel, of an image of three planes: gain value + offset.
+// For pixel i of a planar image: value = gain value + offset.
 template <class S>
 struct ExposePixel {
   Channels<S> gain, offset;
@@ -43,7 +43,8 @@ struct ScalePixel {
   }
 };
 
-// The derivative of gain rendered + offset: d_image, of what is rendered, becomes that of what is shown.
+// The derivative of gain * rendered + offset. d_image holds the change of the rendered image, and receives the change
+// of the exposed image.
 template <class S>
 struct ExposeChange {
   Channels<S> gain, d_gain, d_offset;
@@ -66,7 +67,7 @@ Channels<S> ChannelsOf(const std::array<double, 3>& values) {
   return {{static_cast<S>(values[0]), static_cast<S>(values[1]), static_cast<S>(values[2])}};
 }
 
-// image, in the memory of B, becomes what the exposure makes of it.
+// Applies the exposure to an image in the memory of B, in place.
 template <class B>
 void Expose(const AffineColor& color, typename B::VectorView image) {
   using S = typename B::Scalar;
@@ -75,7 +76,7 @@ void Expose(const AffineColor& color, typename B::VectorView image) {
       plane, kExposureGrain,
       ExposePixel<S>{ChannelsOf<S>(color.gain), ChannelsOf<S>(color.offset), image.data(), plane});
 }
-// image *= factors, channel by channel.
+// image *= factors, per channel.
 template <class B>
 void ScaleChannels(const Channels<typename B::Scalar>& factors, typename B::VectorView image) {
   using S = typename B::Scalar;

@@ -14,7 +14,7 @@ namespace {
 
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
-constexpr int kSimilarity = 7;  // turn, shift, growth
+constexpr int kSimilarity = 7;  // rotation, translation, scale
 using Vector7 = Eigen::Matrix<double, kSimilarity, 1>;
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -26,18 +26,18 @@ Vector3 LogOf(const splat::CameraMotion& motion) {
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
   return turn.angle() * turn.axis();
 }
-// A view's motion in the axes of the world: its turn, and the shift of its centre.
+// The motion of a view in world axes: its rotation, and the shift of its centre.
 struct WorldMotion {
   Vector3 turn, shift;
 };
 WorldMotion InTheWorld(const View& given, const splat::CameraMotion& motion) {
-  // Turned by Q in its own axes, the camera turns by R^T Q^T R in the world.
+  // A rotation Q in camera axes is R^T Q^T R in world axes.
   return {-(RotationOf(given).transpose() * LogOf(motion)), CentreOf(MovedView(given, motion)) - CentreOf(given)};
 }
 Matrix3 RotationBy(const Vector3& turn) {
   return Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
 }
-// The view as it was found, turned in the world and with its centre there.
+// The motion of the view after a rotation `turn` in the world, with its centre at `centre`.
 splat::CameraMotion Placed(const View& given, const splat::CameraMotion& found, const Matrix3& turn,
                            const Vector3& centre) {
   View moved = MovedView(given, found);
@@ -55,15 +55,15 @@ Matrix3 CrossMatrix(const Vector3& v) {
 }  // namespace
 
 void FixCameraGauge(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found) {
-  VESTA_CHECK(given.size() == found->size(), "{} views, but {} that were found", given.size(), found->size());
+  VESTA_CHECK(given.size() == found->size(), "{} given views, but {} found ones", given.size(), found->size());
   if (given.empty()) return;
   const auto views = static_cast<double>(given.size());
   Vector3 middle = Vector3::Zero();
   for (const View* view : given) middle += CentreOf(*view) / views;
 
-  // How much all have grown is told from how far centres stand apart: where they hardly do, as in a panorama, it would
-  // be told from what else moved them.
-  constexpr double kFarApart = 2;  // by their root mean squares
+  // The scale is estimated from the distances between camera centres. If these are small, as in a panorama, the
+  // estimate would depend on other motions instead.
+  constexpr double kFarApart = 2;  // ratio of root mean squares
   std::vector<WorldMotion> motions;
   Vector3 mean_shift = Vector3::Zero();
   for (std::size_t i = 0; i < given.size(); ++i) {
@@ -95,7 +95,7 @@ void FixCameraGauge(const std::vector<const View*>& given, double depth, std::ve
     if (has_grown) rows.col(6) = arm;
     add(rows, motion.shift);
   }
-  // By its pseudo-inverse: a freedom of which nothing is known stays.
+  // The pseudo-inverse leaves undetermined freedoms at zero.
   const Vector7 common = normal.completeOrthogonalDecomposition().solve(right);
   const Vector3 turn = common.head<3>(), shift = common.segment<3>(3);
   if (!common.allFinite() || common[6] <= -1) return;
@@ -154,7 +154,7 @@ std::vector<double> ViewPrior::Jacobian(const ViewUnknowns& view, const FreeUnkn
     return J[static_cast<std::size_t>(row) * side + static_cast<std::size_t>(col)];
   };
   if (free.pose) {
-    // By exp(omega) from the left 2 v moves by w omega + omega x v, and t by omega x t + tau.
+    // Under exp(omega) from the left, 2 v changes by w omega + omega x v, and t by omega x t + tau.
     const double *q = view.motion.quaternion, *t = view.motion.translation;
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;

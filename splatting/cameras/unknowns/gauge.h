@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gauge of cameras and splat, and the prior that fixes it where both are optimised at once.
+// The gauge of cameras and splat, and a prior that fixes it when both are optimised jointly.
 #pragma once
 
 #include <vector>
@@ -9,37 +9,37 @@
 
 namespace vesta::gs {
 
-// What no photograph tells: where the whole of cameras and splat lies, how it is turned, how large it is, and how
-// bright all photographs are; and what an unfinished splat tells wrongly.
+// Functions that fix the gauge: the position, orientation and scale of the whole scene, and the brightness of all
+// photographs. No photograph determines these.
 //
-// Takes out of what was found what all views share: the similarity of the world (7 numbers) that comes nearest to the
-// motions, by least squares of turns, times `depth`, and of centres; and of the exposures, by channel, the affine map
-// whose removal leaves gains with the mean 1 and offsets with the mean 0. So the views lie on the whole where they were
-// given. given: as many, in the same order. depth: of what they see, world units, > 0. Where views leave a freedom
-// undetermined (one view, or all centres in one place, but for how they were moved: the scale) it is not touched.
+// FixCameraGauge removes the similarity (7 numbers) that is common to all camera motions. The similarity is a
+// least-squares fit to the rotations, times `depth`, and to the camera centres. `given` has the views in the same order
+// as `found`. `depth` (> 0, world units) is the depth of the scene in front of the cameras. A freedom that the views do
+// not determine stays unchanged, such as the scale for one view or for coinciding given centres. FixExposureGauge
+// removes, per channel, the common affine map: then the mean gain is 1 and the mean offset 0.
 void FixCameraGauge(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
 void FixExposureGauge(std::vector<ViewUnknowns>* found);
 
-// Takes out the mean turn of all views in their own axes, about their centres. Photographs hardly tell of it where
-// cameras stand in a ring: that all tilt, and the scene sinks, is nearly the same. So the errors of a splat that is not
-// finished go into it, and come out slowly (docs/decisions/mean-camera-rotation.md). The mean of the turns by which
-// cameras are wrong, each by its own, is small.
+// Subtracts the mean rotation of all views, each about its own axes and centre. For cameras in a ring the photographs
+// hardly determine it: when all cameras tilt and the scene sinks, the images stay nearly the same. So it collects the
+// errors of an unfinished splat and loses them slowly (docs/decisions/mean-camera-rotation.md). Independent errors of
+// the given cameras have a small mean.
 void SubtractMeanRotation(std::vector<ViewUnknowns>* found);
 
-// What holds the freedoms that no photograph tells of where cameras, exposures and splats are found at once:
-// a weak pull of each view to where it was given.
+// A weak prior that fixes the gauge when cameras, exposures and splats are optimised jointly: it pulls each view
+// towards its given camera.
 //
-// Adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2) to the cost of a view, for each of its
-// image's values; v: the vector part of the motion's quaternion, so that 2 |v| is the angle while that is small; t: its
-// translation. Only of what is free. It biases what photographs tell little of: by the default, gains of 0.9 to 1.1 of
-// small dark photographs came out up to 0.02 too near to 1, by 1e-4 up to 0.003.
+// For each value of the view's image, the prior adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2)
+// to the cost. Terms of fixed unknowns are left out. v is the vector part of the motion's quaternion (2 |v| is the
+// angle, if small), t the translation. The prior biases weakly determined unknowns. With the default weight, gains of
+// 0.9 to 1.1 of small dark photographs were up to 0.02 too close to 1; with weight 1e-4, up to 0.003.
 struct ViewPrior {
   double weight = 0.01;  // >= 0
-  double depth = 1;      // of what the views see, world units, > 0
+  double depth = 1;      // depth of the scene in front of the views, world units, > 0
 
-  // Residuals, whose squares halved are that, of an image of so many values; free.num_tangent() of them.
+  // Residuals for an image of `values` numbers; half their squared norm is the cost above. free.num_tangent() of them.
   std::vector<double> Residuals(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const;
-  // Their derivative by a step of the view (Plus): square, row by row.
+  // The derivative of the residuals with respect to a step of the view (Plus): square, row-major.
   std::vector<double> Jacobian(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const;
 };
 

@@ -46,7 +46,7 @@ std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnkno
   std::vector<std::pair<const View*, LensChange>> of_cameras;
   for (std::size_t v = 0, trained = 0; v < lenses.size(); ++v) {
     if (!scene.views[v].is_trained()) continue;
-    VESTA_CHECK(trained < found.size(), "{} motions are fewer than the training views", found.size());
+    VESTA_CHECK(trained < found.size(), "{} found views are fewer than the training views", found.size());
     lenses[v] = found[trained++].lens;
     of_cameras.emplace_back(&scene.views[v], lenses[v]);
   }

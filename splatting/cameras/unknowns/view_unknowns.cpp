@@ -99,13 +99,13 @@ ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSp
 
 CameraChanges ChangesOf(const SplatModel& model, const std::vector<const View*>& given,
                         const std::vector<ViewUnknowns>& found, double near) {
-  VESTA_CHECK(given.size() == found.size(), "{} views, {} of which something was found", given.size(), found.size());
+  VESTA_CHECK(given.size() == found.size(), "{} given views, but {} found ones", given.size(), found.size());
   CameraChanges changes;
   std::vector<double> degrees, pixels;
   for (std::size_t i = 0; i < given.size(); ++i) {
     const splat::CameraMotion& motion = found[i].motion;
     degrees.push_back(motion.Angle() * 180 / std::numbers::pi);
-    // Most trainings leave most cameras where they are.
+    // Often most cameras have not moved; skip the projection for these.
     const bool is_still = degrees.back() == 0 && found[i].lens.is_none() &&
                           std::ranges::all_of(motion.translation, [](double t) { return t == 0; });
     pixels.push_back(is_still ? 0 : MedianShift(model, *given[i], AsFound(*given[i], found[i]), near));

@@ -14,11 +14,11 @@
 namespace vesta::gs {
 namespace {
 
-// To zlib's window size: with a header of gzip's.
+// Added to zlib's window size, it selects a gzip header.
 constexpr int kWithGzipHeader = 16;
 constexpr std::size_t kMostComment = 1000;
 
-// zlib counts in 32 bits and takes pointers that are not const.
+// zlib has 32-bit sizes and non-const pointers.
 uInt Counted(std::size_t size) { return static_cast<uInt>(std::min<std::size_t>(size, 1u << 30)); }
 Bytef* Writable(const char* bytes) { return reinterpret_cast<Bytef*>(const_cast<char*>(bytes)); }
 
@@ -31,7 +31,7 @@ ByteReader::ByteReader(std::string path) : path_(std::move(path)), bytes_(ReadFi
 std::string ByteReader::Where() const { return fmt::format("{}: byte {}", path_, item_); }
 
 void ByteReader::FailTruncated(const char* what) const {
-  Fail(kBadFile, "{}: the file of {} bytes ends within {}; it is cut short or damaged, copy or export it again",
+  Fail(kBadFile, "{}: the file of {} bytes ends within {}; it is truncated or damaged, copy or export it again",
        Where(), bytes_.size(), what);
 }
 
@@ -55,10 +55,11 @@ Index ByteReader::ReadCount(Index bytes_each, const char* what) {
   const auto count = Read<std::uint64_t>(what);
   const Index left = static_cast<Index>(bytes_.size()) - position_;
   if (count > static_cast<std::uint64_t>(left / bytes_each)) {
-    Fail(kBadFile,
-         "{}: {} is {}, but the {} bytes left hold {} at most; the file is cut short or damaged, copy or export it "
-         "again",
-         Where(), what, count, left, left / bytes_each);
+    Fail(
+        kBadFile,
+        "{}: {} is {}, but the remaining {} bytes hold {} at most; the file is truncated or damaged, copy or export it "
+        "again",
+        Where(), what, count, left, left / bytes_each);
   }
   return static_cast<Index>(count);
 }
@@ -73,7 +74,7 @@ void ByteReader::ExpectEnd() const {
 struct GzipReader::State {
   z_stream stream{};
   gz_header header{};
-  std::array<char, kMostComment + 1> comment{};  // ends with a zero whatever the file holds
+  std::array<char, kMostComment + 1> comment{};  // always ends with a zero
   bool has_ended = false;
 };
 
@@ -103,7 +104,7 @@ std::size_t GzipReader::Read(char* out, std::size_t size) {
     if (result == Z_MEM_ERROR) throw std::bad_alloc();
     const bool is_stuck = result == Z_BUF_ERROR || (given == 0 && room == stream.avail_out);
     if (!state_->has_ended && (is_stuck || result != Z_OK)) {
-      Fail(kBadFile, "{}: its gzip stream is cut short or damaged; copy or export it again", path_);
+      Fail(kBadFile, "{}: its gzip stream is truncated or damaged; copy or export it again", path_);
     }
   }
   return read;
@@ -118,7 +119,7 @@ std::string Gzip(std::string_view bytes, const std::string& comment) {
     throw std::bad_alloc();
   }
   gz_header header{};
-  header.os = 255;  // unknown: the same bytes on every system
+  header.os = 255;  // unknown, so that the bytes are the same on every system
   header.comment = comment.empty() ? nullptr : Writable(comment.c_str());
   deflateSetHeader(&stream, &header);
   std::string result;
@@ -130,7 +131,7 @@ std::string Gzip(std::string_view bytes, const std::string& comment) {
     stream.next_out = Writable(block.data());
     stream.avail_out = Counted(block.size());
     const uInt given = stream.avail_in;
-    // Room and input are there until the end: nothing else than progress can come of it.
+    // With input and output space left, deflate always makes progress.
     state = deflate(&stream, given == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
     bytes.remove_prefix(given - stream.avail_in);
     result.append(block.data(), block.size() - stream.avail_out);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readers of bytes: of a file in memory, within its bounds, and of gzip; and gzip written.
+// Checked reading of binary files in memory, and reading and writing of gzip.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@
 
 namespace vesta::gs {
 
-// A cursor over a little-endian binary file. Each read is checked against the bytes that are left; errors name the
-// file and the byte offset of the item that is at fault.
+// A cursor over a little-endian binary file. Each read is checked against the remaining bytes. Errors name the file and
+// the byte offset of the bad item.
 class ByteReader {
  public:
   explicit ByteReader(std::string path);
@@ -29,13 +29,13 @@ class ByteReader {
   }
   // Text up to a terminating zero byte.
   std::string ReadText(const char* what);
-  // A 64-bit number of items of at least bytes_each bytes, all of which must still fit into the file: nothing may be
-  // allocated by a count that has not passed here.
+  // A 64-bit number of items of at least bytes_each bytes. Fails unless so many fit into the rest of the file. Memory
+  // must only be allocated for counts that have passed this check.
   Index ReadCount(Index bytes_each, const char* what);
   void Skip(Index count, Index bytes_each, const char* what) { Take(count, bytes_each, what); }
   void ExpectEnd() const;
 
-  // "FILE: byte N", N the offset of the item read last.
+  // "FILE: byte N"; N is the offset of the last item read.
   std::string Where() const;
 
  private:
@@ -48,22 +48,22 @@ class ByteReader {
   Index item_ = 0;
 };
 
-// More than this many times its own length no stream of deflate can become.
+// Maximum compression ratio of deflate.
 inline constexpr int kMostDeflateExpands = 1032;
 
-// Reads as much as it is asked for: what a short file becomes may be long.
+// Decompresses gzip in steps, because a short file can expand to a very long one.
 class GzipReader {
  public:
-  // Of a file whose bytes outlive the reader; path is for messages.
+  // bytes: content of the file, which must outlive the reader; path: for messages.
   GzipReader(std::string path, std::string_view bytes);
   ~GzipReader();
   GzipReader(const GzipReader&) = delete;
   GzipReader& operator=(const GzipReader&) = delete;
 
-  // The next bytes, as many as there are up to `size`. Throws Error, one line with the file, where they are damaged or
-  // cut short.
+  // Reads up to `size` bytes and returns their number. Throws Error, in one line with the file, if the stream is
+  // damaged or truncated.
   std::size_t Read(char* out, std::size_t size);
-  // Of the header, at most 1000 characters; there after the first Read.
+  // The comment in the header, at most 1000 characters. Valid after the first Read.
   std::string comment() const;
 
  private:
@@ -73,7 +73,7 @@ class GzipReader {
   std::unique_ptr<State> state_;
 };
 
-// The bytes compressed by gzip (RFC 1952); the comment has no zero character, and where it is empty there is none.
+// Compresses with gzip (RFC 1952). The comment must not contain a zero character; an empty comment is omitted.
 std::string Gzip(std::string_view bytes, const std::string& comment);
 
 }  // namespace vesta::gs

@@ -31,13 +31,13 @@ Image PlanesOf(const InterleavedImage& source, const std::array<float, 3>& backg
         continue;
       }
       const float alpha = Value<Sample>(bytes, i * samples + colors);
-      // No colour is more than its alpha, whatever a file says.
+      // A premultiplied colour cannot exceed its alpha, but damaged files may contain such colours.
       const float shown = is_straight ? alpha * color : std::min(color, alpha);
       plane[i] = shown + (1.0f - alpha) * background[c];
     }
   }
   if (!has_alpha) return image;
-  // At soft borders colours are mixed with what lies behind.
+  // At soft edges, colours are mixed with the background, so only opaque pixels are used.
   image.mask.resize(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
     image.mask[i] = Value<Sample>(bytes, i * samples + colors) == 1 ? 1 : 0;

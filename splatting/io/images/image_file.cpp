@@ -20,7 +20,7 @@ namespace {
 
 using Decoder = InterleavedImage (*)(const std::string& path, std::string_view bytes, bool size_only);
 
-// By the first bytes of the file; nullptr where none reads it.
+// Chosen by the first bytes of the file; nullptr if unknown.
 Decoder DecoderOf(std::string_view bytes) {
   using namespace std::string_view_literals;
   if (bytes.starts_with("\xff\xd8\xff")) return DecodeJpeg;
@@ -41,7 +41,7 @@ InterleavedImage Decode(const std::string& path, bool size_only) {
   return decoder(path, bytes, size_only);
 }
 
-// By libpng, whose errors leave by longjmp: the function that may fail holds no object with a destructor.
+// libpng reports errors with longjmp, so Encode holds no object with a destructor.
 class Encoder {
  public:
   Encoder() {
@@ -89,7 +89,7 @@ class Encoder {
   char message_[256] = "out of memory";
 };
 
-// Numbers of 2 or 4 bytes in one of the two byte orders; 0 beyond the end.
+// Reads numbers of 2 or 4 bytes in either byte order; 0 beyond the end.
 struct Bytes {
   std::string_view bytes;
   bool big_endian = true;
@@ -105,7 +105,7 @@ struct Bytes {
   }
 };
 
-// The first directory of a TIFF header.
+// From the first directory of a TIFF header.
 int OrientationOf(std::string_view tiff) {
   constexpr std::size_t kEntry = 12, kValue = 8;
   constexpr std::uint32_t kOrientation = 274, kShort = 3;
@@ -134,12 +134,12 @@ ImageSize ReadImageSize(const std::string& path) { return Decode(path, true).siz
 
 void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size) {
   constexpr double kMaxPixels = 1 << 28;
-  // Deflate packs at most 1032 bytes into one, so 8256 black and white pixels; a JPEG needs more.
+  // Deflate compresses at most 1032 bytes into one, which is 8256 black-and-white pixels. JPEG compresses less.
   constexpr double kMaxPixelsPerByte = 8320;
   const double pixels = size.pixels();
   if (size.width <= 0 || size.height <= 0) FailDamagedImage(path, "it has no pixels");
   if (pixels > kMaxPixels) {
-    Fail(kUnsupported, "{}: {} x {} pixels are more than the 268 million that are read; downscale it", path, size.width,
+    Fail(kUnsupported, "{}: {} x {} pixels exceed the limit of 268 million; downscale it", path, size.width,
          size.height);
   }
   if (pixels > kMaxPixelsPerByte * static_cast<double>(num_bytes)) {
@@ -148,11 +148,11 @@ void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize si
 }
 
 void FailDamagedImage(const std::string& path, const char* message) {
-  Fail(kBadFile, "{}: cut short or damaged ({}); copy or export it again", path, message);
+  Fail(kBadFile, "{}: truncated or damaged ({}); copy or export it again", path, message);
 }
 
 void SavePng(const std::string& path, const Image& image) {
-  VESTA_CHECK(image.width > 0 && image.height > 0, "{}: an image without pixels", path);
+  VESTA_CHECK(image.width > 0 && image.height > 0, "{}: image without pixels", path);
   const std::vector<std::uint8_t> interleaved = InterleavedBytes(image);
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
@@ -203,7 +203,7 @@ int ExifOrientation(std::string_view jpeg) {
 Image TurnedUpright(const Image& image, int orientation) {
   constexpr int kFirstSwapped = 5;
   if (orientation < kFirstSwapped) return image;
-  // The pixel of the result at (x, y) is in row x or its opposite, and in column y or its opposite.
+  // Pixel (x, y) of the result is in row x or its opposite, and in column y or its opposite.
   const bool from_bottom = orientation == 6 || orientation == 7, from_right = orientation == 7 || orientation == 8;
   Image upright(image.height, image.width);
   for (int c = 0; c < 3; ++c) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JPEG by libjpeg, whose errors leave by longjmp: each function that may fail holds no object with a destructor.
+// JPEG with libjpeg. It reports errors with longjmp, so functions that can fail hold no object with a destructor.
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
@@ -18,13 +18,13 @@ namespace vesta::gs {
 
 namespace {
 
-// Where a function that calls the library comes back to after an error, by setjmp(jump), and why.
+// libjpeg's error handler: stores the message and returns to setjmp(jump).
 struct JpegErrors {
-  jpeg_error_mgr manager;  // first, so that the library's pointer is ours
+  jpeg_error_mgr manager;  // first, so that libjpeg's pointer to it also points to JpegErrors
   std::jmp_buf jump;
   char message[JMSG_LENGTH_MAX];
 
-  // What jpeg_std_error fills in, but for errors that come back.
+  // The handler of jpeg_std_error, except that errors return.
   jpeg_error_mgr* Use() {
     jpeg_error_mgr* used = jpeg_std_error(&manager);
     used->error_exit = Leave;
@@ -37,7 +37,7 @@ struct JpegErrors {
   }
 };
 
-// libjpeg merely warns of lost data and fills the rest with grey: for training that is an error.
+// libjpeg only warns of lost data and fills the image with grey, but training needs complete images.
 void OnMessage(j_common_ptr info, int level) {
   if (level >= 0) return;
   switch (info->err->msg_code) {
@@ -148,7 +148,7 @@ InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, boo
 }
 
 std::string EncodeJpeg(const Image& image, int quality) {
-  VESTA_CHECK(image.width > 0 && image.height > 0, "an image without pixels cannot be a JPEG");
+  VESTA_CHECK(image.width > 0 && image.height > 0, "image without pixels cannot be written as JPEG");
   const std::vector<std::uint8_t> rgb = InterleavedBytes(image);
   Encoder encoder;
   if (!encoder.Encode(rgb.data(), image.width, image.height, quality)) {

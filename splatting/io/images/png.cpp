@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG by libpng. Its errors leave by longjmp, so each stage that may fail is a function of its own that holds no
-// object with a destructor.
+// PNG with libpng. It reports errors with longjmp, so each step that can fail is a function without objects that have
+// destructors.
 #include <png.h>
 
 #include <bit>
@@ -25,7 +25,7 @@ class Decoder {
   Decoder(const Decoder&) = delete;
   Decoder& operator=(const Decoder&) = delete;
 
-  // Afterwards pixels are RGB or RGBA, 8 or 16 bits a channel.
+  // Sets up pixels as RGB or RGBA with 8 or 16 bits per channel.
   bool ReadHeader() {
     if (info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TIFF in, by libtiff.
+// Reads TIFF with libtiff.
 #include <tiffio.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 namespace vesta::gs {
 namespace {
 
-// The file's bytes as libtiff reads them, and the first thing that it complains of.
+// The bytes of the file for libtiff, and libtiff's first error message.
 struct Source {
   std::string_view bytes;
   std::size_t at = 0;
@@ -25,7 +25,7 @@ struct Source {
   static Source& Of(void* handle) { return *static_cast<Source*>(handle); }
   static tmsize_t Read(thandle_t handle, void* out, tmsize_t size) {
     Source& source = Of(handle);
-    // Beyond the end there is nothing. (Not -1: libtiff 4.5 takes that for a count, and writes before its buffer.)
+    // At the end, returns 0. (Not -1: libtiff 4.5 takes it for a count, and writes before its buffer.)
     if (size < 0 || source.at > source.bytes.size()) return 0;
     const std::size_t given = std::min(static_cast<std::size_t>(size), source.bytes.size() - source.at);
     if (given > 0) std::memcpy(out, source.bytes.data() + source.at, given);
@@ -50,7 +50,7 @@ struct Source {
 
 using Tiff = std::unique_ptr<TIFF, void (*)(TIFF*)>;
 
-// A hostile file asks for no more than this at once, in its tags or its pixels.
+// Limit for one allocation, against damaged tags and sizes.
 constexpr tmsize_t kMostBytes = 1 << 30;
 
 Tiff Open(Source* source) {
@@ -59,7 +59,7 @@ Tiff Open(Source* source) {
   TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), kMostBytes);
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), Source::OnError, source);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), Source::OnWarning, source);
-  // m: not mapped into memory, where it lies already.
+  // m: no memory mapping, since the file is already in memory.
   return {TIFFClientOpenExt("", "rm", source, Source::Read, Source::Write, Source::Seek, Source::Close, Source::Size,
                             nullptr, nullptr, options.get()),
           TIFFClose};
@@ -81,9 +81,9 @@ Alpha AlphaOf(TIFF* tiff) {
   return kinds[0] == EXTRASAMPLE_UNASSALPHA ? Alpha::kStraight : Alpha::kNone;
 }
 
-// Without pixels; none where samples are of another kind.
+// The kind of the samples, without pixels; nullopt if unsupported.
 std::optional<InterleavedImage> KindOf(TIFF* tiff) {
-  // As which JPEG within a TIFF is decoded.
+  // JPEG in a TIFF is decoded to RGB.
   if (Tag<std::uint16_t>(tiff, TIFFTAG_COMPRESSION) == COMPRESSION_JPEG) {
     TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
   }
@@ -105,13 +105,13 @@ std::optional<InterleavedImage> KindOf(TIFF* tiff) {
   return image;
 }
 
-// A part of the image as the file has it: a tile, or a row of a strip.
+// A part of the image in the file: a tile, or one row.
 struct Block {
   ImageSize size;
   bool is_tile = false;
 };
 
-// Reads block by block, where planes are separate plane by plane. False where the file does not have them all.
+// Reads the image block by block, and plane by plane if planes are separate. Returns false if a block is missing.
 bool ReadPixels(TIFF* tiff, const Block& block, InterleavedImage* image) {
   const bool is_separate = Tag<std::uint16_t>(tiff, TIFFTAG_PLANARCONFIG) == PLANARCONFIG_SEPARATE;
   const std::size_t planes = is_separate ? image->samples : 1;
@@ -152,10 +152,10 @@ InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, boo
   Source source{bytes};
   const Tiff tiff = Open(&source);
   const auto fail = [&] {
-    FailDamagedImage(path, source.message[0] != 0 ? source.message : "its pixels are not whole");
+    FailDamagedImage(path, source.message[0] != 0 ? source.message : "its pixel data is incomplete");
   };
   if (tiff == nullptr) fail();
-  // Of 32 bits; whatever is beyond an int is refused as without pixels.
+  // Sides above the range of int become negative and are then rejected.
   const auto size_of = [&](ttag_t width, ttag_t height) {
     return ImageSize{static_cast<int>(Tag<std::uint32_t>(tiff.get(), width)),
                      static_cast<int>(Tag<std::uint32_t>(tiff.get(), height))};
@@ -174,7 +174,8 @@ InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, boo
     CheckImageSize(path, bytes.size(), part);
     const double all = static_cast<double>(part.width) * part.height * static_cast<double>(image->samples) *
                        static_cast<double>(image->sample_bytes);
-    if (all > static_cast<double>(kMostBytes)) Fail(kUnsupported, "{}: its pixels take over 1 GiB; downscale it", path);
+    if (all > static_cast<double>(kMostBytes))
+      Fail(kUnsupported, "{}: its pixels need more than 1 GiB; downscale it", path);
   };
   check_bytes(size);
   if (size_only) return *std::move(image);

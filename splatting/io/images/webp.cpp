@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// WebP in, by libwebp.
+// Reads WebP with libwebp.
 #include <webp/decode.h>
 
 #include <limits>
@@ -13,12 +13,11 @@ InterleavedImage DecodeWebp(const std::string& path, std::string_view bytes, boo
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   WebPBitstreamFeatures features;
   if (WebPGetFeatures(data, bytes.size(), &features) != VP8_STATUS_OK)
-    FailDamagedImage(path, "its header is not whole");
-  if (features.has_animation != 0)
-    Fail(kUnsupported, "{}: an animated WebP; save the frame that is meant as an image", path);
+    FailDamagedImage(path, "its header is incomplete");
+  if (features.has_animation != 0) Fail(kUnsupported, "{}: an animated WebP; save one frame as an image", path);
   InterleavedImage image;
   image.size = {features.width, features.height};
-  // Of any length: a hundred bytes may be megapixels of one colour.
+  // Without the check of the file size: a hundred bytes can be megapixels of one colour.
   CheckImageSize(path, std::numeric_limits<std::size_t>::max(), image.size);
   if (size_only) return image;
 

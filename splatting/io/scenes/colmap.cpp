@@ -33,7 +33,7 @@ std::array<double, 4> Normalized(std::array<double, 4> q) {
   return q;
 }
 
-// Checks that concern several records.
+// Checks that involve several records.
 void CheckModel(const ColmapModel& model, const std::string& folder) {
   if (model.cameras.empty()) Fail(kBadFile, "{}: the model has no cameras; run colmap's mapper again", folder);
   if (model.images.empty()) Fail(kBadFile, "{}: the model has no images; run colmap's mapper again", folder);
@@ -67,7 +67,7 @@ std::vector<std::string> ModelFiles(const std::string& folder) {
   return files;
 }
 
-// " of 12 images", by the count that a binary file begins with; empty where there is none.
+// " of 12 images", from the count at the start of a binary file; empty if the count cannot be read.
 std::string OfImages(const std::string& folder) {
   std::ifstream file(folder + "/images.bin", std::ios::binary);
   std::uint64_t count = 0;
@@ -76,7 +76,7 @@ std::string OfImages(const std::string& folder) {
   return file && count <= kMost ? fmt::format(" of {} images", count) : std::string();
 }
 
-// A mapper that cannot join all images writes several models, and the first need not be the largest.
+// If COLMAP's mapper cannot join all images, it writes several models, and the first need not be the largest.
 void NoteOtherModels(const std::string& folder, Scene* scene) {
   std::vector<std::string> others;
   std::error_code ignored;
@@ -88,19 +88,19 @@ void NoteOtherModels(const std::string& folder, Scene* scene) {
   }
   std::sort(others.begin(), others.end());
   for (const std::string& other : others) {
-    scene->notes.push_back(fmt::format("the model in {}{} is passed over; read is that in {}{}", other, OfImages(other),
-                                       folder, OfImages(folder)));
+    scene->notes.push_back(fmt::format("the model in {}{} is ignored; the model in {}{} is used", other,
+                                       OfImages(other), folder, OfImages(folder)));
   }
 }
 
-// The model that has all that the lens has.
+// A COLMAP camera model with all parameters of the lens.
 ColmapCameraModel ModelOf(const BentCamera& bent) {
   if (bent.distortion.is_fisheye) return ColmapCameraModel::kOpenCvFisheye;
   if (!bent.distortion.is_none()) return ColmapCameraModel::kFullOpenCv;
   return bent.camera.lens.fx == bent.camera.lens.fy ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole;
 }
 
-// The id of the camera, which is added where there is no such one.
+// The id of this camera; adds the camera if it is new.
 std::uint32_t IdOf(const BentCamera& bent, std::vector<ColmapCamera>* cameras) {
   const auto same = std::ranges::find_if(*cameras, [&](const ColmapCamera& other) {
     return BentCamera{other.camera, other.distortion} == bent;
@@ -132,7 +132,7 @@ void CheckColmapCamera(const ColmapCamera& record, const std::string& where) {
 }
 
 void CheckColmapImage(const ColmapImage& image, const std::string& where) {
-  constexpr std::size_t kLongestName = 4096;  // the system's limit on paths
+  constexpr std::size_t kLongestName = 4096;  // the system's limit on path lengths
   if (image.name.empty() || image.name.size() > kLongestName ||
       std::any_of(image.name.begin(), image.name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
     Fail(kBadFile, "{}: image {} has no readable name; the file is damaged, copy or export it again", where, image.id);
@@ -143,7 +143,7 @@ void CheckColmapImage(const ColmapImage& image, const std::string& where) {
   const auto& q = image.rotation;
   const double size = std::abs(q[0]) + std::abs(q[1]) + std::abs(q[2]) + std::abs(q[3]);
   if (!(size > 1e-6) || !std::isfinite(size)) {
-    Fail(kBadFile, "{}: the rotation of image {} is not a quaternion with a direction; remove the image from the model",
+    Fail(kBadFile, "{}: the rotation of image {} is a quaternion of length zero; remove the image from the model",
          where, image.name);
   }
 }
@@ -160,7 +160,7 @@ void FailCameraModel(const std::string& folder, const std::string& where, const 
   fs::path scene = fs::path(folder).parent_path();
   if (scene.filename() == "sparse") scene = scene.parent_path();
   Fail(kUnsupported,
-       "{}: the camera model {} is not read; undistort with: colmap image_undistorter --image_path {}/images "
+       "{}: the camera model {} is not supported; undistort with: colmap image_undistorter --image_path {}/images "
        "--input_path {} --output_path {}_undistorted",
        where, model, scene.string(), folder, scene.string());
 }
@@ -224,8 +224,9 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   SortAndSplit(&scene.views);
   if (points.positions.empty()) {
     points = PointsInViews(scene.views, random);
-    scene.notes.push_back(fmt::format(
-        "the model in {} has no points: {} random ones within the cameras' views stand in", folder, random.count));
+    scene.notes.push_back(
+        fmt::format("the model in {} has no points: {} random points in the cameras' views are used instead", folder,
+                    random.count));
   }
   PlaceInScene(points, &scene);
   return scene;
@@ -239,7 +240,7 @@ ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views) {
                       .camera_id = IdOf(view.bent.value_or(BentCamera{view.camera, {}}), &model.cameras),
                       .name = view.name};
     QuaternionFromRotation(view.rotation.data(), image.rotation.data());
-    // t = R x + T of the scene's frame is R (x_world - origin) + T.
+    // From R x + T in the scene's frame to R (x_world - origin) + T.
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) image.translation[i] -= view.rotation[3 * i + j] * scene.origin[j];
     }

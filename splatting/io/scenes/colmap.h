@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// COLMAP sparse models, binary and text, read and written. Format: COLMAP's documentation, "Output Format".
+// Reads and writes COLMAP sparse models, binary and text. Format: COLMAP's documentation, "Output Format".
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace vesta::gs {
 
-// Those of COLMAP's models that are read, by its numbers.
+// The supported COLMAP camera models, with COLMAP's numbers.
 enum class ColmapCameraModel : std::int32_t {
   kSimplePinhole = 0,
   kPinhole = 1,
@@ -28,8 +28,8 @@ enum class ColmapCameraModel : std::int32_t {
 struct ColmapCamera {
   std::uint32_t id = 0;
   ColmapCameraModel model = ColmapCameraModel::kPinhole;
-  Camera camera;               // fx == fy where the model has one focal length
-  Distortion distortion = {};  // zeros where the model has no such coefficient
+  Camera camera;               // fx == fy if the model has one focal length
+  Distortion distortion = {};  // zeros for coefficients that the model lacks
 };
 
 struct ColmapImage {
@@ -47,7 +47,8 @@ struct ColmapPoint {
   double error = 0;  // mean reprojection error in pixels
 };
 
-// The image observations of points (2-D points and tracks) are skipped when reading and left empty when writing.
+// A COLMAP model without image observations (2D points and tracks), which are skipped on reading and left empty on
+// writing.
 struct ColmapModel {
   std::vector<ColmapCamera> cameras;
   std::vector<ColmapImage> images;
@@ -56,27 +57,27 @@ struct ColmapModel {
 
 enum class ColmapFormat { kBinary, kText };
 
-// Reads cameras, images and points3D (.bin, or .txt where there is no cameras.bin) of the folder. Everything returned
-// is checked: positive finite sizes and focal lengths, finite distortion, poses and points, quaternions not zero,
-// unique image names and camera ids, known camera ids, at least one image. Otherwise throws Error, one
-// line with the file, the byte (or line) and what to do; for a camera model that is not read (FOV, THIN_PRISM_FISHEYE)
-// that is the colmap command that undistorts.
+// Reads cameras, images and points3D of the folder: .bin, or .txt without a cameras.bin. The result is checked: sizes
+// and focal lengths are positive and finite; distortion, poses and points are finite; quaternions are not zero; image
+// names and camera ids are unique; camera ids exist; at least one image. Otherwise throws Error, in one line with the
+// file, the byte (or line) and what to do. For an unsupported camera model (FOV, THIN_PRISM_FISHEYE), it names the
+// colmap command that undistorts.
 ColmapModel ReadColmapModel(const std::string& folder);
 
-// Writes the three files, each whole or not at all, creating the folder. Numbers survive exactly in both formats.
+// Creates the folder and writes the three files, each completely or not at all. Both formats preserve numbers exactly.
 void WriteColmapModel(const ColmapModel& model, const std::string& folder, ColmapFormat format);
 
-// The folder with the model of a scene: SCENE/sparse/0 or SCENE/sparse; empty where there is neither.
+// The folder with the model of a scene: SCENE/sparse/0 or SCENE/sparse; empty if neither exists.
 std::string FindColmapModel(const std::string& scene_folder);
 
-// Views with normalised rotations, sorted and split, without pixels; image files lie in SCENE/image_folder. Of a model
-// without points those of PointsInViews, and a note.
+// Views with normalised rotations, sorted and split, without pixels. Image files are in SCENE/image_folder. A model
+// without points gets random points (PointsInViews) and a note.
 Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder,
                       const RandomPoints& random = {});
 
-// The scene as a COLMAP model. views: of the scene, wherever their cameras stand now, in the scene's frame. The model
-// is in the world of the scene's files, with its points; one camera for each different one, of photographs that were
-// undistorted that of their files.
+// Converts the scene to a COLMAP model. views: the views of the scene with their present cameras, in the scene's frame.
+// The model is in the coordinates of the scene's files and has the scene's points. Equal cameras are stored once. For
+// undistorted photographs, the camera is the original one with distortion.
 ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views);
 
 }  // namespace vesta::gs

@@ -37,7 +37,7 @@ const CameraModelInfo* FindWhere(const Is& is) {
   return found == Models().end() ? nullptr : &*found;
 }
 
-// Sizes beyond int become negative and are refused by CheckColmapCamera.
+// Sizes above the range of int become negative and are rejected by CheckColmapCamera.
 int ImageSide(std::uint64_t value) { return value <= std::numeric_limits<int>::max() ? static_cast<int>(value) : -1; }
 
 std::vector<ColmapCamera> ReadBinaryCameras(const std::string& folder) {
@@ -107,7 +107,7 @@ class LineReader {
     ++number_;
     return true;
   }
-  // Moves to the next line that holds data: neither blank nor a comment.
+  // Moves to the next line with data, skipping blank lines and comments.
   bool NextRecord() {
     while (NextLine()) {
       std::string_view words = line_;
@@ -126,7 +126,7 @@ class LineReader {
     if (!ParseNumber(Word(what), &value)) FailWord(what);
     return value;
   }
-  // A whole number within the range of T.
+  // A non-negative integer in the range of T.
   template <std::integral T>
   T Whole(const char* what) {
     Index value = 0;
@@ -136,13 +136,13 @@ class LineReader {
     }
     return static_cast<T>(value);
   }
-  // What is left of the line, without the white space around it.
+  // The rest of the line, without surrounding white space.
   std::string Rest() { return std::string(Trimmed(line_)); }
   std::string Where() const { return fmt::format("{}: line {}", path_, number_); }
 
  private:
   [[noreturn]] void FailWord(const char* what) const {
-    Fail(kBadFile, "{}: {} is not a number that can be used; export the model again", Where(), what);
+    Fail(kBadFile, "{}: {} is not a valid number; export the model again", Where(), what);
   }
 
   std::string path_;
@@ -182,7 +182,7 @@ std::vector<ColmapImage> ReadTextImages(const std::string& folder) {
     image.name = in.Rest();
     CheckColmapImage(image, in.Where());
     images.push_back(std::move(image));
-    in.NextLine();  // The image's 2-D points; blank where it has none.
+    in.NextLine();  // the image's 2D points; may be blank
   }
   return images;
 }

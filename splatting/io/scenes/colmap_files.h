@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pieces that COLMAP's two formats share, and its camera models. Internal to the reader.
+// Parts shared by COLMAP's two formats, and its camera models. Internal to the reader.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace vesta::gs {
 
-// What the parameters of COLMAP's camera models are, in their order in both formats. Source: COLMAP,
-// src/colmap/sensor/models.h. Internal to the reader.
+// Parameters of COLMAP's camera models. Both formats store them in the same order. Source: COLMAP,
+// src/colmap/sensor/models.h.
 enum class CameraParameter { kFocal, kFx, kFy, kCx, kCy, kK1, kK2, kK3, kK4, kK5, kK6, kP1, kP2 };
 
 struct CameraModelInfo {
@@ -23,25 +23,26 @@ struct CameraModelInfo {
   std::vector<CameraParameter> parameters;
 };
 
-// Null where the model is not read.
+// Null if the model is not supported.
 const CameraModelInfo* FindCameraModel(std::int32_t number);
 const CameraModelInfo* FindCameraModel(std::string_view name);
-// Of one that is read.
+// The model must be supported.
 const CameraModelInfo& InfoOf(ColmapCameraModel model);
 
-// "SIMPLE_RADIAL", also of models that are not read; the number of those that COLMAP's documentation does not name.
+// For example "SIMPLE_RADIAL"; also for unsupported models. Models that COLMAP's documentation does not name give their
+// number.
 std::string CameraModelName(std::int32_t number);
 
-// Gives the camera the model, and each of its parameters what read(what it is) returns, in order.
+// Sets the model of the camera, and each parameter to read(description), in order.
 template <class Read>
 void ReadParameters(const CameraModelInfo& info, const Read& read, ColmapCamera* record);
-// Calls write(value) for each of them.
+// Calls write(value) for each parameter, in order.
 template <class Write>
 void WriteParameters(const ColmapCamera& record, const Write& write);
 
-// The place of a parameter; of kFocal that of fx.
+// The variable of a parameter; kFocal gives fx.
 double& ParameterOf(ColmapCamera& record, CameraParameter parameter);
-// For messages: "the camera's focal length".
+// A description for messages, such as "the camera's focal length".
 const char* WhatIs(CameraParameter parameter);
 
 template <class Read>
@@ -66,12 +67,12 @@ ColmapModel ReadColmapText(const std::string& folder);
 void WriteColmapBinary(const ColmapModel& model, const std::string& folder);
 void WriteColmapText(const ColmapModel& model, const std::string& folder);
 
-// Each throws Error where the record cannot be used. `where` is the record's place, "FILE: byte N" or "FILE: line N".
+// Each throws Error if the record is invalid. where: "FILE: byte N" or "FILE: line N".
 void CheckColmapCamera(const ColmapCamera& camera, const std::string& where);
 void CheckColmapImage(const ColmapImage& image, const std::string& where);
 void CheckColmapPoint(const ColmapPoint& point, const std::string& where);
 
-// Refuses a camera model that is not read; names the command that undistorts.
+// Rejects an unsupported camera model; the message has the command that undistorts.
 [[noreturn]] void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model);
 
 }  // namespace vesta::gs

@@ -23,7 +23,7 @@ void ChooseListed(const std::string& path, std::vector<View>* views) {
     if (name.empty() || name.front() == '#') continue;
     const auto view = std::find_if(views->begin(), views->end(), [&](const View& v) { return v.name == name; });
     if (view == views->end()) {
-      Fail(kNotFound, "{}: line {}: the scene has no photograph {}; write names as its model does, {} for one", path,
+      Fail(kNotFound, "{}: line {}: the scene has no photograph {}; write names as in the model, for example {}", path,
            number, Printable(name), Printable(views->front().name));
     }
     view->role = ViewRole::kTest;
@@ -37,7 +37,7 @@ Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
     Fail(kBadArgument, "--images={}: not a folder within the scene; move the photographs there", Printable(images));
   }
   if (images != LoadSceneOptions().image_folder && !FolderExists(path + "/" + images)) {
-    Fail(kNotFound, "{}/{}: no such folder; --images names the one that has the photographs", path, images);
+    Fail(kNotFound, "{}/{}: no such folder; set --images to the folder with the photographs", path, images);
   }
   if (!FindColmapModel(path).empty()) return ReadColmapScene(path, images, options.random_points);
   if (IsNerfScene(path)) return ReadNerfScene(path, options.random_points, images, options.allow_missing);
@@ -56,8 +56,7 @@ void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
          "{}: no such image, but the model in {} names it ({} of {} images are missing); add it, remove it from the "
          "model{}",
          first->image_path, path, missing, all,
-         missing == all ? ", or name the folder that they are in by --images"
-                        : ", or leave out what is missing by --allow_missing");
+         missing == all ? ", or set --images to their folder" : ", or skip missing images with --allow_missing");
   }
   std::erase_if(views, is_missing);
   scene->notes.push_back(
@@ -68,9 +67,9 @@ void NoteDistortion(Scene* scene) {
   const auto distorted =
       std::ranges::count_if(scene->views, [](const View& view) { return !view.distortion.is_none(); });
   if (distorted == 0) return;
-  scene->notes.push_back(fmt::format(
-      "{} of {} photographs are undistorted on loading: trained on and measured is what pinholes see of them",
-      distorted, scene->views.size()));
+  scene->notes.push_back(
+      fmt::format("{} of {} photographs are undistorted on loading; training and metrics use the undistorted images",
+                  distorted, scene->views.size()));
 }
 
 }  // namespace
@@ -83,7 +82,7 @@ void ChooseTestViews(const TestViews& choice, std::vector<View>* views) {
 
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   const ScopedPhase phase("load scene");
-  VESTA_CHECK(splat::IsValidEps2d(options.eps2d), "a low-pass filter of {} pixels^2", options.eps2d);
+  VESTA_CHECK(splat::IsValidEps2d(options.eps2d), "eps2d of {} pixels^2", options.eps2d);
   Scene scene = ReadModel(path, options);
   const std::size_t named = scene.views.size();
   ChooseTestViews(options.test_views, &scene.views);
@@ -91,14 +90,14 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   LeaveOutMissing(path, options.allow_missing, &scene);
   const bool chosen = options.test_views.every || !options.test_views.list.empty();
   if (std::ranges::all_of(scene.views, [](const View& view) { return view.is_test(); })) {
-    Fail(kBadArgument, "{}: no view is left to train on, as {} for testing; add images, or choose by --test_every",
-         path, chosen ? "all are" : "every 8th from the first is");
+    Fail(kBadArgument, "{}: no training view is left, since {} for testing; add images, or set --test_every", path,
+         chosen ? "all are" : "every 8th from the first is");
   }
   if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
   FindMasks(path, &scene);
   NoteDistortion(&scene);
-  // Those of NeRF scenes are rendered over nothing, and trained over the background.
+  // Images of NeRF scenes have no background; they are composited over the training background.
   const bool alpha_is_mask = !FindColmapModel(path).empty();
   LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes, &scene);
   for (View& view : scene.views) view.camera.eps2d = options.eps2d;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a scene folder to what training needs.
+// Loads the data for training from a scene folder.
 #pragma once
 
 #include <array>
@@ -14,44 +14,44 @@
 
 namespace vesta::gs {
 
-// Which views of a scene are for testing. At most one of the two; neither leaves what the scene's reader has chosen.
+// Selects the test views. Set at most one of the two. With neither, the scene's reader decides.
 struct TestViews {
-  std::optional<int> every;  // each of so many by name, the first among them; 0: none
-  std::string list;          // a file with a name in each line, as the model has it; empty lines and # are passed over
+  std::optional<int> every;  // every so many views by name, starting with the first; 0: none
+  std::string list;  // file with one image name per line, as in the model; empty lines and lines with # are ignored
 };
 
-// Sets the roles of the views, which are sorted by name. Throws Error, one line with the file and the line, for a name
-// that no view has.
+// Sets the roles of the views, which must be sorted by name. Throws Error, in one line with the file and the line, for
+// an unknown name.
 void ChooseTestViews(const TestViews& choice, std::vector<View>* views);
 
 struct LoadSceneOptions {
-  int downscale = 1;                         // see DownscaledSize; cameras follow
+  int downscale = 1;                         // see DownscaledSize; cameras are scaled too
   std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
-  std::string image_folder = "images";       // within the scene; images_4 and the like rescale the cameras
-  bool allow_missing = false;                // leave out views whose image is missing
-  TestViews test_views;                      // else every 8th by name, or as a NeRF scene has its own
-  // Of decoded photographs; where they take more they are decoded when they are looked at (photograph_store.h).
+  std::string image_folder = "images";       // within the scene; other sizes, as in images_4, rescale the cameras
+  bool allow_missing = false;                // skip views whose image is missing
+  TestViews test_views;                      // default: every 8th by name, or as defined in a NeRF scene
+  // Memory for decoded photographs. If they need more, they are decoded on demand (photograph_store.h).
   double photographs_bytes = std::numeric_limits<double>::infinity();
   RandomPoints random_points;    // for scenes without points
-  double eps2d = splat::kEps2d;  // of the cameras (Camera::eps2d)
-  bool hold_out = false;         // keep some training views back (HoldOut)
+  double eps2d = splat::kEps2d;  // Camera::eps2d of the cameras
+  bool hold_out = false;         // hold out some training views (HoldOut)
 };
 
-// Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and
-// decodes all images in parallel. An image whose size differs from its camera's rescales the camera, provided that
-// the aspect ratio agrees to within a pixel; where that of the image turned as its EXIF says does, it is turned.
-// Photographs of distorting lenses are undistorted (undistort.h), then downscaled; their views are pinholes. Pixels
-// that a mask leaves out (photographs.h) take no part, nor does what is not opaque in the images of a COLMAP scene;
-// those of a NeRF scene are composited over the background, all of which counts. A pixel takes 12 bytes. Each
-// photograph is decoded once whether it stays in memory or not (photographs.h). Scene::notes say what of the folder is
-// passed over (COLMAP models beside the one that is read), how many photographs have a mask, were missing, and were
-// undistorted. Throws Error, one line that names the file and what to do, for whatever cannot be used: folder or image
-// missing, no image file, another aspect ratio, a mask that leaves nothing, a distortion of which a pinhole would see
-// hardly anything, a broken model, no view left to train on.
+// Detects the kind of scene in `path`, reads it, and decodes all images in parallel. COLMAP scenes have sparse/0 or
+// sparse; NeRF scenes have transforms.json or transforms_train.json.
+// If the size of an image differs from its camera, the camera is rescaled. The aspect ratios must agree to within a
+// pixel; if they agree after the rotation in the EXIF orientation, the image is rotated. Photographs of lenses with
+// distortion are undistorted (undistort.h), so that their views have pinhole cameras, and then downscaled.
+// Pixels excluded by a mask (photographs.h) are ignored. In COLMAP scenes, so are pixels that are not opaque. Images of
+// NeRF scenes are composited over the background, and all their pixels count. A pixel takes 12 bytes. Photographs
+// beyond photographs_bytes are decoded on demand (photographs.h).
+// Scene::notes report ignored COLMAP models and the numbers of masked, missing and undistorted photographs. Throws
+// Error, in one line with the file and what to do, for everything that cannot be used: missing folder or image,
+// unreadable image, wrong aspect ratio, mask without a pixel to use, too strong distortion, damaged model, no training
+// views.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
 
-// Whether a name, as from `folder` within the scene, leads out of the scene: what others have written must not be a way
-// to files elsewhere.
+// Whether a name relative to `folder` leads out of the scene. Scenes from others must not access files elsewhere.
 inline bool LeavesScene(const std::string& folder, const std::string& name) {
   const std::filesystem::path path = (std::filesystem::path(folder) / name).lexically_normal();
   return path.is_absolute() || (!path.empty() && *path.begin() == "..");

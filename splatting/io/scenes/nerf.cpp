@@ -22,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-// A value of a frame, or of the whole file where the frame has none.
+// Values of a frame; values that it lacks come from the top level of the file.
 class FrameValues {
  public:
   FrameValues(const json& frame, const json& top, std::string where)
@@ -45,7 +45,7 @@ class FrameValues {
   std::string Text(const char* key, const std::string& fallback) const {
     const json* value = Find(key);
     if (value == nullptr) return fallback;
-    if (!value->is_string()) Fail(kBadFile, "{}: {} is not a text", where_, key);
+    if (!value->is_string()) Fail(kBadFile, "{}: {} is not a string", where_, key);
     return value->get<std::string>();
   }
   const std::string& where() const { return where_; }
@@ -61,14 +61,15 @@ bool IsFisheye(const FrameValues& values) {
   if (flag != nullptr && !flag->is_boolean())
     Fail(kBadFile, "{}: is_fisheye is neither true nor false", values.where());
   const std::string model = values.Text("camera_model", "PINHOLE");
-  if (splat::PlaceOf(splat::LensModels(), model) > 0) return false;  // views with this lens are not undistorted
+  if (splat::PlaceOf(splat::LensModels(), model) > 0) return false;  // such views are not undistorted
   const std::set<std::string> pinholes = {"PINHOLE",       "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
                                           "SIMPLE_RADIAL", "RADIAL",         "FULL_OPENCV"},
                               fisheyes = {"OPENCV_FISHEYE", "FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
   if (fisheyes.contains(model)) return true;
   if (!pinholes.contains(model)) {
     Fail(kUnsupported,
-         "{}: the camera model {} is not read; undistort the images first, for instance by colmap image_undistorter",
+         "{}: the camera model {} is not supported; undistort the images first, for instance with colmap "
+         "image_undistorter",
          values.where(), Printable(model));
   }
   return flag != nullptr && flag->get<bool>();
@@ -82,19 +83,20 @@ Distortion ReadDistortion(const FrameValues& values) {
   for (std::size_t i = 0; i < 4; ++i) lens.radial[i] = values.Number(kRadial[i], 0);
   for (std::size_t i = 0; i < 2; ++i) lens.tangential[i] = values.Number(kTangential[i], 0);
   if (lens.is_fisheye && lens.tangential != std::array<double, 2>{}) {
-    Fail(kBadFile, "{}: p1 or p2 of a fisheye, which has none; export the cameras again", values.where());
+    Fail(kBadFile, "{}: p1 or p2 is not zero, but fisheye lenses have no such parameters; export the cameras again",
+         values.where());
   }
-  // nerfstudio means the power r^8, OpenCV a denominator.
+  // For nerfstudio, k4 is the coefficient of r^8; for OpenCV, it belongs to a denominator.
   if (!lens.is_fisheye && lens.radial[3] != 0) {
     Fail(kUnsupported,
-         "{}: k4 is not zero, of which programs mean different things for a lens that is no fisheye; fit it with k1 to "
+         "{}: k4 is not zero, but programs define it differently for lenses other than fisheyes; calibrate with k1 to "
          "k3",
          values.where());
   }
   return lens;
 }
 
-// Whether the file states it; then it is the camera's.
+// Returns false if the file does not state the size.
 bool ReadStatedSize(const FrameValues& values, Camera* camera) {
   if (!values.Has("w") || !values.Has("h")) return false;
   const double w = values.Number("w", 0), h = values.Number("h", 0);
@@ -105,7 +107,7 @@ bool ReadStatedSize(const FrameValues& values, Camera* camera) {
   return true;
 }
 
-// Of a camera whose size is known.
+// The size of the camera must be set.
 void ReadLens(const FrameValues& values, Camera* camera) {
   const auto focal = [&](const char* length_key, const char* angle_key, int side, double fallback) {
     if (values.Has(length_key) || !values.Has(angle_key)) return values.Number(length_key, fallback);
@@ -126,7 +128,7 @@ void ReadLens(const FrameValues& values, Camera* camera) {
   if (!std::isfinite(lens.cx) || !std::isfinite(lens.cy)) Fail(kBadFile, "{}: cx or cy is not finite", values.where());
 }
 
-// 0 x 0 where the size is not stated, and the image is missing as it may.
+// Returns a camera of 0 x 0 if the size is not stated and the image may be missing and is.
 Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool may_be_missing) {
   Camera camera;
   if (!ReadStatedSize(values, &camera)) {
@@ -139,8 +141,8 @@ Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool
   return camera;
 }
 
-// Files carry 6 or 7 digits: Gram-Schmidt makes the rows orthonormal to double precision. False where they are further
-// from that than rounding explains, or left-handed.
+// Files have 6 or 7 digits, so Gram-Schmidt makes the rows orthonormal to double precision. Returns false if the error
+// is larger than rounding, or if the matrix is left-handed.
 bool Orthonormalize(std::array<double, 9>* rotation) {
   constexpr double kTolerance = 1e-3;
   auto& r = *rotation;
@@ -162,7 +164,7 @@ bool Orthonormalize(std::array<double, 9>* rotation) {
   return determinant > 0;
 }
 
-// world_from_camera with OpenGL axes -> rotation and translation of the view.
+// Converts world_from_camera with OpenGL axes to rotation and translation of the view.
 void ReadPose(const FrameValues& values, View* view) {
   const json* matrix = values.Find("transform_matrix");
   if (matrix == nullptr) Fail(kBadFile, "{}: the frame has no transform_matrix", values.where());
@@ -176,7 +178,7 @@ void ReadPose(const FrameValues& values, View* view) {
       if (!std::isfinite(m[i][j])) Fail(kBadFile, "{}: transform_matrix is not 4 x 4 finite numbers", values.where());
     }
   }
-  // Rows of the rotation are the camera's axes in the world: right, down = -up, forward = -backward.
+  // The rows of the rotation are the camera's axes in the world: right, down = -up, forward = -backward.
   constexpr double kSign[3] = {1, -1, -1};
   auto& r = view->rotation;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -206,7 +208,7 @@ std::string ImageName(const FrameValues& values) {
   return fs::path(name).lexically_normal().string();
 }
 
-// As Nerfstudio names it; empty where the frame has none.
+// Nerfstudio's mask_path; empty if the frame has none.
 std::string MaskPath(const FrameValues& values, const fs::path& folder) {
   const std::string name = values.Text("mask_path", "");
   if (LeavesScene("", name)) {
@@ -220,12 +222,12 @@ json ReadJson(const std::string& path) {
     return json::parse(ReadFile(path));
   } catch (const json::parse_error& error) {
     Fail(kBadFile, "{}: not valid JSON at byte {}; copy or export it again", path, error.byte);
-  } catch (const json::exception& error) {  // a number beyond double's range
+  } catch (const json::exception& error) {  // a number outside the range of double
     Fail(kBadFile, "{}: not valid JSON: {}", path, error.what());
   }
 }
 
-// What stands for "images" in the names of the files.
+// The folder that replaces "images" in file names.
 struct ImageFolder {
   std::string name;
   bool may_lack_images = false;
@@ -235,8 +237,8 @@ struct ImageFolder {
     const fs::path file(view.name);
     if (name == kUsual) return scene / file;
     if (*file.begin() != kUsual) {
-      Fail(kBadFile, "{}: --images={}: the image {} does not lie in images/, which it would stand for", values.where(),
-           name, Printable(view.name));
+      Fail(kBadFile, "{}: --images={}: the image {} is not in images/, which --images replaces", values.where(), name,
+           Printable(view.name));
     }
     return scene / name / file.lexically_relative(kUsual);
   }
@@ -259,7 +261,7 @@ json ForEachFrame(const std::string& path, const Take& take) {
   return top;
 }
 
-// Views of one transforms file, appended. Returns its JSON.
+// Appends the views of a transforms file. Returns its JSON.
 json ReadFrames(const std::string& path, const fs::path& folder, const ImageFolder& images, std::vector<View>* views) {
   return ForEachFrame(path, [&](const FrameValues& values) {
     View view;
@@ -267,14 +269,14 @@ json ReadFrames(const std::string& path, const fs::path& folder, const ImageFold
     view.image_path = images.PathOf(folder, view, values).string();
     view.mask_path = MaskPath(values, folder);
     ReadPose(values, &view);
-    // The focal lengths are those before the image that is named.
+    // Focal lengths refer to the image named in the file, not to the one in images.name.
     view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);
     view.distortion = ReadDistortion(values);
     views->push_back(std::move(view));
   });
 }
 
-// The file that holds the points; empty where there is none. transforms: the file that may name it.
+// The file with the points, or empty. transforms: the file that may name it.
 std::string FindPoints(const fs::path& folder, const std::string& transforms, const json& top) {
   const std::string named = FrameValues(top, top, transforms).Text("ply_file_path", "");
   if (LeavesScene("", named)) {
@@ -347,7 +349,7 @@ void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
     const splat::Lens& lens = view.camera.lens;
     const auto& r = view.rotation;
     const auto center = CameraCenter(view);
-    // Columns are the camera's axes in the world, and its centre: right, up, backward.
+    // The columns are the camera's axes in the world (right, up, backward) and its centre.
     auto matrix = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < 3; ++i) matrix.push_back({r[i], -r[3 + i], -r[6 + i], center[i]});
     matrix.push_back({0, 0, 0, 1});

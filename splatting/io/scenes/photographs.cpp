@@ -20,26 +20,26 @@
 namespace vesta::gs {
 namespace {
 
-// The pinhole that will stand for the view's camera, before --downscale.
+// The pinhole camera of the undistorted photograph, before --downscale.
 Camera UndistortedCamera(const View& view, const Camera& camera) {
   const std::optional<Camera> pinhole = PinholeOf(camera, view.distortion);
   if (pinhole) return *pinhole;
   Fail(kBadFile,
-       "{}: the distortion of its camera leaves less than a fifth of the image's width or height to see undistorted; "
+       "{}: after undistortion, less than a fifth of the image's width or height would remain; "
        "calibrate the camera again, or remove its images from the model",
        view.image_path);
 }
 
-// Whether an image of that size can be the camera's, but for the scale.
+// Whether an image of this size can belong to the camera, up to scale.
 bool HasShapeOf(const Camera& camera, ImageSize size) {
   const double height_at_width = static_cast<double>(camera.height) * size.width / camera.width;
   const double width_at_height = static_cast<double>(camera.width) * size.height / camera.height;
   return std::abs(height_at_width - size.height) <= 1 || std::abs(width_at_height - size.width) <= 1;
 }
 
-// How an image of that size has to be turned to be the camera's: 1 where it is as the camera has it, else what its EXIF
-// says. Most programs find cameras of images as they are stored; those that turn them upright first leave a camera of
-// swapped sides.
+// The EXIF orientation by which to rotate an image of this size, so that it fits its camera; 1 if it already fits. Most
+// programs find cameras for images as they are stored. Some rotate them to upright first, which swaps the sides of the
+// camera.
 int OrientationFor(const View& view, ImageSize size) {
   constexpr int kFirstThatSwapsSides = 5;
   const Camera& camera = view.camera;
@@ -54,7 +54,7 @@ int OrientationFor(const View& view, ImageSize size) {
        view.image_path, size.width, size.height, camera.width, camera.height);
 }
 
-// most_bytes: gets the most that was held.
+// most_bytes: receives the peak memory.
 Image LoadTurned(const View& view, const std::array<float, 3>& background, double* most_bytes) {
   double samples = 0;
   Image image = LoadImage(view.image_path, background, &samples);
@@ -65,7 +65,7 @@ Image LoadTurned(const View& view, const std::array<float, 3>& background, doubl
   return TurnedUpright(image, orientation);
 }
 
-// From the photograph in its file, turned, to the one that is trained on.
+// The cameras of the rotated photograph in its file, after undistortion, and after downscaling.
 struct CameraSteps {
   Camera in_file, undistorted, downscaled;
 };
@@ -79,8 +79,8 @@ CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& 
   return steps;
 }
 
-// What making it will take at most beside the result: the decoder's samples, four of two bytes, and the planes made of
-// them; where planes are made of planes or turned, or have a mask, these.
+// Upper bound of the temporary memory beside the result. Decoding holds the samples (four of two bytes) and the planes.
+// Rotating, resampling and masks hold two sets of planes.
 double MostWorkBytes(const View& view, const CameraSteps& steps, const PhotographRule& rule) {
   constexpr double kMostSampleBytes = 8, kMaskedBytes = kImageBytes + 1;
   const double in_file = steps.in_file.pixels(), undistorted = steps.undistorted.pixels(),
@@ -95,29 +95,28 @@ double MostWorkBytes(const View& view, const CameraSteps& steps, const Photograp
 
 void CheckSomethingCounts(const View& view, const Image& image) {
   if (CountedPixels(image) > 0) return;
-  Fail(kBadFile, "{}: by its mask or its alpha nothing of it would be trained on or measured; remove it from the model",
-       view.image_path);
+  Fail(kBadFile, "{}: its mask or alpha channel excludes all pixels; remove the image from the model", view.image_path);
 }
 
 constexpr double kMib = 1 << 20;
 
-// Two photographs have to fit: one that is looked at, and one that is decoded.
+// Two photographs must fit: one in use and one being decoded.
 void CheckBudget(double budget, const std::vector<View>& views) {
   double most = 0;
   for (const View& view : views) most = std::max(most, kImageBytes * view.camera.pixels());
   if (2 * most <= budget) return;
   Fail(kOutOfMemory,
-       "--photographs_mib: {:.1f} MiB are less than two photographs take, {:.1f}; allow so much (a half of "
-       "--memory_budget where that is given), or use --downscale",
+       "--photographs_mib: {:.1f} MiB are less than two photographs need, {:.1f}; increase it (the default is half of "
+       "--memory_budget, if given), or use --downscale",
        budget / kMib, std::ceil(20 * most / kMib) / 10);
 }
 
-// The photograph once more, of the size that it had.
+// Reads a photograph again, and checks that its size is unchanged.
 Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& camera) {
   Image image = ReadPhotograph(in_file, rule).image;
   if (image.width != camera.width || image.height != camera.height) {
     Fail(kBadFile,
-         "{}: it has another size than when the scene was loaded; do not change photographs while they are in use",
+         "{}: its size has changed since the scene was loaded; do not change photographs while they are in use",
          in_file.image_path);
   }
   return image;
@@ -168,7 +167,7 @@ double ExpectedBytes(const View& view, const PhotographRule& rule) {
 }
 
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene) {
-  double most = 1;  // by the sizes of the cameras, before any image is decoded
+  double most = 1;  // upper bound before any image is decoded
   for (const View& view : scene->views) most = std::max(most, ExpectedBytes(view, rule));
   const auto views = static_cast<Index>(scene->views.size());
   const std::vector<View> in_files = scene->views;
@@ -195,7 +194,7 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* sce
     const double so_far = all_bytes.fetch_add(foreseen.bytes) + foreseen.bytes;
     if (is_read && so_far <= budget_bytes) view.image = std::move(photograph.image);
   };
-  // As many at a time as the budget has room for.
+  // The number decoded at a time is limited by the budget.
   const double together = budget_bytes / (3 * most);
   const Index at_once = together < NumThreads() ? std::max<Index>(1, static_cast<Index>(together)) : views;
   for (Index begin = 0; begin < views; begin += at_once) {
@@ -210,7 +209,7 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* sce
     if (!view.image.empty()) scene->photographs->Offer(view.stored->number(), std::exchange(view.image, Image()));
   }
   scene->notes.push_back(fmt::format(
-      "{} photographs take {:.0f} MiB, of which {:.0f} are kept: the others are decoded when their turn comes", views,
+      "{} photographs take {:.0f} MiB, but at most {:.0f} MiB stay in memory; the others are decoded on demand", views,
       all_bytes / kMib, budget_bytes / kMib));
 }
 
@@ -233,13 +232,13 @@ void FindMasks(const std::string& scene_folder, Scene* scene) {
   const auto masked = std::ranges::count_if(scene->views, [](const View& view) { return !view.mask_path.empty(); });
   if (masked > 0) {
     scene->notes.push_back(
-        fmt::format("{} of {} images have a mask: what is black there is neither trained on nor "
+        fmt::format("{} of {} images have a mask; black pixels of a mask are neither trained on nor "
                     "measured",
                     masked, scene->views.size()));
   } else if (!folder.empty()) {
     scene->notes.push_back(
-        fmt::format("{}/ has no mask by the name of an image, as {}/{}.png: all of every image is trained on", folder,
-                    folder, scene->views.front().name));
+        fmt::format("{}/ has no mask with the name of an image, such as {}/{}.png: images are used without masks",
+                    folder, folder, scene->views.front().name));
   }
 }
 
@@ -269,7 +268,7 @@ double ApplyMask(const std::string& mask_path, Image* photograph) {
   }
   if (CountedPixels(*photograph) == 0) {
     Fail(kBadFile,
-         "{}: black wherever its image has something to show, so nothing of it would be trained on; what counts is to "
+         "{}: excludes all pixels of its image; the pixels to train on must "
          "be "
          "white",
          mask_path);

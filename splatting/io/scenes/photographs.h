@@ -9,53 +9,52 @@
 
 namespace vesta::gs {
 
-// From an image file to the photograph that a view is trained on.
+// How image files become training photographs.
 struct PhotographRule {
   int downscale = 1;                         // see DownscaledSize
   std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
-  bool alpha_is_mask = false;                // what is not opaque takes no part
+  bool alpha_is_mask = false;                // ignore pixels that are not opaque
 };
 
 struct ViewPhotograph {
   Image image;
-  Camera camera;          // that the image is of: a pinhole
-  double work_bytes = 0;  // that making it takes beside the result
+  Camera camera;          // pinhole camera of the image
+  double work_bytes = 0;  // temporary memory that was needed beside the result
 };
 
-// The image of the view, turned as its camera has it, masked, undistorted and downscaled. view: as the model has it,
-// without image. Throws Error, one line that names the file, for whatever cannot be used.
+// The image of the view, rotated to fit its camera, masked, undistorted and downscaled. view: as in the model, without
+// an image. Throws Error, in one line with the file, if the image cannot be used.
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule);
 
-// What ReadPhotograph will make of it, by the header of its file.
+// Prediction of ReadPhotograph's result from the header of the image file.
 struct ForeseenPhotograph {
-  Camera camera;                     // as ViewPhotograph has it
-  double bytes = 0, work_bytes = 0;  // of the image, with a mask where it may have one, and beside it: at most
+  Camera camera;                     // as in ViewPhotograph
+  double bytes = 0, work_bytes = 0;  // upper bounds: the image including a possible mask, and the temporary memory
 };
 
-// Takes no longer for a large image than for a small one. Throws Error for what the header tells: no image, another
-// aspect ratio than the camera's; not for a damaged rest, nor for its mask.
+// Takes equally long for images of any size. Throws Error for problems visible in the header: not an image, or another
+// aspect ratio than the camera's. Does not detect damaged pixels or bad masks.
 ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rule);
 
-// Bytes of its image by the size of its camera, without a look at the file. Throws Error for a distortion of which a
-// pinhole would see hardly anything.
+// Bytes of the image from the size of its camera, without opening the file. Throws Error if the distortion is too
+// strong for a pinhole image.
 double ExpectedBytes(const View& view, const PhotographRule& rule);
 
-// Loads the photographs into the views, or where they do not fit into a store that decodes them when they are needed.
-// Decodes them in parallel: cameras follow their images, and what cannot be used is refused. Up to budget_bytes all
-// stay in their views; else Scene::photographs reads them again from their files, which must stay, and keeps as many as
-// fit. Once the budget is full, only headers are read, since decoding thousands takes many minutes: what only decoding
-// tells, as a file that is cut short, is then refused when its turn comes. Throws Error where not even two fit, and
-// what ReadPhotograph and ForeseePhotograph throw.
+// Decodes the photographs in parallel, scales the cameras to them and rejects unusable images. If all fit into
+// budget_bytes, they stay in their views. Otherwise Scene::photographs decodes them from their files on demand, and
+// keeps the ones that fit; the files must not be removed. Once the budget is full, only headers are read, because
+// decoding thousands of images takes many minutes. Damaged images are then detected when they are used. Throws Error if
+// two photographs do not fit, and the errors of ReadPhotograph and ForeseePhotograph.
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
 
-// Finds the masks of the views in the folder masks/ (or mask/) of the scene: NAME.png (as COLMAP names them, of
-// a/b.jpg: a/b.jpg.png), else NAME with .png in place of its extension. A view that names one already
-// (View::mask_path) keeps it. Adds a note on how many views have one, and where the folder has none of any.
+// Finds the masks of the views in the folder masks/ (or mask/) of the scene. The mask of a/b.jpg is a/b.jpg.png, as in
+// COLMAP, or else a/b.png. Views that already have a View::mask_path keep it. Adds a note with the number of masks, or
+// if the folder has no mask of any view.
 void FindMasks(const std::string& scene_folder, Scene* scene);
 
-// Takes the pixels out of the photograph that are black in the mask, as COLMAP does; a mask of another size is taken at
-// the nearest pixel. Throws Error, one line that names the mask, where it cannot be read, has another aspect ratio, or
-// leaves nothing of the photograph. Returns the bytes that it held meanwhile.
+// Excludes the pixels that are black in the mask, as in COLMAP. A mask of another size is sampled at the nearest pixel.
+// Throws Error, in one line with the mask, if it cannot be read, has another aspect ratio or excludes all pixels.
+// Returns the peak of the temporary memory in bytes.
 double ApplyMask(const std::string& mask_path, Image* photograph);
 
 }  // namespace vesta::gs

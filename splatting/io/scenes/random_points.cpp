@@ -18,7 +18,7 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-// The same numbers everywhere: std::uniform_real_distribution is left to each standard library.
+// Portable random numbers: std::uniform_real_distribution differs between standard libraries.
 class Uniform {
  public:
   explicit Uniform(std::uint64_t seed) : generator_(seed) {}
@@ -33,8 +33,7 @@ class Uniform {
   std::mt19937_64 generator_;
 };
 
-// The point with the least sum of squared distances from the optical axes, by Cramer's rule; none where they are about
-// parallel.
+// The point closest to the optical axes by least squares, by Cramer's rule; nullopt if they are nearly parallel.
 std::optional<Vector> MeetingOfAxes(const std::vector<View>& views, const Vector& mean, double radius) {
   constexpr double kParallel = 1e-4;
   double a[3][3] = {}, b[3] = {};
@@ -66,7 +65,7 @@ std::optional<Vector> MeetingOfAxes(const std::vector<View>& views, const Vector
   return point;
 }
 
-// For each view the depth at which things are likely.
+// For each view, a depth at which surfaces are likely.
 std::vector<double> LikelyDepths(const std::vector<View>& views) {
   std::vector<const View*> all;
   all.reserve(views.size());
@@ -102,7 +101,7 @@ WorldPoints PointsInCube(const RandomPoints& random) {
 }
 
 WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random) {
-  constexpr double kSpread = 3;  // depths reach from one part in so many to as many times the likely one
+  constexpr double kSpread = 3;  // depths range from 1/kSpread to kSpread times the likely depth
   std::vector<View> training;
   std::ranges::copy_if(views, std::back_inserter(training), [](const View& view) { return view.is_trained(); });
   if (training.empty()) training = views;
@@ -124,7 +123,7 @@ WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& ra
         position[j] += view.rotation[3 * c + j] * (in_camera[c] - view.translation[c]);
       }
       if (!(std::abs(position[j]) <= static_cast<double>(std::numeric_limits<float>::max()))) {
-        Fail(kBadFile, "{}: its camera is too far away to start from points that it sees; give the model points",
+        Fail(kBadFile, "{}: its camera is too far away for random points in its view; add points to the model",
              view.name);
       }
     }

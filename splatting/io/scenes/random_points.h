@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points for scenes that have none.
+// Random initial points for scenes without points.
 #pragma once
 
 #include <cstdint>
@@ -15,14 +15,13 @@ struct RandomPoints {
   std::uint64_t seed = 0;
 };
 
-// Of random colour, uniform in the cube [-1.3, 1.3]^3 about the origin (as Kerbl et al. 2023 for Blender scenes).
+// Random colours, and positions uniform in the cube [-1.3, 1.3]^3 (as Kerbl et al. 2023 for Blender scenes).
 WorldPoints PointsInCube(const RandomPoints& random);
 
-// Of random colour, within what the training views see: as many in each, uniform over the image, their depths
-// uniform in the logarithm about that at which the view passes what all look at: the point nearest to all optical axes,
-// from a third of that depth to three times. Where the axes are about parallel, or meet behind the cameras, that depth
-// is four times the radius of the cameras about their mean (1 where all are in one place). Throws Error where floats
-// cannot hold that.
+// Random points with random colours in the training views, equally many per view and uniform over the image. Depths are
+// uniform in the logarithm, from a third to three times the depth of the point closest to all optical axes. If the axes
+// are nearly parallel or meet behind a camera, four times the radius of the cameras about their mean replaces that
+// depth. If all cameras are at one place, it is 1. Throws Error if the points exceed the range of float.
 WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random);
 
 }  // namespace vesta::gs

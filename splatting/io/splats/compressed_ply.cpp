@@ -27,12 +27,12 @@ namespace {
 constexpr Index kChunk = 256;
 constexpr double kMostLogScale = 40;
 
-// What has bounds: means, log-scales and colours, three numbers each.
+// Bounded values: means, log-scales and colours, three each.
 constexpr std::size_t kBounded = 9, kFirstColor = 6;
 constexpr const char* kWords[] = {"packed_position", "packed_rotation", "packed_scale", "packed_color"};
 enum Word { kPosition, kRotation, kScale, kColor, kNumWords };
 
-// The properties of a chunk in the order of the file: minima and maxima of each three.
+// The properties of a chunk in the order of the file: minima and maxima of three values each.
 struct BoundName {
   const char* name;
   std::size_t bounded;
@@ -49,7 +49,7 @@ struct Bounds {
   std::array<double, kBounded> min, max;
 };
 
-// A number of 0..1 in so many bits, and from the lowest of a word.
+// ToBits: a number in 0..1 as an integer with this many bits. FromBits: the inverse, for the lowest bits of a word.
 std::uint32_t ToBits(double value, int bits) {
   const double most = (1 << bits) - 1;
   return static_cast<std::uint32_t>(std::clamp(std::round(value * most), 0.0, most));
@@ -59,7 +59,7 @@ double FromBits(std::uint32_t word, int bits) {
   return static_cast<double>(word & most) / most;
 }
 
-// Three numbers of 0..1 in 11, 10 and 11 bits, the first highest.
+// Three numbers in 0..1 with 11, 10 and 11 bits, the first in the highest bits.
 constexpr int kThreeBits[] = {11, 10, 11}, kThreeShifts[] = {21, 11, 0};
 
 std::uint32_t PackRotation(const std::array<double, 4>& wxyz) {
@@ -76,8 +76,8 @@ std::array<double, 4> UnpackRotation(std::uint32_t word) {
   return FromSmallestThree(three);
 }
 
-// A coefficient of -4..4, as SuperSplat has it: the middle of its 256th part, but for the first and the last, which are
-// the ends.
+// A coefficient in -4..4, as in SuperSplat: the centre of one of 256 intervals, except that the first and the last byte
+// are the limits.
 double ShOfByte(std::uint8_t byte) { return byte == 0 ? -4 : byte == 255 ? 4 : (byte + 0.5) / 32 - 4; }
 
 std::uint8_t ByteOfSh(double sh) {
@@ -92,7 +92,7 @@ int DegreeOf(const PlyFile& file, const PlyTable& sh) {
   for (int degree = 1; degree <= 3; ++degree) {
     if (num_rest == splat::NumHigherHarmonics(degree)) return degree;
   }
-  Fail(kBadFile, "{}: {} properties f_rest_* of sh; a splat of degree 1, 2 or 3 has 9, 24 or 45", file.path(),
+  Fail(kBadFile, "{}: {} properties f_rest_* of sh; a splat of SH degree 1, 2 or 3 has 9, 24 or 45", file.path(),
        num_rest);
 }
 
@@ -118,11 +118,11 @@ std::vector<Bounds> ReadBounds(const PlyFile& file, const PlyTable& chunks) {
   return bounds;
 }
 
-// The values of a property that are whole numbers of the type.
+// The values of a property, which must have this integer type.
 std::vector<double> ReadWhole(const PlyFile& file, const PlyTable& table, const std::string& property, PlyType type) {
   if (!table.Has(property, type) || file.is_ascii()) {
-    Fail(kBadFile, "{}: a compressed splat whose {} is missing or of another type; export it again", file.path(),
-         property);
+    Fail(kBadFile, "{}: property {} of the compressed splat is missing or has the wrong type; export it again",
+         file.path(), property);
   }
   std::vector<double> values(static_cast<std::size_t>(table.count()));
   table.Copy<double>({{property, values.data()}});
@@ -141,7 +141,7 @@ void ReadSh(const PlyFile& file, const PlyTable& sh, SplatModel* model) {
   }
 }
 
-// The attribute that a bounded number is, and its value from the model and back.
+// The attributes with bounds, and their values as stored.
 constexpr int kAttributes[kBounded] = {splat::kMean,     splat::kMean + 1,     splat::kMean + 2,
                                        splat::kLogScale, splat::kLogScale + 1, splat::kLogScale + 2,
                                        splat::kSh,       splat::kSh + 1,       splat::kSh + 2};
@@ -152,7 +152,7 @@ double BoundedOf(const SplatModel& model, std::size_t bounded, Index i) {
   return bounded < 3 ? value : std::clamp(value, -kMostLogScale, kMostLogScale);
 }
 
-// Of Gaussians [begin, end), as floats have them.
+// Bounds of the Gaussians [begin, end), rounded to float.
 Bounds BoundsOf(const SplatModel& model, Index begin, Index end) {
   Bounds bounds;
   for (std::size_t b = 0; b < kBounded; ++b) {
@@ -204,9 +204,9 @@ void Unpack(const std::array<std::uint32_t, kNumWords>& words, const Bounds& bou
     model->attribute(splat::kQuaternion + k)[i] = static_cast<float>(q[static_cast<std::size_t>(k)]);
 }
 
-// The harmonics of Gaussians [begin, end). Their step is coarse: half of what one is off by is added to the next, which
-// lies beside it, so that errors do not add up to a colour in pixels that both are seen in. A value is off by 3/4 of a
-// step then, at most.
+// The harmonics of Gaussians [begin, end). The quantisation step is coarse, so half of the rounding error is added to
+// the same coefficient of the next Gaussian. This is a neighbour, and errors cancel in pixels that show both. An error
+// is then at most 3/4 of a step.
 void WriteSh(const SplatModel& model, Index begin, Index end, std::uint8_t* bytes) {
   constexpr double kHalfStep = 1.0 / 64;
   std::array<double, splat::kMaxAttributes> carried{};
@@ -224,7 +224,7 @@ void WriteSh(const SplatModel& model, Index begin, Index end, std::uint8_t* byte
 
 using Iterator = std::vector<Index>::iterator;
 
-// The smallest part that may be cut off, of the whole: how deep the cuts can nest stays bounded.
+// A cut separates at least 1/kSmallestPart of the chunks, which limits the depth of the recursion.
 constexpr Index kSmallestPart = 16;
 
 struct Box {
@@ -250,14 +250,14 @@ struct Box {
 
 struct Cut {
   double cost = std::numeric_limits<double>::infinity();
-  Index first_part = 0;  // Gaussians of it
+  Index first_part = 0;  // number of Gaussians
 };
 
-// The best after a multiple of `chunk`, with the Gaussians in this order.
+// The best cut after a multiple of `chunk` Gaussians in this order.
 Cut BestCut(const SplatModel& model, const std::vector<Index>& order, Index chunk) {
   const auto n = static_cast<Index>(order.size());
   const Index chunks = (n - 1) / chunk + 1, least = std::max<Index>(1, chunks / kSmallestPart);
-  std::vector<double> costs(static_cast<std::size_t>(chunks));  // of a cut before chunk c
+  std::vector<double> costs(static_cast<std::size_t>(chunks));  // cost of the part before chunk c
   Box before, after;
   for (Index i = 0; i < n; ++i) {
     if (i > 0 && i % chunk == 0)
@@ -306,14 +306,15 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
   if (count == 0) Fail(kBadFile, "{}: it holds no Gaussians", file.path());
   if (chunks.count() != (count - 1) / kChunk + 1) {
     Fail(kBadFile,
-         "{}: {} chunks for {} Gaussians, where each {} have one; the file is damaged, copy or export it again",
+         "{}: {} chunks for {} Gaussians, instead of one for every {}; the file is damaged, copy or export it again",
          file.path(), chunks.count(), count, kChunk);
   }
   SplatModel model;
   if (file.Has("sh")) {
     const PlyTable sh(file, "sh");
     if (sh.count() != count) {
-      Fail(kBadFile, "{}: harmonics of {} Gaussians where there are {}; the file is damaged, copy or export it again",
+      Fail(kBadFile,
+           "{}: SH coefficients for {} Gaussians, but the file has {}; the file is damaged, copy or export it again",
            file.path(), sh.count(), count);
     }
     model.Resize(DegreeOf(file, sh), count);
@@ -340,7 +341,7 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
 
 void WriteCompressedPly(const std::string& path, const SplatModel& in_any_order) {
   CheckDrawable(path, in_any_order);
-  if (in_any_order.count == 0) Fail(kBadArgument, "{}: it would hold no Gaussians", path);
+  if (in_any_order.count == 0) Fail(kBadArgument, "{}: cannot write a splat without Gaussians", path);
   const SplatModel model = InOrder(AtOneDegree(in_any_order), ChunkOrder(in_any_order, kChunk));
   const Index count = model.count, chunks = (count - 1) / kChunk + 1;
   const int rest = ShCoefficients(model.sh_degree) - 1;

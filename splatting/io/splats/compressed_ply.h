@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats in compressed .ply files: the format of PlayCanvas and SuperSplat (developer.playcanvas.com, "Compressed
-// PLY"), 16 to 61 bytes a Gaussian. Chunks of 256 Gaussians have bounds, between which the numbers of each Gaussian
-// lie.
+// Splats in compressed .ply files: the format of PlayCanvas and SuperSplat (developer.playcanvas.com, "Compressed PLY")
+// with 16 to 61 bytes per Gaussian. Each chunk of 256 Gaussians stores bounds, and the values are quantised between
+// them.
 #pragma once
 
 #include <string>
@@ -14,28 +14,30 @@
 
 namespace vesta::gs {
 
-// Whether it has chunks.
+// Whether the file has chunks.
 bool IsCompressedPly(const PlyFile& file);
 
-// With bounds of colours or, as older files, without: then colours are in 0..1. Comments give what else it states
-// (SplatComments). Throws Error, one line with the file and what is wrong.
+// Reads files with bounds of colours, and older files without, whose colours are in 0..1. Comments are read too
+// (SplatComments). Throws Error, in one line with the file and the problem.
 SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& options = {});
 
-// Writes little-endian, whole or not at all (kernels/core/files.h), the Gaussians in an order in which those of a chunk
-// are near each other (ChunkOrder). Steps of what is stored, of the bounds' distance in a chunk:
+// Writes little-endian, completely or not at all (kernels/core/files.h), in an order that keeps chunks compact
+// (ChunkOrder).
+// Quantisation steps relative to the bounds of a chunk:
 //   means, log-scales    1/2047 in x and z, 1/1023 in y; log-scales are clamped to -40..40
 //   colours              1/255 (f_dc)
-// and of the whole:
+// Absolute quantisation steps:
 //   rotations            1/723 in the three smaller numbers of the quaternion
 //   opacities            1/255 (packed_values.h)
-//   SH beyond degree 0   1/32 in -4..4, clamped; half of an error is made up for in the next Gaussian
-// Throws Error, one line with the file, where a value is not finite.
+//   SH above degree 0    1/32 in -4..4, clamped; half of an error is compensated in the next Gaussian
+// Throws Error, in one line with the file, if a value is not finite.
 void WriteCompressedPly(const std::string& path, const SplatModel& model);
 
-// An order in which the bounds of each `chunk` of Gaussians in turn (the last may be shorter) are narrow: old indices
-// in their new order. The means are finite. A curve through space leaves chunks where it leaps; here the Gaussians are
-// parted by planes across an axis, again and again, each where the squares of the bounds' sides, summed over Gaussians,
-// become least: on a trained scene 0.07 dB of PSNR (docs/decisions/compact-formats.md).
+// An order of the Gaussians in which each run of `chunk` Gaussians has narrow bounds (the last may be shorter). Returns
+// old indices in the new order. The means must be finite.
+// The Gaussians are divided recursively by planes across an axis, each where the squared sides of the bounds, summed
+// over Gaussians, are smallest. A space-filling curve is worse, because chunks at its jumps have wide bounds: 0.07 dB
+// of PSNR on a trained scene (docs/decisions/compact-formats.md).
 std::vector<Index> ChunkOrder(const SplatModel& model, Index chunk);
 
 }  // namespace vesta::gs

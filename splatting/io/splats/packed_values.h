@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values as compact files store them: frames, opacities, rotations.
+// Conversions for compact files: axes, opacities, rotations.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 
 namespace vesta::gs {
 
-// Splats between the two frames that files are in: x right, y down, z forward (INRIA's .ply), and x right, y up, z
-// backward (.spz). One is the other after half a turn about the x axis.
-// By what the turn multiplies an attribute (kernels/gaussian_splatting/formulas/layout.h): 1 or -1, in both directions.
-// y and z change sign, so of the harmonics those do that are odd in y and z together, and of a quaternion its y and z.
+// Converts between the two axis conventions of files: x right, y down, z forward (INRIA's .ply) and x right, y up, z
+// backward (.spz). They differ by a rotation of 180 degrees about x. Returns the factor 1 or -1 of an attribute
+// (kernels/gaussian_splatting/formulas/layout.h), for both directions. y and z change sign, so y and z of a quaternion
+// do too, and so do harmonics that are odd in y and z together.
 constexpr float HalfTurnSign(int attribute) {
   if (attribute < splat::kLogScale) return attribute == splat::kMean ? 1.0f : -1.0f;
   if (attribute < splat::kQuaternion) return 1.0f;
@@ -25,30 +25,29 @@ constexpr float HalfTurnSign(int attribute) {
   return kOdd >> (attribute - splat::kSh) / 3 & 1u ? -1.0f : 1.0f;
 }
 
-// The nearest of 1..254 where there is anything to see, which is from an opacity of 1/255 on (docs/conventions.md),
-// else 0: rounded up it would be seen. 255 is an opacity too, but its logit is infinite, and no renderer tells it from
-// 254.
+// Opacity in 255ths, at most 254. Opacities below 1/255 become 0, because they are invisible (docs/conventions.md) and
+// must stay so. 255 is not used: its logit is infinite, and no renderer distinguishes it from 254.
 inline std::uint8_t OpacityByte(float logit) {
   const double parts = 255 / (1 + std::exp(-static_cast<double>(logit)));
   return parts < 1 ? std::uint8_t{0} : static_cast<std::uint8_t>(std::min(std::round(parts), 254.0));
 }
 
-// Finite: 0 and 255 are taken for the middle of the opacities that are rounded to them.
+// Always finite: 0 and 255 give the middle of the opacities that round to them.
 inline float OpacityLogit(std::uint8_t byte) {
   const double opacity = std::clamp(static_cast<double>(byte), 0.25, 254.75) / 255;
   return static_cast<float>(std::log(opacity / (1 - opacity)));
 }
 
-// Rotations by three of four numbers: of a unit quaternion the largest follows from the others, which are at most
-// 1 / sqrt(2) each.
+// "Smallest three" encoding of rotations: the largest number of a unit quaternion follows from the other three, which
+// are at most 1 / sqrt(2).
 inline constexpr double kLargestOfSmallest = 0.70710678118654752;
 
 struct SmallestThree {
-  int largest;                 // its place in the quaternion
-  std::array<double, 3> rest;  // the others in order, where the largest is positive
+  int largest;                 // index of the largest number in the quaternion
+  std::array<double, 3> rest;  // the others in order; the sign of q makes the largest positive
 };
 
-// Of a quaternion of any length but zero, its numbers in any order.
+// The quaternion may have any length but zero, and its numbers any order.
 inline SmallestThree ToSmallestThree(const std::array<double, 4>& q) {
   SmallestThree result{0, {}};
   double norm2 = 0;
@@ -65,8 +64,7 @@ inline SmallestThree ToSmallestThree(const std::array<double, 4>& q) {
   return result;
 }
 
-// In the same order. Of unit length but where the three are longer than 1, which no rotation has: then the largest is
-// 0.
+// In the same order and of unit length. If the three alone are longer than 1, which no rotation has, the largest is 0.
 inline std::array<double, 4> FromSmallestThree(const SmallestThree& three) {
   const auto& [a, b, c] = three.rest;
   std::array<double, 4> q{};

@@ -16,7 +16,7 @@
 namespace vesta::gs {
 namespace {
 
-// A property of the file and the attribute it holds; -1 for the normals, which are zero.
+// A property of the file and its attribute; -1: normals, which are zero.
 struct FileColumn {
   std::string property;
   int attribute;
@@ -31,7 +31,7 @@ std::vector<FileColumn> FileColumns(int sh_degree) {
   for (int i = 0; i < 3; ++i) columns.push_back({std::string(1, "xyz"[i]), splat::kMean + i});
   for (const char* normal : {"nx", "ny", "nz"}) columns.push_back({normal, -1});
   add("f_dc", 3, splat::kSh);
-  const int higher = splat::NumHigherHarmonics(sh_degree), rest = higher / 3;  // of a channel
+  const int higher = splat::NumHigherHarmonics(sh_degree), rest = higher / 3;  // per channel
   for (int i = 0; i < higher; ++i) {
     const int channel = i / rest, coefficient = 1 + i % rest;
     columns.push_back({fmt::format("f_rest_{}", i), splat::kSh + 3 * coefficient + channel});
@@ -74,7 +74,7 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
   copies.reserve(columns.size());
   for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
   vertices.Copy(copies);
-  // Programs that unpack compact files write the opacities 0 and 1 so (packed_values.h).
+  // Programs that unpack compact files write opacities of 0 and 1 as infinite logits (packed_values.h).
   for (Index i = 0; i < model.count; ++i) {
     float& logit = model.attribute(splat::kOpacity)[i];
     if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);

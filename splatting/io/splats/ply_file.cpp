@@ -28,7 +28,7 @@ constexpr TypeName kTypes[] = {
     {"uint", PlyType::kUint32, 4},    {"uint32", PlyType::kUint32, 4}, {"int", PlyType::kInt32, 4},
     {"int32", PlyType::kInt32, 4}};
 
-// Cuts the first line off `text`, without its end; false where there is none that is ended.
+// Removes the first line from `text`, and returns it without its end. Returns false if no line end is left.
 bool TakeLine(std::string_view* text, std::string_view* line) {
   const std::size_t end = text->find('\n');
   if (end == std::string_view::npos) return false;
@@ -79,7 +79,7 @@ PlyFile::PlyFile(std::string path, std::string bytes) : path_(std::move(path)), 
   bool has_format = false;
   while (true) {
     if (!TakeLine(&rest, &line))
-      Fail(kBadFile, "{}: the header has no end_header; the file is cut short or damaged, copy or export it again",
+      Fail(kBadFile, "{}: the header has no end_header; the file is truncated or damaged, copy or export it again",
            path_);
     std::string_view words = line;
     const std::string_view key = NextWord(&words);
@@ -92,14 +92,15 @@ PlyFile::PlyFile(std::string path, std::string bytes) : path_(std::move(path)), 
       is_ascii_ = format == "ascii";
       has_format = is_ascii_ || format == "binary_little_endian";
       if (!has_format)
-        Fail(kUnsupported, "{}: its format {} is not read; export as binary_little_endian", path_, Printable(format));
+        Fail(kUnsupported, "{}: the format {} is not supported; export as binary_little_endian", path_,
+             Printable(format));
     } else if (key == "element") {
       if (elements_.size() == kMaxElements) Fail(kBadFile, "{}: more than {} elements", path_, kMaxElements);
       PlyElement& element = elements_.emplace_back();
       element.name = NextWord(&words);
       if (!ParseNumber(NextWord(&words), &element.count) || element.count < 0) {
         element.fault =
-            fmt::format("the header's number of {} is not a whole number that can be used", PlyRows(element.name));
+            fmt::format("the number of {} in the header is not a valid whole number", PlyRows(element.name));
       }
     } else if (key == "property" && !elements_.empty()) {
       ReadProperty(words);
@@ -119,7 +120,7 @@ void PlyFile::ReadProperty(std::string_view words) {
   if (type == std::end(kTypes)) {
     element.fault = fmt::format("unknown property type '{}' in the header", Printable(type_name));
   } else if (name.empty() || std::any_of(element.properties.begin(), element.properties.end(), has_name)) {
-    element.fault = "the header has a property without a name of its own";
+    element.fault = "the header has a property without a unique name";
   } else if (element.properties.size() == kMaxProperties) {
     element.fault = fmt::format("more than {} properties in a row", kMaxProperties);
   } else {
@@ -146,14 +147,14 @@ PlyTable::PlyTable(const PlyFile& file, std::string_view name) : path_(file.path
   Fail(kBadFile, "{}: it has no {} with properties", path_, PlyRows(name));
 }
 
-// The bytes of elements before this one are there too.
+// Also checks the size of the elements before this one.
 void PlyTable::FindBinary(const PlyFile& file, const PlyElement& element) {
   std::string_view left = file.values();
   for (const PlyElement& other : file.elements()) {
     const Index most = static_cast<Index>(left.size()) / std::max<Index>(other.stride, 1);
     if (other.stride > 0 && other.count > most) {
       Fail(kBadFile,
-           "{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
+           "{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is truncated or damaged",
            path_, other.count, PlyRows(other.name), left.size(), most);
     }
     if (&other == &element) break;
@@ -163,16 +164,16 @@ void PlyTable::FindBinary(const PlyFile& file, const PlyElement& element) {
   first_ = left.data();
 }
 
-// Brought into the shape of a binary file whose properties are all doubles.
+// Converts the values to a binary table of doubles.
 void PlyTable::ParseAscii(const PlyFile& file, const PlyElement& element) {
   std::string_view words = file.values();
   for (const PlyElement& other : file.elements()) {
     const auto width = static_cast<Index>(other.properties.size());
-    // A word takes two characters, white space included, but for the last of the file.
+    // Each word takes at least two characters including white space, except the last one.
     const Index most = (static_cast<Index>(words.size()) + 1) / std::max<Index>(2 * width, 1);
     if (width > 0 && other.count > most) {
       Fail(kBadFile,
-           "{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
+           "{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is truncated or damaged",
            path_, other.count, PlyRows(other.name), words.size(), most);
     }
     if (&other == &element) break;
@@ -186,7 +187,7 @@ void PlyTable::ParseAscii(const PlyFile& file, const PlyElement& element) {
       double value = 0;
       if (!ParseNumber(NextWord(&words), &value)) {
         Fail(kBadFile,
-             "{}: {} of {} {} is missing or not a number; the file is cut short or damaged, copy or export it again",
+             "{}: {} of {} {} is missing or not a number; the file is truncated or damaged, copy or export it again",
              path_, Printable(property.name), Printable(element.name), i);
       }
       std::memcpy(out, &value, sizeof(value));
@@ -230,7 +231,7 @@ void PlyTable::Copy(const std::vector<Column<T>>& columns) const {
     if (found == nullptr) Fail(kBadFile, "{}: its {} have no property {}", path_, rows_name_, column.property);
     copies.push_back({found->offset, holds_doubles_ ? PlyType::kDouble : found->type, column.out});
   }
-  // Chunks that stay in the cache while the columns pass over them.
+  // Chunks small enough to stay in the cache for all columns.
   ParallelForChunks(count_, 1024, [&](Index begin, Index end) {
     for (const Copied& copy : copies) {
       const char* bytes = first_ + copy.offset;

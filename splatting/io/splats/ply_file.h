@@ -15,28 +15,28 @@ enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kD
 struct PlyProperty {
   std::string name;
   PlyType type;
-  Index offset;  // bytes from the start of a row, in a binary file
+  Index offset;  // bytes from the start of a row in a binary file
 };
 
-// Rows of values, as many in each.
+// An element: rows with the same properties.
 struct PlyElement {
   std::string name;
   Index count = 0;
   std::vector<PlyProperty> properties;
-  Index stride = 0;   // bytes of a row, in a binary file
-  std::string fault;  // why it cannot be read, nor what follows it; else empty
+  Index stride = 0;   // bytes per row in a binary file
+  std::string fault;  // if not empty, the reason why neither this element nor later ones can be read
 };
 
-// The rows of an element of that name, for messages: "vertices", "rows of chunk".
+// Name of an element's rows for messages: "vertices", "rows of chunk".
 std::string PlyRows(std::string_view element);
 
-// A .ply file in memory: its header, and where the values begin. Reads the header of ascii and binary_little_endian.
-// Throws Error with one line: file and what is wrong. What a header says of an element matters only to those who read
-// that, or what lies behind it (PlyTable).
+// A .ply file in memory: its header, and the start of its values. Supports ascii and binary_little_endian. Throws
+// Error, in one line with the file and the problem. Errors in the description of an element are only reported when a
+// PlyTable reads that element or a later one.
 class PlyFile {
  public:
   explicit PlyFile(const std::string& path);
-  // Of a file that has been read.
+  // bytes: the content of the file.
   PlyFile(std::string path, std::string bytes);
 
   const std::string& path() const { return path_; }
@@ -44,7 +44,7 @@ class PlyFile {
   const std::vector<std::string>& comments() const { return comments_; }  // without the word "comment"
   const std::vector<PlyElement>& elements() const { return elements_; }
   bool Has(std::string_view element) const;
-  std::string_view values() const { return std::string_view(bytes_).substr(values_); }  // all after the header
+  std::string_view values() const { return std::string_view(bytes_).substr(values_); }  // all bytes after the header
 
  private:
   void ReadProperty(std::string_view words);
@@ -57,28 +57,28 @@ class PlyFile {
   std::size_t values_ = 0;  // offset
 };
 
-// One element of a .ply file, as vertices, whatever its properties are: a table of numbers.
-// Throws Error with one line: file and what is wrong. Neither the element nor one before it may have lists; what comes
-// later is ignored. A count in the header allocates nothing before the file has been found long enough for it.
+// One element of a .ply file, such as its vertices, as a table of numbers. Throws Error, in one line with the file and
+// the problem. Neither the element nor elements before it may have lists; later elements are ignored. Memory for the
+// number of rows in the header is allocated only after the file was found long enough.
 class PlyTable {
  public:
-  // The file outlives the table.
+  // The file must outlive the table.
   PlyTable(const PlyFile& file, std::string_view element);
 
   Index count() const { return count_; }
   bool Has(std::string_view property) const { return Find(property) != nullptr; }
-  // Number of properties whose names begin so.
+  // Number of properties whose names have this prefix.
   int CountWithPrefix(std::string_view prefix) const;
-  // Whether there is a property of that name and type.
+  // Whether the table has a property of this name and type.
   bool Has(std::string_view property, PlyType type) const;
-  // The largest value of an 8- or 16-bit unsigned property, 1 for other types: colours divide by it.
+  // Maximum value of an 8- or 16-bit unsigned property, by which to divide colours; 1 for other types.
   float FullScale(std::string_view property) const;
 
   // T: float or double.
   template <class T>
   struct Column {
     std::string property;
-    T* out;  // count() values
+    T* out;  // receives count() values
   };
   // Fills the columns, in parallel over rows.
   template <class T>
@@ -92,10 +92,10 @@ class PlyTable {
   std::string path_;
   std::string rows_name_;  // "vertices"
   std::vector<PlyProperty> properties_;
-  bool holds_doubles_;  // for all properties, whatever their types are: those of an ascii file
-  std::string parsed_;  // of an ascii file
+  bool holds_doubles_;  // all values are doubles, as for an ascii file
+  std::string parsed_;  // values of an ascii file
   Index count_ = 0;
-  Index stride_ = 0;  // bytes of a row
+  Index stride_ = 0;  // bytes per row
   const char* first_ = nullptr;
 };
 

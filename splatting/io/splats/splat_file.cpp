@@ -20,7 +20,7 @@
 namespace vesta::gs {
 namespace {
 
-// In order.
+// In ascending order.
 std::vector<Index> UsableGaussians(const SplatModel& model) {
   std::vector<char> usable(static_cast<std::size_t>(model.count));
   ParallelForChunks(model.count, 4096, [&](Index begin, Index end) {
@@ -45,7 +45,7 @@ std::vector<Index> UsableGaussians(const SplatModel& model) {
 
 using Writer = void (*)(const std::string& path, const SplatModel& model);
 
-// The first that fits counts.
+// The first matching extension is used.
 constexpr struct {
   std::string_view extension;
   Writer write;
@@ -58,12 +58,13 @@ Writer WriterFor(const std::string& path) {
   for (const auto& format : kFormats) {
     if (name.ends_with(format.extension)) return format.write;
   }
-  Fail(kBadArgument, "{}: the extension says the format: .ply, .compressed.ply or .spz", path);
+  Fail(kBadArgument, "{}: unknown extension; use .ply, .compressed.ply or .spz", path);
 }
 
 constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kEps2d = "vesta eps2d";
 
-// The numbers after a comment of that beginning, where there is one; each must be one that is_valid.
+// Reads the numbers after a comment with this beginning; each must satisfy is_valid. Returns false without such a
+// comment.
 template <class T, std::size_t N>
 bool ReadComment(const std::string& path, const std::vector<std::string>& comments, std::string_view beginning,
                  const char* what, bool (*is_valid)(double), std::array<T, N>* numbers) {
@@ -103,19 +104,17 @@ void CheckDrawable(const std::string& path, const SplatModel& model) {
               model.data.size(), model.count, model.sh_degree);
   const Index bad = model.count - static_cast<Index>(UsableGaussians(model).size());
   if (bad > 0) {
-    Fail(
-        kBadArgument,
-        "{}: {} of {} Gaussians have values that are not finite or a zero quaternion, which this format has no numbers "
-        "for; remove them, or train again",
-        path, bad, model.count);
+    Fail(kBadArgument,
+         "{}: {} of {} Gaussians have values that are not finite or a zero quaternion, which this format cannot "
+         "store; remove them, or train again",
+         path, bad, model.count);
   }
 }
 
 SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options) {
   std::string bytes = ReadFile(path);
   if (bytes.starts_with("NGSP")) {
-    Fail(kUnsupported,
-         "{}: .spz of version 4 or later, where versions 1 to 3 are read; export it as one of those, or as .ply", path);
+    Fail(kUnsupported, "{}: .spz version 4 or later is not supported; export it as version 1 to 3, or as .ply", path);
   }
   if (bytes.starts_with("\x1f\x8b")) return ReadSpz(path, bytes, options);
   const PlyFile file(path, std::move(bytes));
@@ -132,7 +131,7 @@ std::vector<std::string> SplatComments(const SplatModel& model) {
   const auto& [x, y, z] = model.origin;
   if (model.has_background) comments.push_back(fmt::format("{} {} {} {}", kBackground, r, g, b));
   if (model.origin != std::array<double, 3>{}) comments.push_back(fmt::format("{} {} {} {}", kOrigin, x, y, z));
-  VESTA_CHECK(splat::IsValidEps2d(model.eps2d), "a splat with a low-pass filter of {} pixels^2", model.eps2d);
+  VESTA_CHECK(splat::IsValidEps2d(model.eps2d), "a splat with eps2d of {} pixels^2", model.eps2d);
   if (model.eps2d != splat::kEps2d) comments.push_back(fmt::format("{} {}", kEps2d, model.eps2d));
   return comments;
 }

@@ -26,8 +26,8 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x5053474e;  // "NGSP"
 constexpr std::uint32_t kWrittenVersion = 2;
-constexpr std::uint8_t kHasExtensions = 2;  // a flag
-// Of the fixed-point numbers, 24 bits each. More of them than any reader shifts by are not read.
+constexpr std::uint8_t kHasExtensions = 2;  // bit of Header::flags
+// Fraction bits of the 24-bit fixed-point means: the usual number, and the maximum in writing and in reading.
 constexpr int kUsualFractionBits = 12, kMostWritten = 24, kMostRead = 30;
 constexpr double kLargestFixed = (1 << 23) - 1;
 constexpr double kLeastLogScale = -10, kLogScalesPerUnit = 16, kGreatestLogScale = kLeastLogScale + 255 / 16.0;
@@ -35,14 +35,14 @@ constexpr double kColorScale = 0.15 * 255, kColorZero = 127.5;
 constexpr double kQuaternionScale = 127.5;
 constexpr double kShScale = 128, kShZero = 128;
 
-// The first 16 bytes.
+// The first 16 bytes of the file.
 struct Header {
   std::uint32_t magic = kMagic, version = kWrittenVersion, count = 0;
   std::uint8_t sh_degree = 0, fraction_bits = 0, flags = 0, reserved = 0;
 };
 static_assert(sizeof(Header) == 16);
 
-// Bytes of a Gaussian in each of the arrays that follow, in their order.
+// Bytes per Gaussian in each of the arrays that follow the header, in their order.
 struct Widths {
   Index mean, opacity = 1, color = 3, scale = 3, rotation, sh;
 
@@ -53,7 +53,7 @@ struct Widths {
   Index Sum() const { return mean + opacity + color + scale + rotation + sh; }
 };
 
-// The arrays in the bytes after the header: Byte* or const Byte*.
+// The arrays in the bytes after the header. Byte may be const.
 template <class Byte>
 struct Arrays {
   Byte *mean, *opacity, *color, *scale, *rotation, *sh;
@@ -73,33 +73,33 @@ Header CheckedHeader(const std::string& path, const std::array<char, sizeof(Head
   if (header.magic != kMagic) {
     const bool is_ply = std::string_view(bytes.data(), bytes.size()).starts_with("ply");
     Fail(kBadFile, "{}: {}", path,
-         is_ply ? "a .ply compressed by gzip; unpack it first: gunzip" : "compressed, but no .spz");
+         is_ply ? "a .ply compressed with gzip; unpack it first: gunzip" : "a gzip file, but not .spz");
   }
   if (header.version < 1 || header.version > 3) {
-    Fail(kUnsupported, "{}: .spz of version {}, where versions 1 to 3 are read; export it as one of those, or as .ply",
-         path, header.version);
+    Fail(kUnsupported, "{}: .spz version {} is not supported; export it as version 1 to 3, or as .ply", path,
+         header.version);
   }
   if (header.sh_degree > 3) {
-    Fail(kBadFile, "{}: SH degree {}; a splat of degree 0, 1, 2 or 3 can be read", path, header.sh_degree);
+    Fail(kBadFile, "{}: SH degree {} is not supported; the maximum is 3", path, header.sh_degree);
   }
   if (header.fraction_bits > kMostRead) {
-    Fail(kBadFile, "{}: positions with {} fraction bits of 24; the file is damaged, copy or export it again", path,
+    Fail(kBadFile, "{}: {} fraction bits in 24-bit positions; the file is damaged, copy or export it again", path,
          header.fraction_bits);
   }
   if (header.count == 0) Fail(kBadFile, "{}: it holds no Gaussians", path);
   return header;
 }
 
-// IEEE 754's binary16.
+// From IEEE 754 binary16.
 float FromHalfBits(std::uint16_t bits) {
   const int exponent = bits >> 10 & 0x1f, fraction = bits & 0x3ff;
-  if (exponent == 0x1f) return std::numeric_limits<float>::quiet_NaN();  // infinities are of no use either
+  if (exponent == 0x1f) return std::numeric_limits<float>::quiet_NaN();  // also for infinity, which is not usable
   const float magnitude = exponent == 0 ? std::ldexp(static_cast<float>(fraction), -24)
                                         : std::ldexp(static_cast<float>(fraction + 0x400), exponent - 25);
   return bits & 0x8000 ? -magnitude : magnitude;
 }
 
-// Signed, 24 bits.
+// A signed 24-bit integer.
 std::int32_t ReadFixed(const std::uint8_t* bytes) {
   const std::uint32_t low = bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
   return static_cast<std::int32_t>(low << 8 | static_cast<std::uint32_t>(bytes[2]) << 24) >> 8;
@@ -111,13 +111,14 @@ void WriteFixed(std::int32_t value, std::uint8_t* bytes) {
 
 std::uint8_t ToByte(double value) { return static_cast<std::uint8_t>(std::clamp(std::round(value), 0.0, 255.0)); }
 
-// w, x, y, z. Versions 1 and 2 leave out w.
+// Returns w, x, y, z. Versions 1 and 2 do not store w.
 std::array<double, 4> ReadRotation(std::uint32_t version, const std::uint8_t* bytes) {
-  SmallestThree three{3, {}};  // of x, y, z, w
+  SmallestThree three{3, {}};  // order: x, y, z, w
   if (version < 3) {
     for (std::size_t k = 0; k < 3; ++k) three.rest[k] = bytes[k] / kQuaternionScale - 1;
   } else {
-    // From the highest bits on: two for the place of the largest, and for each of the others a sign and nine bits.
+    // From the highest bit: two bits for the index of the largest number, then a sign and nine bits for each of the
+    // others.
     std::uint32_t bits = 0;
     std::memcpy(&bits, bytes, sizeof(bits));
     three.largest = static_cast<int>(bits >> 30);
@@ -131,8 +132,9 @@ std::array<double, 4> ReadRotation(std::uint32_t version, const std::uint8_t* by
   return {w, x, y, z};
 }
 
-// Of w, x, y, z, in three bytes. Where w is small they tell it badly: so of the quaternions that mean the same
-// Gaussian the one is written that comes back nearest. Gives the axes that its log-scales are to be in.
+// Stores x, y and z of the quaternion w, x, y, z in three bytes. A small w is inaccurate when it is recomputed from
+// them. Therefore, of the 24 quaternions for the same Gaussian, the one with the smallest error is stored. Returns the
+// order of the log-scales that goes with it.
 std::array<int, 3> WriteRotation(const std::array<double, 4>& q, std::uint8_t* bytes) {
   std::array<int, 3> axes{};
   double nearest = 0;
@@ -154,20 +156,20 @@ std::array<int, 3> WriteRotation(const std::array<double, 4>& q, std::uint8_t* b
   return axes;
 }
 
-// Reads past what other programs append to a splat. Refuses what would change its meaning.
+// Skips data that other programs append to a splat. Rejects extensions that could change its meaning.
 void SkipExtensions(const std::string& path, GzipReader* reader) {
   constexpr std::uint32_t kCameraLimits = 0xadbe0002, kMostSkipped = 1 << 16;
-  std::array<std::uint32_t, 2> head{};  // type, bytes
+  std::array<std::uint32_t, 2> head{};  // type, number of bytes
   for (;;) {
     const std::size_t read = reader->Read(reinterpret_cast<char*>(head.data()), sizeof(head));
     if (read == 0) return;
-    if (read < sizeof(head)) Fail(kBadFile, "{}: cut short in what follows the splat", path);
+    if (read < sizeof(head)) Fail(kBadFile, "{}: the extension after the splat is truncated", path);
     if (head[0] != kCameraLimits || head[1] > kMostSkipped) {
-      Fail(kUnsupported, "{}: it has an extension of type {:#x}, which is not known; export it without", path, head[0]);
+      Fail(kUnsupported, "{}: unknown extension of type {:#x}; export the file without it", path, head[0]);
     }
     std::string ignored(head[1], '\0');
     if (reader->Read(ignored.data(), ignored.size()) < ignored.size()) {
-      Fail(kBadFile, "{}: cut short in what follows the splat", path);
+      Fail(kBadFile, "{}: the extension after the splat is truncated", path);
     }
   }
 }
@@ -179,7 +181,7 @@ std::vector<std::string> LinesOf(const std::string& text) {
   return lines;
 }
 
-// The middle of the Gaussians' sizes, as logarithms of the geometric mean of their three standard deviations.
+// Median over the Gaussians of the logarithm of the geometric mean of the three standard deviations.
 double MedianLogScale(const SplatModel& model) {
   std::vector<float> sizes(static_cast<std::size_t>(model.count));
   const float* scale = model.attribute(splat::kLogScale);
@@ -189,15 +191,15 @@ double MedianLogScale(const SplatModel& model) {
   return static_cast<double>(Median(std::move(sizes)));
 }
 
-// As many that the means fit, and no more than make an eighth of a Gaussian's size or the usual number.
+// The number of fraction bits: steps of an eighth of the median Gaussian size, at least 12 and at most 24 bits, and
+// fewer if the means do not fit otherwise.
 int FractionBits(const std::string& path, const SplatModel& model) {
   const double size = MedianLogScale(model);
   if (size < kLeastLogScale || size > kGreatestLogScale) {
-    Fail(
-        kBadArgument,
-        "{}: half of the Gaussians are {} than .spz has numbers for, e^{:.0f} where e^-10 to e^5.9 units can be; write "
-        "a .ply",
-        path, size < 0 ? "smaller" : "larger", size);
+    Fail(kBadArgument,
+         "{}: half of the Gaussians are {} than .spz can store: e^{:.0f} units, but the range is e^-10 to e^5.9; write "
+         "a .ply",
+         path, size < 0 ? "smaller" : "larger", size);
   }
   double farthest = 0;
   for (int k = 0; k < 3; ++k) {
@@ -230,8 +232,8 @@ CubeTurn TurnOf(const std::array<double, 4>& direction) {
   return turn;
 }
 
-// Quaternions along an edge of the cube of four dimensions, a diagonal of two or of all four: one of each and its
-// negative, which is the same rotation.
+// Quaternions along an edge direction of the four-dimensional cube, or along a diagonal of two or of all four axes. Of
+// q and -q, the same rotation, one is included.
 std::array<CubeTurn, 24> MakeTurns() {
   std::array<CubeTurn, 24> turns{};
   std::size_t count = 0;
@@ -266,14 +268,14 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
   GzipReader reader(path, bytes);
   std::array<char, sizeof(Header)> first{};
   const std::size_t read = reader.Read(first.data(), first.size());
-  const auto cut_short = [&] { Fail(kBadFile, "{}: cut short; copy or export it again", path); };
+  const auto cut_short = [&] { Fail(kBadFile, "{}: truncated; copy or export it again", path); };
   if (read < first.size()) cut_short();
   const Header header = CheckedHeader(path, first);
   const Widths widths(header);
   const Index count = header.count, size = count * widths.Sum();
   if (size / kMostDeflateExpands > static_cast<Index>(bytes.size())) {
-    Fail(kBadFile, "{}: the header counts {} Gaussians, which {} bytes cannot hold; the file is cut short or damaged",
-         path, count, bytes.size());
+    Fail(kBadFile, "{}: the header counts {} Gaussians, too many for {} bytes; the file is truncated or damaged", path,
+         count, bytes.size());
   }
   std::vector<std::uint8_t> body(static_cast<std::size_t>(size));
   if (reader.Read(reinterpret_cast<char*>(body.data()), body.size()) < body.size()) cut_short();
@@ -315,7 +317,7 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
 
 void WriteSpz(const std::string& path, const SplatModel& model) {
   CheckDrawable(path, model);
-  if (model.count == 0) Fail(kBadArgument, "{}: it would hold no Gaussians", path);
+  if (model.count == 0) Fail(kBadArgument, "{}: cannot write a splat without Gaussians", path);
   if (model.count > std::numeric_limits<std::uint32_t>::max())
     Fail(kBadArgument, "{}: {} Gaussians are too many", path, model.count);
   Header header;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats in .spz files: the compact format of Niantic Labs (github.com/nianticlabs/spz), 19 to 64 bytes a Gaussian and
-// those compressed by gzip.
+// Splats in .spz files: the compact format of Niantic Labs (github.com/nianticlabs/spz) with 19 to 64 bytes per
+// Gaussian, compressed with gzip.
 #pragma once
 
 #include <array>
@@ -12,37 +12,39 @@
 
 namespace vesta::gs {
 
-// Versions 1 to 3, SH degree 0 to 3; vesta's comments (SplatComments) are read from that of the gzip header. The
-// flag for splats trained with antialiasing is passed over. Throws Error, one line with the file and what is wrong.
-// What a header counts allocates nothing before the file has been found long enough to become it.
+// Reads versions 1 to 3 with SH degree 0 to 3. vesta's comments (SplatComments) are read from the comment of the gzip
+// header. The flag for splats trained with antialiasing is ignored. Throws Error, in one line with the file and the
+// problem. Memory for the number of Gaussians in the header is allocated only if the file is long enough for it.
 SplatModel ReadSpz(const std::string& path, const ReadSplatOptions& options = {});
-// Of a file that has been read.
+// bytes: the content of the file.
 SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSplatOptions& options);
 
-// Writes version 2, which all readers know, whole or not at all (kernels/core/files.h). Steps of what is stored:
-//   means          2^-12 units as a rule; finer where Gaussians are small, coarser where means lie far out
+// Writes version 2, which all readers support, completely or not at all (kernels/core/files.h).
+// Quantisation steps:
+//   means          2^-12 units; smaller for small Gaussians, larger if means are far out
 //   log-scales     1/16 in -10..5.94
-//   rotations      1/127.5 in x, y and z of a quaternion: of the 24 that mean the same Gaussian, with its log-scales in
-//                  other places, the one that comes out nearest (CubeTurns); 0.014 radians at most
+//   rotations      1/127.5 in x, y and z of a quaternion (0.014 radians at most); of the 24 quaternions for the same
+//                  Gaussian (CubeTurns), the one with the smallest error
 //   opacities      1/255 (packed_values.h)
 //   SH             coefficient 0: 0.026 in -3.33..3.33; the others: 1/128 in -1..0.99
-// What lies beyond is clamped, but throws Error, one line with the file, where a step of the means is longer than half
-// of the Gaussians are wide, half of them are larger or smaller than log-scales go, or a value is not finite.
+// Values outside these ranges are clamped. Throws Error, in one line with the file, if a value is not finite or a step
+// of the means exceeds the median size of the Gaussians. The same holds if half of the Gaussians are too large or too
+// small for the log-scales.
 void WriteSpz(const std::string& path, const SplatModel& model);
 
-// The 24 rotations that bring axes onto axes. A Gaussian's principal axes may be named and directed in as many ways,
-// and its quaternion chosen among as many that mean the same.
+// One of the 24 rotations that map the coordinate axes to each other. The principal axes of a Gaussian can be permuted
+// and reversed in 24 ways, so 24 quaternions describe the same Gaussian.
 struct CubeTurn {
   std::array<double, 4> quaternion;  // w, x, y, z; unit
-  // Gaussian with quaternion q and log-scales s is that with Product(q, quaternion) and log-scales s[axes[0]],
-  // s[axes[1]], s[axes[2]].
+  // The Gaussian with quaternion q and log-scales s equals the one with Product(q, quaternion) and log-scales
+  // s[axes[0]], s[axes[1]], s[axes[2]].
   std::array<int, 3> axes;
 };
 
-// The first is no turn.
+// The first is the identity.
 const std::array<CubeTurn, 24>& CubeTurns();
 
-// p q of quaternions w, x, y, z: first the rotation of q, then that of p.
+// The product p q of quaternions w, x, y, z: the rotation q, then p.
 std::array<double, 4> Product(const std::array<double, 4>& p, const std::array<double, 4>& q);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Adam stage on the host.
+// The Adam stage for the host.
 #include "splatting/train/adam_stage/adam_stage.h"
 
 #include "kernels/gaussian_splatting/view/camera_jacobian.h"

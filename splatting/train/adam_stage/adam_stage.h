@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Adam stage: its iterations, and what happens where the memory of a device does not suffice.
+// The Adam stage: its iterations, and its reaction when a GPU runs out of memory.
 #pragma once
 
 #include <algorithm>
@@ -25,16 +25,17 @@
 
 namespace vesta::gs {
 
-// Stage one: Adam on one view an iteration, or a few, with adaptive density. For every memory space: parameters,
-// gradient and moments stay in it throughout.
+// Stage one of the training: Adam with adaptive density control, on one or a few views per iteration. Parameters,
+// gradient and moments stay in the memory space of B throughout.
 template <class B>
 class AdamStage {
  public:
-  // model: to start from, and where the result goes.
+  // model: the start, and the destination of the result.
   AdamStage(TrainingSession& session, SplatModel& model)
       : session_(session), options_(session.options()), result_(model), saved_(session.saved().Take(Stage::kAdam)) {}
 
-  // All that is left to do. On a device throws OutOfDeviceMemory; then what follows may be called.
+  // Runs the remaining iterations. On a device it may throw OutOfDeviceMemory; the public functions below may then be
+  // called.
   void Run() {
     if (!state_) Begin();
     views_.LoadFull();
@@ -43,19 +44,20 @@ class AdamStage {
   }
 
   int iteration() const { return state_ ? state_->iteration : 0; }
-  // Of a stage that could not begin: what it was to begin from is the session's again.
+  // Returns the saved state to the session when the stage could not begin.
   void GiveBackSavedStage() { session_.saved().GiveBack(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
-  // Back to before the Gaussians last became more, to go on without. False where there is no such state.
+  // Restores the state before the last densification; from then on no Gaussians are added. Returns false without such a
+  // state.
   bool RollBack() {
     if (rollback_point_.empty()) return false;
     views_.FreePasses();
     if constexpr (!kOnHost) rollback_point_.GoBack(&*state_);
-    // What that iteration did besides.
+    // The opacity reset of that iteration.
     if (session_.schedule().At(state_->span).resets_opacity) state_->model.ResetOpacity();
     return true;
   }
-  // Leaves the model after the last iteration, recorded.
+  // Stores the model after the last iteration and records it in the history.
   void Finish() {
     views_.UpdateMovedCameras();
     if (recorded_ != state_->iteration) Record();
@@ -70,7 +72,7 @@ class AdamStage {
 
   static AdamStageState<B> StartState(const TrainingSession& session, const SplatModel& model) {
     const TrainOptions& options = session.options();
-    // Rates stay those of the cameras as they were given.
+    // Learning rates and length units depend on the given cameras, not on the refined ones.
     const std::vector<const View*>& views = session.cameras().given();
     const Scene& scene = session.scene();
     DensityOptions density = options.density;
@@ -82,7 +84,7 @@ class AdamStage {
   }
   void Begin() {
     state_.emplace(StartState(session_, result_));
-    if constexpr (kOnHost) result_.data = std::vector<float>();  // until the stage is done state_ has it
+    if constexpr (kOnHost) result_.data = std::vector<float>();  // until the end of the stage, state_ holds the data
     if (saved_) Restore(*saved_);
     saved_.reset();
   }
@@ -91,14 +93,14 @@ class AdamStage {
       ArchiveReader reader(bytes);
       session_.saved().Validate([&] { reader(*state_); });
     } catch (const OutOfDeviceMemory&) {
-      state_.reset();  // it has not begun
+      state_.reset();  // the stage has not begun
       throw;
     }
     if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
     const int n = session_.schedule().iterations(), views = options_.adam.batch_size;
     if (state_->iteration >= n) {
       Fail(kBadArgument,
-           "{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
+           "{}: {} Adam iterations are done, but only {} were requested; set a higher --iterations, or a --time_limit",
            session_.saved().path(), state_->iteration * views, n * views);
     }
   }
@@ -116,7 +118,7 @@ class AdamStage {
     const IterationPlan plan = session_.schedule().At(outlook_.NextSpan(Progress()));
     const int degree = DegreeOf(plan);
     Step(plan, degree);
-    // Before Gaussians change: right after they were cloned or split the splat is worse.
+    // Evaluate before densification: cloning and splitting make the splat worse for a while.
     const bool is_stopped = RecordWhereDue(plan);
     const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
     session_.interim().SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
@@ -131,8 +133,8 @@ class AdamStage {
     Save();
     session_.interim().AttendToWatch(Stage::kAdam, state_->iteration, on_host, Writer());
   }
-  // Leaves the model after this iteration, which was recorded. What is saved, to go on from, is of after its change of
-  // the Gaussians; what is said of the end is not in it, as the stage will have another.
+  // Stops after this iteration, which is already recorded, and stores the model. The checkpoint holds the state after
+  // densification and pruning. End-of-stage notes are not saved; the resumed run writes its own.
   void Stop(const IterationPlan& plan, int degree) {
     state_->model.DownloadResult(result_);
     finished_ = true;
@@ -151,10 +153,10 @@ class AdamStage {
     return [&](ArchiveWriter& archive) { archive(*state_); };
   }
 
-  // Of the harmonics that are in use.
+  // The SH degree in use.
   int DegreeOf(const IterationPlan& plan) const { return std::min(plan.most_sh_degree, state_->model.sh_degree()); }
 
-  // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
+  // The gradient belongs to a sum over pixels and views; Adam's steps do not depend on its scale.
   void Step(const IterationPlan& plan, int degree) {
     views_.ChooseSize(plan.is_coarse);
     views_.DecideOnCamerasWhereDue(plan.span, &*state_);
@@ -167,7 +169,7 @@ class AdamStage {
     if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
     outlook_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
-  // The mean is an improvement; for want of its room training does not end.
+  // Averaging is optional: without memory for it, training continues.
   void Average() {
     try {
       state_->model.Average();
@@ -177,7 +179,7 @@ class AdamStage {
     }
   }
 
-  // Whether the stage is to stop; the last row is of what it leaves.
+  // Records a history row if one is due. Returns true if the stage must stop; the last row then describes its result.
   bool RecordWhereDue(const IterationPlan& plan) {
     const double ahead = outlook_.EvaluationSeconds();
     const bool is_stopped = session_.early_end().ShouldStop(ahead);
@@ -197,7 +199,7 @@ class AdamStage {
     session_.history().Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
     recorded_ = state_->iteration;
   }
-  // Where it is not there already it is downloaded, for as long as nothing else is.
+  // The model on the host. A device model is downloaded into result_; the next download overwrites it.
   splat::Model<float> OnHost(const splat::Model<float>& result) {
     if constexpr (!kOnHost) {
       state_->model.DownloadResult(result_);
@@ -213,21 +215,21 @@ class AdamStage {
     pruning_.Thin(*state_, plan, degree, [&] {
       views_.LendPhotographs();
       views_.FreePasses();
-      rollback_point_.Forget();  // of more than there are now
+      rollback_point_.Forget();  // saved with more Gaussians
     });
   }
   void Densify() {
     const ScopedPhase phase("density");
     const Index before = state_->model.count();
     const double begin = session_.Seconds();
-    views_.FreePasses();  // the new bases need room while the old ones are there
+    views_.FreePasses();  // the new arrays must fit beside the old ones
     state_->model.Densify(state_->iteration, [&] {
       if constexpr (!kOnHost) rollback_point_.Keep(*state_);
     });
     outlook_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
   }
 
-  // Tells what the whole stage will take.
+  // Reports the predicted time and memory of the whole stage.
   void PredictWhereDue(const IterationPlan& plan, int degree) {
     const auto telling = outlook_.WhatToTell(plan.observes);
     if (telling == StagePlanner::Telling::kNothing) return;
@@ -251,7 +253,7 @@ class AdamStage {
   TrainingSession& session_;
   const TrainOptions& options_;
   SplatModel& result_;
-  std::optional<std::string_view> saved_;  // to begin from
+  std::optional<std::string_view> saved_;  // state to resume from
   std::optional<AdamStageState<B>> state_;
   StageViews<B> views_{session_};
   RollbackPoint<B> rollback_point_{session_};
@@ -261,8 +263,8 @@ class AdamStage {
   bool finished_ = false;
 };
 
-// The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not
-// suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note.
+// Runs the whole stage, stores the resulting model and records its last state. If a device runs out of memory, the
+// stage continues with fewer Gaussians, ends, or restarts on the host, and adds a note.
 template <class B>
 void RunAdamStage(TrainingSession& session, SplatModel& model) {
   for (auto stage = std::make_unique<AdamStage<B>>(session, model);;) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of the Adam stage before its Gaussians last became more: what it goes back to where a GPU runs out of
-// memory.
+// A copy of the state of the Adam stage before its last densification, to restore when a GPU runs out of memory.
 #pragma once
 
 #include <cstddef>
@@ -17,15 +16,13 @@
 
 namespace vesta::gs {
 
-// A copy in memory of a state that is an archive's (kernels/core/archive.h), whose arrays lie in the memory of a
-// device.
-// Its arrays stay in the memory of the device where there is room for a second one of each, else they go to the host
-// with the rest.
+// A copy of an archivable state (kernels/core/archive.h) whose arrays lie in device memory. The arrays are copied on
+// the device or to the host; all other members are copied to the host.
 template <class Space>
 class StateSnapshot {
  public:
   StateSnapshot() = default;
-  // Throws OutOfDeviceMemory where the arrays are to stay on the device and do not fit.
+  // Throws OutOfDeviceMemory if on_device is set and the arrays do not fit.
   template <class State>
   StateSnapshot(State& state, bool on_device) : on_device_(on_device) {
     Writer writer(*this);
@@ -33,7 +30,7 @@ class StateSnapshot {
   }
   bool empty() const { return bytes_.empty(); }
 
-  // Bytes of a state's arrays in the memory of the device.
+  // Size of a state's device arrays in bytes.
   template <class State>
   static double ArrayBytes(State& state) {
     Counter counter;
@@ -41,7 +38,7 @@ class StateSnapshot {
     return counter.bytes;
   }
 
-  // Gives it back; array by array the copy is freed.
+  // Moves the copy back into `state`. Frees the copy of each array in turn.
   template <class State>
   void MoveTo(State& state) {
     Reader reader(*this);
@@ -53,7 +50,7 @@ class StateSnapshot {
   template <class T>
   using Array = Buffer<T, Space>;
 
-  // Visits members down to the arrays of the device, and leaves all else to `other`.
+  // Visits members down to device arrays, and passes all other values to `other`.
   template <class OnArray, class Other, class Archive, class T>
   static void Dispatch(Archive& archive, T& value, const OnArray& on_array, const Other& other) {
     if constexpr (requires { value.Visit(archive); }) {
@@ -138,15 +135,15 @@ class StateSnapshot {
   std::vector<Array<unsigned char>> arrays_;
 };
 
-// The state of the Adam stage before its Gaussians last became more: what it goes back to where the memory of a device
-// does not suffice for those.
+// The state of the Adam stage before its last densification. The stage restores it when a device has too little memory
+// for the added Gaussians.
 template <class B>
 class RollbackPoint {
  public:
   explicit RollbackPoint(TrainingSession& session) : session_(session) {}
 
   bool empty() const { return kept_.empty(); }
-  // On the GPU as long as that takes no room from what was planned for there.
+  // Copies the state. The copy stays on the GPU if it fits beside the planned memory, else it is on the host.
   void Keep(AdamStageState<B>& state) {
     kept_ = Kept();
     iteration_ = state.iteration;
@@ -156,22 +153,22 @@ class RollbackPoint {
         kept_ = Kept(state, true);
         session_.memory().NoteKeptOnDevice(bytes);
         return;
-      } catch (const OutOfDeviceMemory&) {  // less is free than was
+      } catch (const OutOfDeviceMemory&) {  // less memory is free than planned
       }
     }
     kept_ = Kept(state, false);
   }
   void Forget() { kept_ = Kept(); }
-  // Once every view has been through with the Gaussians there are, there is room for them.
+  // Discards the copy after two passes over the views: then the memory suffices for the current Gaussians.
   void ForgetWhatHolds(int iteration) {
     const auto seen =
         static_cast<std::size_t>(iteration - iteration_) * static_cast<std::size_t>(session_.options().adam.batch_size);
     if (!empty() && seen >= 2 * session_.training_views().size()) Forget();
   }
-  // Puts it back; the Gaussians stay as many from then on. Needs what was kept.
+  // Restores the copy, which must exist, and fixes the number of Gaussians from then on.
   void GoBack(AdamStageState<B>* state) {
     state->model.Free();
-    // Cameras stay where they were found since, and with them what was learned of them.
+    // Cameras keep their current poses and refinement state.
     StageCamerasState cameras = std::move(state->cameras);
     kept_.MoveTo(*state);
     state->cameras = std::move(cameras);
@@ -183,7 +180,7 @@ class RollbackPoint {
 
   TrainingSession& session_;
   Kept kept_;
-  int iteration_ = 0;  // that it is of
+  int iteration_ = 0;  // of the copy
 };
 
 }  // namespace vesta::gs

@@ -11,15 +11,15 @@
 namespace vesta::gs {
 namespace {
 
-// Views that a lens is stepped by: of fewer the gradients are too noisy, and after more it would lag behind.
+// Views per lens step. With fewer, gradients are too noisy; with more, the lens lags behind.
 constexpr int kViewsOfLensStep = 16;
-constexpr double kMostPixels = 2;  // that a step may move
+constexpr double kMostPixels = 2;  // limit of a step
 
-// A photograph has been brought to the common exposure, so a step starts from none.
+// Photographs are already brought to a common exposure, so a colour step starts from the identity.
 ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const std::vector<double>& step) {
   ViewUnknowns after = Plus({found.motion, {}, found.lens}, free, {step.data(), static_cast<Index>(step.size())});
   after.color = found.color.After(after.color);
-  // A photograph that is black would have none.
+  // A black photograph would get gain 0.
   constexpr double kLeastGain = 0.05;
   for (double& gain : after.color.gain) gain = std::clamp(gain, kLeastGain, 1 / kLeastGain);
   return after;
@@ -37,7 +37,7 @@ CameraChoice StageCameras::Choice(const StageCamerasState& state) const {
   return options_.refine == CameraChoice::kAuto ? state.chosen.value_or(CameraChoice::kNone) : options_.refine;
 }
 
-// Of curvatures no numbers are no harm: nor are they where they were measured so.
+// NaN curvatures are accepted: the view then does not move.
 bool StageCameras::IsState(const StageCamerasState& state) const {
   if (state.chosen) {
     const bool could_choose = *state.chosen == CameraChoice::kNone || *state.chosen == CameraChoice::kPose;
@@ -116,7 +116,7 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
     StepLens(span, lens, state);
     moved = true;
   }
-  // As many as there are.
+  // Counts passes over all training views.
   const auto epoch = [&](std::uint64_t seen) { return seen / lenses_.of.size(); };
   if (epoch(state->seen) > epoch(seen_before_)) {
     FixGauge(span, FreeBy(Choice(*state)));
@@ -125,14 +125,15 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
   return moved;
 }
 
-// Where curvatures are known motions follow the lens at once, exposures when their views are seen.
+// Camera motions follow the lens at once if their curvature is known. Exposures follow when their views are processed
+// next.
 void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
   const std::vector<ViewUnknowns>& found = session_.cameras().found();
   const std::size_t first = lenses_.First(lens);
   const FreeUnknowns free = FreeBy(Choice(*state));
   const Camera& camera = session_.cameras().given()[first]->camera;
   splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonPart(span.before), kMostPixels / camera.lens.fx);
-  if (!Compose(step, found[first].lens).is_sound()) step = {};  // none could need so much
+  if (!Compose(step, found[first].lens).is_sound()) step = {};  // reject an implausible lens
   state->lenses[lens] = {};
   for (std::size_t view = 0; view < lenses_.of.size(); ++view) {
     if (lenses_.of[view] != lens) continue;
@@ -151,7 +152,7 @@ void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   std::vector<ViewUnknowns> found = session_.cameras().found();
   const std::vector<const View*>& given = session_.cameras().given();
   if (free.pose) FixCameraGauge(given, depth_, &found);
-  // Not with a lens: its principal point would go where turns that are held cannot.
+  // Not with free lenses: the principal point would drift to compensate for the fixed rotation.
   const bool holds = free.pose && !free.lens;
   const double eps2d = given.front()->camera.eps2d;
   if (holds && !span.HasReached(MeanTurnFree(eps2d))) SubtractMeanRotation(&found);

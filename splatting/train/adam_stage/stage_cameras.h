@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras and exposures of the training views in the course of the Adam stage: each moves when its view is trained
-// on, by the gradient that the splats get theirs from (cameras/training/camera_steps.h); a lens once some of its views
-// were (cameras/training/camera_steps.h). Passes over views are in the memory of the stage's backend B, all else is on
-// the host.
+// Refines cameras and exposures of the training views during the Adam stage. A camera moves after each pass over its
+// view, by the gradient that the passes for the splats provide. A shared lens moves after several of its views
+// (cameras/training/camera_steps.h). Passes run in the memory of the stage's backend B; all other work is on the host.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +20,16 @@
 
 namespace vesta::gs {
 
-// What of it the further course depends on, beside what was found (RunState).
+// State that the refinement resumes from, besides the found cameras (RunState).
 struct StageCamerasState {
   std::vector<CameraStepState> views;
-  std::vector<LensSystem> lenses;           // since each was stepped
-  std::uint64_t seen = 0;                   // views, with repetition
-  std::optional<CameraChoice> chosen = {};  // by kAuto, once it has
+  std::vector<LensSystem> lenses;           // accumulated since the last step of each lens
+  std::uint64_t seen = 0;                   // views processed, with repetition
+  std::optional<CameraChoice> chosen = {};  // the decision of kAuto, once made
 
   template <class Archive>
   void Visit(Archive& archive) {
-    int choice = chosen ? static_cast<int>(*chosen) : kNone;  // not any bytes are an optional's
+    int choice = chosen ? static_cast<int>(*chosen) : kNone;  // an optional cannot be read from arbitrary bytes
     archive(views, lenses, seen, choice);
     if constexpr (Archive::kReads) chosen = choice == kNone ? std::nullopt : std::optional(CameraChoice{choice});
   }
@@ -43,19 +42,20 @@ class StageCameras {
  public:
   explicit StageCameras(TrainingSession& session);
 
-  // Whether what was read can be a state of theirs.
+  // True if a state read from a file is valid.
   bool IsState(const StageCamerasState& state) const;
   bool moves(const StageSpan& span, const StageCamerasState& state) const;
-  // Whether a view is not to be trained on yet: by these it is decided whether cameras move.
+  // True if a view is held out for now: it is used to decide whether cameras move.
   bool HoldsBack(std::size_t view, const StageCamerasState& state) const;
-  // Whether CameraChoice::kAuto is to be decided before this iteration; Decide does, and says so in a note.
+  // Decides is true if CameraChoice::kAuto must be decided before this iteration. Decide makes the decision and adds a
+  // note.
   bool Decides(const StageSpan& span, const StageCamerasState& state) const;
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
-  // To be called before the views of an iteration.
+  // Call before the views of an iteration.
   void BeginIteration(const StageCamerasState& state) { seen_before_ = state.seen; }
-  // Moves the camera of the view. Where a device has no room for a view's curvature an older one serves; without any
-  // the camera stays.
+  // Moves the camera of the view. If a device has no memory to measure the curvature, the last one is used; without any
+  // curvature the camera does not move.
   template <class B>
   void Step(const StageSpan& span, const SeenView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
@@ -71,13 +71,13 @@ class StageCameras {
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
-    BringToSize(pixels, &own);  // where an older one serves, or the stage has gone back
+    BringToSize(pixels, &own);  // for an old curvature, or after a rollback
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
-  // After the views of an iteration: steps the lenses that it is time for, and takes out what views share once all were
-  // through. True where that moved all views.
+  // Call after the views of an iteration. Steps the lenses that are due, and fixes the gauge after each pass over all
+  // views. Returns true if this moved all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
-  // Has targets look from where it stands now. coarse may be empty, here and below.
+  // Updates the camera in the targets. coarse may be empty, here and below.
   template <class B>
   void UpdateCamera(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     const View& now = *session_.cameras().views()[view];
@@ -85,8 +85,8 @@ class StageCameras {
       if (!targets->empty()) targets->SetCamera(view, now);
     }
   }
-  // Shows its photograph as it is by what was found; to be called before others look at it. Making it takes time, so
-  // that it is not made for each step of a lens that many views share.
+  // Updates the photograph to the found exposure; call before the photograph is used. This is slow, so it is not
+  // repeated for each step of a shared lens.
   template <class B>
   void Develop(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     if (!session_.cameras().Develop(view)) return;
@@ -102,11 +102,11 @@ class StageCameras {
  private:
   CameraChoice Choice(const StageCamerasState& state) const;
   bool is_deciding(const StageCamerasState& state) const;
-  // Whether a view's curvature is to be measured now.
+  // True if the view's curvature must be measured now.
   bool IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const;
-  // The first time it says so.
+  // Adds the note once.
   void NoteLackOfRoom(const std::string& why);
-  // By its gradient.
+  // Moves the view by its gradient.
   void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
             StageCamerasState* state);
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
@@ -114,9 +114,9 @@ class StageCameras {
 
   TrainingSession& session_;
   const CameraOptions& options_;
-  double depth_;  // of what cameras see, world units
+  double depth_;  // depth of the scene in front of the cameras, world units
   SharedLenses lenses_;
-  std::uint64_t seen_before_ = 0;  // StageCamerasState::seen as the iteration began
+  std::uint64_t seen_before_ = 0;  // StageCamerasState::seen at the start of the iteration
   bool lacked_room_ = false;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is taken out of the model in the course of the Adam stage (pruning/pruning_options.h). Judged on the host,
-// by the training views at full size whatever the iterations see.
+// Pruning during the Adam stage (pruning/pruning_options.h). Scores are computed on the host from full-size training
+// views, even while iterations use half-size views.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,16 @@ namespace vesta::gs {
 template <class B>
 class StagePruning {
  public:
-  // pace: is told how long judging takes.
+  // pace: receives the time that scoring takes.
   StagePruning(TrainingSession& session, IterationTimer& pace)
       : session_(session), options_(session.options().pruning), pace_(pace) {}
 
-  // What goes after the iteration of that plan; Gaussians have been added before, by what was observed of them.
-  // degree: of the harmonics in use. before() is called where views judge, and may free what iterations work in.
+  // Prunes after the iteration of `plan`, when densification is done. degree: the SH degree in use. before() is called
+  // before scoring and may free the workspace of the iterations.
   template <class Before>
   void Thin(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
     const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_done, state);
-    // Not while bands wait for their turn.
+    // Not before all SH bands are in use.
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
     if (!plan.prunes_unseen && !prunes && !lowers) return;
@@ -38,13 +38,13 @@ class StagePruning {
     before();
     session_.memory().NoteModel(state.model.layout());
     if (plan.prunes_unseen) KeepOnly(Supported(OnHost(state, degree), Judges()), state);
-    // First, since Gaussians of a lower degree cost less.
+    // First, because scoring is cheaper with lower SH degrees.
     if (lowers) LowerDegrees(state, degree);
     if (prunes) Prune(state, degree);
     copy_ = SplatModel();
   }
 
-  // Where the stage is over with so many Gaussians, and more than were to be left; or judging was left out.
+  // At the end of the stage: adds notes if more Gaussians remain than requested, or if scoring rounds were skipped.
   void NoteWhoStayed(const AdamStageState<B>& state, Index gaussians) const {
     if (state.scoring_skipped > 0) {
       session_.Note(notes::kScoringSkipped, state.scoring_skipped, session_.options().time_limit);
@@ -55,11 +55,10 @@ class StagePruning {
   }
 
  private:
-  static constexpr double kPartForDegrees = 0.5;  // of the time for judging
+  static constexpr double kPartForDegrees = 0.5;  // fraction of the time for scoring
 
-  // Whether there is time to look at all views `passes` times: of the time for judging such a part is free by now. A
-  // number of Gaussians that was asked for is worth any time. Collective; where there is none the round is counted as
-  // left out.
+  // Returns true if `passes` passes over all views fit into the scoring time; the fraction `part` of it is available by
+  // now. A requested number of Gaussians takes precedence over time. Counts a skipped round. Collective.
   bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
@@ -99,7 +98,7 @@ class StagePruning {
     state.model.SetDegrees(degrees);
     state.judged_seconds += session_.Seconds() - begin;
   }
-  // The attribute of the harmonics of all Gaussians that have it: of those that are lowered what stands in.
+  // One SH attribute for all Gaussians that have it. Gaussians whose degree is lowered get a substitute coefficient.
   static std::vector<float> StandIns(const splat::Model<float>& model, const ShRemovalCost& worth,
                                      const std::vector<std::uint8_t>& degrees, int attribute) {
     const float* own = model.x + model.Offset(attribute);
@@ -114,7 +113,7 @@ class StagePruning {
     }
     return values;
   }
-  // Until the next call.
+  // The model on the host, valid until the next call.
   splat::Model<float> OnHost(const AdamStageState<B>& state, int degree) {
     splat::Model<float> model = state.model.kernel_model(degree);
     if constexpr (!std::is_same_v<typename B::Space, Host>) {
@@ -130,7 +129,7 @@ class StagePruning {
   TrainingSession& session_;
   const PruningOptions& options_;
   IterationTimer& pace_;
-  SplatModel copy_;  // of a device's model
+  SplatModel copy_;  // host copy of a device model
 };
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photographs that a stage is at, in whatever memory it computes.
+// The photographs of the current stage, in the memory of its backend.
 #pragma once
 
 #include <algorithm>
@@ -14,26 +14,26 @@
 
 namespace vesta::gs {
 
-// Views to fit at one size, with what their truths lie in. Where the scene's photographs are in a store, the host looks
-// at one of them at a time; a device holds its copies of all.
+// Views to fit at one image size, with their photographs. If the photographs are in a store, the host holds one of them
+// at a time; a device holds copies of all.
 template <class B>
 class StageTargets {
  public:
   bool empty() const { return targets_.empty(); }
   std::size_t size() const { return targets_.size(); }
   const splat::PosedCamera& camera(std::size_t i) const { return targets_[i].camera; }
-  // The view with its photograph, which is there until another one is asked for.
+  // The view with its photograph, valid until the next call with another index.
   const TargetView<B>& operator[](std::size_t i) {
     if (!stored_.empty() && shown_ != i) Look(i);
     return targets_[i];
   }
-  // The copies that a device holds; on the host none: the scene's own serve.
+  // The device copies of the photographs; empty on the host, which uses the scene's images.
   std::span<const TargetView<B>> copies() const {
     return kOnHost ? std::span<const TargetView<B>>() : std::span<const TargetView<B>>(targets_);
   }
-  // Whether photographs come out of a store when they are asked for.
+  // True if photographs are read from a store on demand.
   bool are_stored() const { return !stored_.empty(); }
-  // The same ahead of time; next() gives the views that will be asked for, one after the other.
+  // Starts to read the next photographs; next() returns the views to be used, in order.
   template <class Next>
   void Prefetch(const Next& next) const {
     std::vector<Index> numbers;
@@ -41,12 +41,12 @@ class StageTargets {
     stored_.front()->store()->Expect(numbers);
   }
 
-  // Of photographs that outlive this.
+  // For photographs that outlive this object.
   void Load(const std::vector<const View*>& views, double near) {
     bool are_stored = false;
     for (const View* view : views) are_stored = are_stored || view->stored;
     if (!kOnHost || !are_stored) {
-      std::vector<std::shared_ptr<const Image>> kept;  // none: they are copied, or in memory already
+      std::vector<std::shared_ptr<const Image>> kept;  // empty: copied, or in memory already
       targets_ = MakeTargets<B>(views, near, &kept);
       return;
     }
@@ -55,7 +55,7 @@ class StageTargets {
       stored_.push_back(view->stored);
     }
   }
-  // Of photographs made for the purpose.
+  // Takes ownership of photographs made for this stage.
   void Hold(std::vector<View> views, double near) {
     views_ = std::move(views);
     std::vector<const View*> pointers;
@@ -63,7 +63,7 @@ class StageTargets {
     Load(pointers, near);
     if constexpr (!kOnHost) views_ = std::vector<View>();
   }
-  // The view's camera is another now. view: of any size.
+  // Replaces the camera of view i. `view` may have any image size.
   void SetCamera(std::size_t i, const View& view) {
     splat::PosedCamera& camera = targets_[i].camera;
     const splat::PosedCamera posed = ToPosedCamera(view, camera.near);
@@ -72,7 +72,8 @@ class StageTargets {
     std::copy_n(posed.centre, 3, camera.centre);
     camera.lens = ResizeCamera(view.camera, camera.width, camera.height).lens;
   }
-  // Its photograph, of any size, is another now, and its mask where it has one. What is merely looked at is so already.
+  // Replaces the photograph of view i, which may have any size, and its mask if it has one. Nothing to do when the
+  // target refers to the scene's own image.
   void SetPhotograph(std::size_t i, const Image& image) {
     if (kOnHost && views_.empty()) return;
     const ImageShape shape = targets_[i].shape();
@@ -90,8 +91,7 @@ class StageTargets {
     }
   }
   void Clear() { *this = StageTargets(); }
-  // Lets go of the photograph that was asked for last, before others are asked for elsewhere: the store's budget has no
-  // room for both.
+  // Frees the current photograph before other code loads photographs: the store's budget does not cover both.
   void Release() {
     photograph_.reset();
     shown_ = kNone;
@@ -106,7 +106,7 @@ class StageTargets {
     targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(image));
   }
   void Look(std::size_t i) {
-    Release();  // before the next one takes its room
+    Release();  // frees memory for the next one
     photograph_ = stored_[i]->Get();
     SetTruth(i, *photograph_);
     shown_ = i;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views of the Adam stage: their order, and the passes from a model to the gradient of a view's cost.
+// Views of the Adam stage: their order, and the forward and backward passes that give the gradient of a view's cost.
 #pragma once
 
 #include <algorithm>
@@ -24,17 +24,17 @@
 
 namespace vesta::gs {
 
-// The passes over one view, from a model to the gradient of the view's cost: what they work in, and leave there.
+// Workspace and results of the forward and backward passes over one view.
 template <class B>
 struct ViewPasses {
-  // |e| itself, as in 3DGS: Adam needs no floor.
+  // |e| without smoothing, as in 3DGS: Adam needs no floor.
   typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
   typename SplatBackend<B>::SplatView view;
   typename SplatBackend<B>::Workspace workspace;
   typename B::Vector image, image_gradient;
-  SumOfViews<typename B::Space> views;  // of an iteration
+  SumOfViews<typename B::Space> views;  // of one iteration
 
-  // Adds the gradient of the cost, which loss.Value() has.
+  // Adds the gradient of the view's cost; loss.Value() returns the cost.
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* background,
                    float* gradient) {
     const ImageShape shape = target.shape();
@@ -47,19 +47,19 @@ struct ViewPasses {
   }
 };
 
-// The training views of the Adam stage: their photographs at the size that iterations see, the passes over them, and
-// their cameras, which may move. What an iteration learns of the model is summed here.
+// The training views of the Adam stage: photographs at the current size, the passes over them, and their cameras, which
+// may move. Sums the gradients and density statistics of an iteration.
 template <class B>
 class StageViews {
  public:
   explicit StageViews(TrainingSession& session)
       : session_(session), options_(session.options()), near_(NearPlane(session.scene())) {}
 
-  // At full size; to be called before all that follows.
+  // Loads the full-size views. Call it first.
   void LoadFull() {
     if (full_.empty()) full_.Load(session_.training_views(), near_);
   }
-  // That which an iteration is to see.
+  // Selects full-size or half-size views for an iteration.
   void ChooseSize(bool wants_coarse) {
     if (!wants_coarse) coarse_.Clear();
     if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
@@ -67,61 +67,61 @@ class StageViews {
     lacks_coarse_ = views.empty();
     coarse_.Hold(std::move(views), near_);
   }
-  // Whether what was read of the cameras can be a state of theirs.
+  // True if a camera state read from a file is valid.
   bool IsState(const StageCamerasState& cameras) const { return cameras_.IsState(cameras); }
   bool are_coarse() const { return !coarse_.empty(); }
-  // Whether there are photographs of half size.
+  // True if half-size photographs exist.
   bool have_coarse() const { return !lacks_coarse_; }
 
-  // Where CameraChoice::kAuto is to be decided before an iteration.
+  // Decides CameraChoice::kAuto if that is due before the iteration.
   void DecideOnCamerasWhereDue(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.Decides(span, state->cameras)) return;
     const ScopedPhase phase("cameras");
-    SplatModel model;  // bands that are not in use yet are 0
+    SplatModel model;  // SH bands not in use yet are 0
     state->model.DownloadParameters(model);
     full_.Release(), coarse_.Release();
     cameras_.Decide(model, &state->cameras);
   }
-  // One iteration: the gradients of its views, their cameras, and the step of the model. Returns the mean cost of the
-  // views, per pixel and channel. This is the only place where these three are called, so their order stands here.
+  // Runs one iteration: gradients of the views, camera steps, model step. Returns the mean cost of the views, per pixel
+  // and channel. Only this function fixes the order of the three.
   double Step(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
     const double cost = AddGradients(plan, degree, state);
     MoveSharedCameras(plan.span, state);
     state->model.Step(splat::NumAttributes(degree), plan.lr_factor);
     return cost;
   }
-  // Of the latest iteration's views.
+  // Pixels of the latest iteration.
   double pixels() const { return pixels_; }
-  // Later iterations see cameras where they are now.
+  // Applies moved cameras to the targets of later iterations.
   void UpdateMovedCameras() {
     for (const std::size_t view : moved_) cameras_.UpdateCamera(view, &full_, &coarse_);
     moved_.clear();
   }
 
-  // Before others look at the scene's photographs: they are what was found, and none is held back.
+  // Call before other code reads the scene's photographs: applies the found exposures and frees the current photograph.
   void LendPhotographs() {
     cameras_.DevelopAll(&full_, &coarse_);
     full_.Release(), coarse_.Release();
   }
-  // Those of full size that a device holds.
+  // The full-size copies on a device.
   std::span<const TargetView<B>> copies() const { return full_.copies(); }
   typename SplatBackend<B>::Workspace& workspace() { return passes().workspace; }
-  // What passes work in, until the next one.
+  // Frees the workspace; the next pass allocates it again.
   void FreePasses() { passes_.reset(); }
 
-  // Seconds that an iteration on views of full size takes beyond one on coarse ones, by some of the views. Leaves no
-  // trace in what is trained.
+  // Measures on a few views how many seconds a full-size iteration takes more than a half-size one. Does not change the
+  // training.
   double MeasureFullBeyondCoarse(int degree, TrainedModel<B>* model) {
     const ScopedPhase phase("forecast");
     const auto seconds = [&](StageTargets<B>& targets, std::size_t view) {
       const double begin = session_.Seconds();
       AddGradient(model->kernel_model(degree), targets[view], model->gradient(splat::NumAttributes(degree)));
-      passes().loss.Value();  // waits for a device
+      passes().loss.Value();  // waits for the device
       return session_.Seconds() - begin;
     };
     constexpr std::size_t kMostViews = 8;
     const std::size_t all = full_.size(), views = std::min(kMostViews, all);
-    seconds(full_, 0);  // allocates
+    seconds(full_, 0);  // warm-up, allocates
     double coarse = 0, full = 0;
     for (std::size_t k = 0; k < views; ++k) {
       coarse += seconds(coarse_, k * all / views) / static_cast<double>(views);
@@ -134,9 +134,8 @@ class StageViews {
  private:
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
 
-  // Forward and backward passes over the next iteration's views. Leaves the sum of their gradients in the model's, and
-  // their cameras moved; returns their mean cost, per pixel and channel. Several processes divide the views among them,
-  // and all get the whole sum.
+  // Forward and backward passes over the views of the next iteration. Stores the summed gradient in the model, moves
+  // the cameras and returns the mean cost per pixel and channel. Ranks divide the views; each gets the whole sum.
   double AddGradients(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
     cameras_.BeginIteration(state->cameras);
     const splat::Model<float> x = state->model.kernel_model(degree);
@@ -158,7 +157,7 @@ class StageViews {
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;
   }
-  // What views share of their cameras.
+  // Steps shared lenses and fixes the gauge.
   void MoveSharedCameras(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.moves(span, state->cameras)) return;
     const ScopedPhase phase("cameras");
@@ -171,13 +170,13 @@ class StageViews {
 
   StageTargets<B>& targets() { return are_coarse() ? coarse_ : full_; }
   ViewPasses<B>& passes() { return passes_ ? *passes_ : passes_.emplace(); }
-  // Of those that may be trained on yet.
+  // The next view that is not held out.
   std::size_t NextView(ViewOrder& order, const AdamStageState<B>& state) const {
     std::size_t next = order.Next();
     while (cameras_.HoldsBack(next, state.cameras)) next = order.Next();
     return next;
   }
-  // Photographs that are in a store, of the next views.
+  // Prefetches the photographs of the next views from the store.
   void Prefetch(const AdamStageState<B>& state) {
     if (!targets().are_stored()) return;
     ViewOrder order = state.order;
@@ -187,7 +186,7 @@ class StageViews {
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
     passes().AddGradient(x, target, options_.background.data(), gradient);
   }
-  // View k of the iteration.
+  // Processes view k of the iteration.
   void AddView(int k, std::size_t view, const splat::Model<float>& x, const StageSpan& span, float* gradient,
                AdamStageState<B>* state) {
     cameras_.Develop(view, &full_, &coarse_);
@@ -199,11 +198,11 @@ class StageViews {
     const double share = PullShare(shape.width, full_.camera(view).width);
     const density::Grad2dView pulls =
         density::Grad2dOf(passes().view, passes().workspace.splat_sums.data(), share * values);
-    // The loss is read last, so that on a device all of the view's work is under way.
+    // Read the loss last, so that a device already runs all work of the view.
     passes().views.Add(k, pulls, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
   }
 
-  // The camera of the view that a gradient was just added of.
+  // Moves the camera of the view that was just processed.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, AdamStageState<B>* state) {
     const ScopedPhase phase("cameras");
     const SeenView<B> seen{view,
@@ -220,10 +219,10 @@ class StageViews {
   TrainingSession& session_;
   const TrainOptions& options_;
   double near_;
-  StageTargets<B> full_, coarse_;  // coarse_: empty where iterations are on full ones
+  StageTargets<B> full_, coarse_;  // coarse_: empty while iterations use full-size views
   bool lacks_coarse_ = false;
   StageCameras cameras_{session_};
-  std::vector<std::size_t> moved_;  // by the iteration
+  std::vector<std::size_t> moved_;  // in this iteration
   std::optional<ViewPasses<B>> passes_;
   TermExchange exchange_;
   double pixels_ = 0;

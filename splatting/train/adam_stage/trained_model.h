@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model while the Adam stage trains it, and the whole state that the stage resumes from.
+// The model during the Adam stage, and the complete state that the stage resumes from.
 #pragma once
 
 #include <cstdint>
@@ -20,14 +20,14 @@
 
 namespace vesta::gs {
 
-// A model while Adam trains it, with all that goes with each Gaussian. For every memory space.
+// A model in training, with the optimiser and density state of each Gaussian, in any memory space.
 template <class B>
 class TrainedModel {
  public:
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  // unit_views: UnitViews; unit: of length, of Gaussians that none of them sees.
+  // unit_views: see UnitViews. unit: the length unit of Gaussians outside all unit views.
   TrainedModel(const SplatModel& model, Adam<B> adam, DensityControl<Space> density,
                const std::vector<splat::PosedCamera>& unit_views, double unit)
       : layout_(model), adam_(std::move(adam)), density_(std::move(density)), unit_(unit) {
@@ -40,48 +40,48 @@ class TrainedModel {
   Index count() const { return layout_.count; }
   int sh_degree() const { return layout_.sh_degree; }
   splat::Model<float> kernel_model(int active_sh_degree) const { return AsModel(x_, active_sh_degree); }
-  // The mean of the parameters that were averaged, where there is one; else the parameters.
+  // The averaged parameters if there are any, else the current ones.
   splat::Model<float> result(int active_sh_degree) const { return AsModel(Result(), active_sh_degree); }
   Adam<B>& adam() { return adam_; }
   DensityControl<Space>& density() { return density_; }
   const Vector& parameters() const { return x_; }
 
-  // For a step on `attributes` of the attributes: zero before the first view's gradient is added, and after Step.
+  // The gradient of the first `attributes` attributes. It is zero before the first view of an iteration and after Step.
   float* gradient(int attributes) {
     if (gradient_.size() != layout_.Offset(attributes)) gradient_.Resize(layout_.Offset(attributes));
     return gradient_.data();
   }
-  // Of what was added since the last step.
+  // Discards the gradient accumulated since the last step.
   void ForgetGradient() { gradient_ = Vector(); }
-  // Adam's step by the gradient.
+  // Takes an Adam step.
   void Step(int attributes, double factor) { adam_.Step(layout_, x_, gradient(attributes), attributes, factor); }
-  // Counts the parameters in their mean, until Gaussians change. On a device throws OutOfDeviceMemory; then there is no
-  // mean.
+  // Adds the current parameters to their average, which lasts until Gaussians change. On a device it may throw
+  // OutOfDeviceMemory, which discards the average.
   void Average() { average_.Add(x_); }
 
-  // Clones, splits and prunes; iteration keys the random offsets of split Gaussians. What was observed is forgotten and
-  // units of length are measured anew. rollback_point() is called before Gaussians become more, and only then. On a
-  // device throws OutOfDeviceMemory: where Gaussians have not become more, what can be downloaded is the model of
-  // before or of after.
+  // Clones, splits and prunes. `iteration` seeds the random offsets of split Gaussians. Resets the density statistics
+  // and recomputes the length units. rollback_point() is called only if Gaussians are added, and before that. On a
+  // device it may throw OutOfDeviceMemory. If no Gaussians were to be added, the old or the new model can still be
+  // downloaded.
   template <class RollbackPoint>
   void Densify(int iteration, const RollbackPoint& rollback_point) {
     average_.StartAnew();
-    gradient_ = Vector();  // zero between steps; its room is needed
+    gradient_ = Vector();  // zero between steps; frees its memory
     const DensityPlan<Space> plan = density_.Decide(x_.data(), count());
     if (plan.count > count()) rollback_point();
     if (plan.changes) Follow(plan, iteration);
     StartAnew();
   }
-  // Leaves only these, ascending, with their moments and their mean. On a device throws OutOfDeviceMemory; then what
-  // can be downloaded is the model of before.
+  // Keeps only the given Gaussians (ascending indices), with their moments and average. On a device it may throw
+  // OutOfDeviceMemory; the old model can still be downloaded.
   void Keep(const std::vector<Index>& kept) {
     const std::vector<std::uint32_t> source(kept.begin(), kept.end());
     Take({source, LayoutOfRows(layout_, source)});
     StartAnew();
   }
-  // Gives each Gaussian a degree, none above the one it has: the bands above are gone, with their moments and mean. The
-  // order changes (OrderByDegree), and with it all else that goes with a Gaussian. On a device throws
-  // OutOfDeviceMemory; then what can be downloaded is the model of before or of after.
+  // Sets the SH degree of each Gaussian, at most its current degree. Higher bands are removed with their moments and
+  // average. This reorders the Gaussians and their data (OrderByDegree). On a device it may throw OutOfDeviceMemory;
+  // the old or the new model can still be downloaded.
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     const DegreeOrder order = OrderByDegree(layout_, degrees);
     if (order.layout == layout_) return;
@@ -89,7 +89,7 @@ class TrainedModel {
     density_.Reorder(rows);
     adam_.SetUnits(GatherNumbers(adam_.units(), rows));
   }
-  // One attribute of the Gaussians that have it; their mean begins anew.
+  // Sets one attribute of all Gaussians that have it, and restarts the average.
   void SetAttribute(int attribute, const std::vector<float>& values) {
     average_.StartAnew();
     const Index rows = layout_.Rows(attribute);
@@ -101,10 +101,10 @@ class TrainedModel {
     adam_.Reset(layout_, splat::kOpacity);
   }
 
-  // The parameters of result(), to the host.
+  // Copies the parameters of result() to the host.
   void DownloadResult(SplatModel& model) const { Download(Result(), model); }
   void DownloadParameters(SplatModel& model) const { Download(x_, model); }
-  // The same for the last time: frees all else first.
+  // Like DownloadResult, but frees all other data first; for the end of the stage.
   void Finish(SplatModel& model) {
     gradient_ = Vector();
     adam_.Free();
@@ -117,13 +117,13 @@ class TrainedModel {
     adam_.Free();
     density_.Forget(0);
   }
-  // No more Gaussians than there are from now on; what was observed is forgotten.
+  // Fixes the maximal number of Gaussians at the current one, and resets the density statistics.
   void StayAsMany() {
     density_.LimitGaussians(count());
     StartAnew();
   }
 
-  // Whether what was read is in itself a model that can be trained on.
+  // True if a state read from a file is a consistent model.
   bool IsWhole() const {
     return layout_.IsOfModel() && x_.size() == layout_.Size() && adam_.IsOf(count(), x_.size()) &&
            average_.IsOf(x_.size()) && density_.IsOf(count());
@@ -139,7 +139,7 @@ class TrainedModel {
     Rearrange(LayoutOf(plan.source), plan.source, plan.kept);
     density_.Renew(plan, iteration, x_.data());
   }
-  // Of Gaussians whose sources are in the order of their degrees.
+  // The layout after selecting `source`, which is sorted by SH degree.
   splat::ModelLayout LayoutOf(const Buffer<std::uint32_t, Space>& source) const {
     if (layout_.is_uniform()) return {.count = source.size(), .sh_degree = sh_degree()};
     return LayoutOfRows(layout_, OnHost(source));
@@ -153,7 +153,7 @@ class TrainedModel {
       return copy;
     }
   }
-  // Leaves what the order takes, with its moments and its mean. Returns the sources.
+  // Selects the rows of `order`, with their moments and average. Returns the source rows.
   Buffer<std::uint32_t, Space> Take(const DegreeOrder& order) {
     gradient_ = Vector();
     const std::vector<std::uint8_t> all(order.source.size(), 1);
@@ -166,7 +166,8 @@ class TrainedModel {
     average_ = std::move(average);
     return rows;
   }
-  // Gaussian i becomes a copy of source[i], as far as `layout` has its bands, with its moments where kept[i].
+  // Gaussian i becomes a copy of source[i], with the bands that `layout` has. Moments are copied if kept[i], else
+  // reset.
   void Rearrange(const splat::ModelLayout& layout, const Buffer<std::uint32_t, Space>& source,
                  const Buffer<std::uint8_t, Space>& kept) {
     adam_.Rearrange(layout_, layout, source, kept);
@@ -176,7 +177,7 @@ class TrainedModel {
     x_ = std::move(x);
     layout_ = layout;
   }
-  // What begins anew with each change of the model.
+  // Resets what depends on the set of Gaussians: density statistics and length units.
   void StartAnew() {
     density_.Forget(count());
     adam_.SetUnits(MeasureUnits<Space>(count(), x_.data(), unit_views_, unit_));
@@ -200,22 +201,22 @@ class TrainedModel {
   double unit_;
 };
 
-// All that the stage's further course depends on, beside options and photographs.
+// The complete state that the stage resumes from, besides options and photographs.
 template <class B>
 struct AdamStageState {
   TrainedModel<B> model;
   ViewOrder order;
-  int iteration = 0;     // done
-  StageSpan span{0, 0};  // of that one
+  int iteration = 0;     // iterations done
+  StageSpan span{0, 0};  // of the last iteration
   double mean_cost = 0;
-  bool averages = true;      // false once the mean of the parameters has found no room
-  Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
+  bool averages = true;      // false after the average ran out of memory
+  Index before_pruning = 0;  // number of Gaussians before the first pruning; 0: not pruned yet
   StageCamerasState cameras = {};
-  // Seconds that judging Gaussians took, and rounds of it that there was no time for (StagePruning).
+  // Seconds spent on scoring, and scoring rounds skipped for lack of time (StagePruning).
   double judged_seconds = 0;
   int scoring_skipped = 0;
 
-  // Whether what was read can be such a state.
+  // True if a state read from a file is valid.
   bool IsWhole() const {
     const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
     return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0 &&

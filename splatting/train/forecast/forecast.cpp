@@ -12,7 +12,7 @@ namespace vesta::gs {
 RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
                             const StageProgress& now, double judging) {
   const TrainOptions& options = schedule.options();
-  constexpr int kPieces = 100;  // of the whole stage; those that are left are looked at one by one
+  constexpr int kPieces = 100;  // per stage; the remaining ones are simulated one by one
   const double done = now.span.after;
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
@@ -49,7 +49,7 @@ RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& gr
 
 void StagePlanner::ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds) {
   pace_.Observe(is_coarse, gaussians, seconds);
-  // The first takes longer than any other and does not count.
+  // Skip the first iteration: it takes longer than all others.
   if (!std::exchange(is_warm_, true)) return;
   worked_seconds_ += seconds, worked_pixels_ += pixels;
 }
@@ -65,10 +65,10 @@ StageSpan StagePlanner::NextSpan(const StageProgress& now) const {
   const double before = now.span.after, planned = 1.0 * done / n;
   const bool is_limited = options.time_limit > 0;
   const double left = n - done, in_time = is_limited ? session_.processes().OfFirst(IterationsInTime(now)) : left;
-  // A limit that never binds changes no bit.
+  // A time limit that is never reached does not change the result.
   if (before == planned && left <= in_time) return {planned, (done + 1.0) / n};
-  // A limit that does, or one that did before the training was gone on with, or as many iterations as there were not to
-  // be then: what is left of the stage is divided among those that are left.
+  // The plan changed: the time limit shortens it, or the resumed training had another limit or number of iterations.
+  // Divide the rest of the stage among the remaining iterations.
   return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the rest of the Adam stage will take: seconds per iteration, growth of the Gaussians, and both over the parts of
-// the schedule that are left.
+// Predicts the rest of the Adam stage: seconds per iteration, growth of the number of Gaussians, and both over the
+// remaining schedule.
 #pragma once
 
 #include <algorithm>
@@ -18,25 +18,25 @@
 
 namespace vesta::gs {
 
-// How long iterations of the Adam stage take, and will take with other numbers of Gaussians.
-// Seconds that an iteration takes, by the latest ones, for views at half their size and at full size.
+// Measures the seconds per iteration of the Adam stage, separately for half-size and full-size views. Predicts them for
+// other numbers of Gaussians.
 class IterationTimer {
  public:
   void Observe(bool is_coarse, Index gaussians, double seconds) {
-    // The first iteration of all, and of each size, allocates.
+    // Skip the first iteration at each size, which allocates memory.
     Scale& scale = scales_[is_coarse];
     if (scale.observed++ > 0) scale.Add(seconds / Growth(static_cast<double>(gaussians)));
   }
-  // A change of the model, which left so many Gaussians.
+  // Records the time of one densification, which left `gaussians` Gaussians.
   void ObserveChange(Index gaussians, double seconds) {
     changed_gaussians_ += static_cast<double>(gaussians), change_seconds_ += seconds;
   }
-  // Who is to go, decided by all views for so many Gaussians.
+  // Records the time of one scoring round over all views with `gaussians` Gaussians.
   void ObserveScoring(Index gaussians, double seconds) {
     judged_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
   }
-  // An iteration at full size takes so much longer than one at half size with the same Gaussians, by measurement: what
-  // is done at pixels hardly grows with the Gaussians.
+  // Sets the measured difference between a full-size and a half-size iteration for the same model. It is constant:
+  // per-pixel work hardly depends on the number of Gaussians.
   void SetFullBeyondCoarse(double seconds) { full_beyond_coarse_ = seconds; }
 
   bool is_known() const { return scales_[0].is_known() || scales_[1].is_known(); }
@@ -48,12 +48,12 @@ class IterationTimer {
     const double coarse = growth * scales_[1].mean;
     return full_beyond_coarse_ ? coarse + *full_beyond_coarse_ : coarse * kFullByCoarse;
   }
-  // In proportion to the Gaussians; 0 where none has been seen.
+  // Proportional to the number of Gaussians; 0 before the first densification.
   double ChangeSeconds(double gaussians) const {
     return changed_gaussians_ > 0 ? change_seconds_ / changed_gaussians_ * gaussians : 0;
   }
-  // By the views of so many iterations. Before any has been seen: a view takes about as long to judge by as to train
-  // on.
+  // Time of scoring over the views of `iterations` iterations. Before the first measurement, scoring a view is assumed
+  // to cost the same as training on it.
   double ScoringSeconds(double gaussians, double iterations) const {
     if (judged_gaussians_ > 0) return scoring_seconds_ / judged_gaussians_ * gaussians;
     return iterations * Seconds(false, gaussians);
@@ -61,17 +61,18 @@ class IterationTimer {
 
  private:
   static constexpr std::size_t kLatest = 40;
-  // Eight trainings have 0.6 to 1.05 as the exponent (docs/decisions/forecast.md).
+  // The exponent was 0.6 to 1.05 in eight trainings (docs/decisions/forecast.md).
   static double Growth(double gaussians) {
     constexpr double kExponent = 0.87;
     return std::pow(std::max(1.0, gaussians), kExponent);
   }
-  // Until it is measured. It was 0.9 to 1.8 on the same trainings.
+  // Used until measured. The ratio was 0.9 to 1.8 in the same trainings.
   static constexpr double kFullByCoarse = 1.4;
   struct Scale {
     std::size_t observed = 0;
     std::array<double, kLatest> latest{};
-    double mean = 0;  // of the latest, without the tenth at either end: other work on the machine holds up some
+    // Mean of the latest without the lowest and highest tenth, since other load on the machine disturbs some.
+    double mean = 0;
 
     bool is_known() const { return observed > 1; }
     void Add(double value) {
@@ -86,23 +87,22 @@ class IterationTimer {
 
   std::optional<double> full_beyond_coarse_;
   double changed_gaussians_ = 0, change_seconds_ = 0, judged_gaussians_ = 0, scoring_seconds_ = 0;
-  std::array<Scale, 2> scales_;  // at full size, at half
+  std::array<Scale, 2> scales_;  // full size, half size
 };
 
-// How many Gaussians a training will end with, from how they have grown so far.
-// Each change of the model adds a smaller part than the one before. From the fourth on the parts fall by nearly the
-// same factor on every scene measured (docs/decisions/forecast.md).
+// Predicts the final number of Gaussians from the growth so far. The relative growth per densification decreases. From
+// the fourth densification on it falls by nearly the same factor on every measured scene (docs/decisions/forecast.md).
 class GrowthForecast {
  public:
-  // One change of the model.
+  // Records one densification.
   void Observe(Index before, Index after) {
     ++changes_;
     part_ = std::max(0.0, static_cast<double>(after) / static_cast<double>(std::max<Index>(before, 1)) - 1);
   }
 
-  // Whether changes were seen from which the ones to come can be told.
+  // True after enough densifications for a forecast.
   bool is_known() const { return changes_ >= kNeeded; }
-  // So many Gaussians after so many more changes. Until enough are seen: by what is usual.
+  // The number of Gaussians after `changes` more densifications. Uses typical growth until is_known().
   double After(double gaussians, int changes) const {
     double part = is_known() ? part_ : kUsualPart;
     for (int k = std::min(changes_, kNeeded); k < std::min(changes_, kNeeded) + changes; ++k) {
@@ -117,70 +117,71 @@ class GrowthForecast {
   static constexpr double kUsualPart = 0.27, kFall = 0.82;
 
   int changes_ = 0;
-  double part_ = 0;  // by which there were more after the latest one
+  double part_ = 0;  // relative growth in the latest densification
 };
 
-// How far the stage is.
+// Progress of the stage.
 struct StageProgress {
-  int iteration = 0;     // done
-  StageSpan span{0, 0};  // of that one
+  int iteration = 0;     // iterations done
+  StageSpan span{0, 0};  // of the last iteration
   Index gaussians = 0;
   Index max_gaussians = std::numeric_limits<Index>::max();  // ResolvedPlan::max_gaussians
-  Index before_pruning = 0;      // Gaussians that there were before some were taken out; 0: none yet
+  Index before_pruning = 0;      // number of Gaussians before the first pruning; 0: not pruned yet
   bool has_coarse_views = true;  // of half size
 };
 
 struct RemainingWork {
-  double seconds = 0;         // of an iteration, mean over what is left of the stage
-  double full_seconds = 0;    // the same had all of them views of full size
-  double change_seconds = 0;  // of all changes of the model
-  double gaussians = 0;       // at its end
-  double most_gaussians = 0;  // at a time
+  double seconds = 0;         // per iteration, mean over the rest of the stage
+  double full_seconds = 0;    // per iteration, if all views had full size
+  double change_seconds = 0;  // of all densifications and prunings
+  double gaussians = 0;       // at the end of the stage
+  double most_gaussians = 0;  // maximum over the rest of the stage
 
-  // Iterations for which so many seconds suffice. At most three quarters of these are kept for changes: how long they
-  // take is not known before some were seen, and a stage that hurries for fear of them cannot go back.
+  // The number of iterations that fit into `available` seconds. At most three quarters of the time are reserved for
+  // changes. Their time is unknown before the first one, and an overestimate would skip iterations for good.
   double IterationsIn(double available) const {
     return (available - std::min(change_seconds, 0.75 * available)) / seconds;
   }
 };
 
-// judging: iterations that look at as many views as judge Gaussians. Needs pace.is_known(), and now before the end.
+// Simulates the rest of the stage. judging: iterations that process as many views as one scoring pass. Requires
+// pace.is_known() and an unfinished stage.
 RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
                             const StageProgress& now, double judging = 0);
 
-// What the rest of the Adam stage will take, by what its iterations have taken: how many of them there is time for, and
-// what is foretold.
+// Predicts the rest of the Adam stage from its measured iterations: the iterations that fit into the time limit, and
+// the forecast shown to the user.
 class StagePlanner {
  public:
   explicit StagePlanner(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}
 
-  // How long iterations take; others that work on the model may tell it of theirs.
+  // The iteration timer; other code that changes the model adds its times here.
   IterationTimer& pace() { return pace_; }
-  // An iteration on so many pixels.
+  // Records one iteration on `pixels` pixels.
   void ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds);
-  // Density control has made of so many Gaussians so many.
+  // Records one densification.
   void ObserveGrowth(Index before, Index after, double seconds);
 
-  // The iteration to come.
+  // The span of the next iteration.
   StageSpan NextSpan(const StageProgress& now) const;
-  // In all, as far as is known.
+  // The predicted total number of iterations.
   int ExpectedIterations(const StageProgress& now) const;
-  // Of the evaluation to come; 0: not known.
+  // Seconds of the next evaluation; 0: unknown.
   double EvaluationSeconds() const { return session_.history().SecondsAhead(SecondsPerPixel()); }
 
-  // What the whole stage will take is to be foretold a second after its start, roughly, and when it is seen how the
-  // Gaussians grow. Once each; grows: whether density control observes.
+  // The forecast to report now. A first guess is reported about a second after the start, the forecast once the growth
+  // of the Gaussians is known; each only once. grows: true if density control collects statistics in this iteration.
   enum class Telling { kNothing, kFirstGuess, kForecast };
   Telling WhatToTell(bool grows);
-  // Needs that something was to be told.
+  // Requires a forecast other than kNothing.
   RemainingWork Ahead(const StageProgress& now) const;
-  // mib: of memory at most.
+  // mib: maximal memory in MiB.
   Prediction Foretell(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess, double mib) const;
 
  private:
-  // How many more the time limit allows.
+  // The remaining iterations that fit into the time limit.
   double IterationsInTime(const StageProgress& now) const;
-  // Of training; 0: not known.
+  // Training time per pixel; 0: unknown.
   double SecondsPerPixel() const { return worked_pixels_ > 0 ? worked_seconds_ / worked_pixels_ : 0; }
 
   TrainingSession& session_;

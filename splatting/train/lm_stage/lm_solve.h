@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the two kinds of LM stage share: the saved state, the start, the loop over iterations, the model that is left,
-// and what happens where the memory of a GPU does not suffice.
+// Code shared by both kinds of LM stage: saved state, start, iteration loop, resulting model, and the reaction when a
+// GPU runs out of memory.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,13 +25,13 @@
 
 namespace vesta::gs {
 
-// The LM stage resumes from this, beside options and photographs. It stands before the saved solve (LmStepper::Save),
-// whose x begins with the model's parameters.
+// The header of a saved LM stage. The solver state (LmStepper::Save) follows it; its x begins with the model's
+// parameters. Options and photographs are not saved.
 struct LmStageHeader {
   splat::ModelLayout layout;
-  int done = 0;                   // iterations of solves before this one
-  std::vector<float> units;       // of length, as they were when the stage began
-  bool eliminates_views = false;  // where cameras are found
+  int done = 0;                   // iterations of earlier solves
+  std::vector<float> units;       // length units of the Gaussians at the start of the stage
+  bool eliminates_views = false;  // with camera refinement
 
   template <class Archive>
   void Visit(Archive& archive) {
@@ -39,7 +39,7 @@ struct LmStageHeader {
   }
 };
 
-// The model in what such a stage saved.
+// Reads the model from a saved LM stage.
 inline SplatModel ModelOfLmStage(std::string_view saved) {
   ArchiveReader reader(saved);
   LmStageHeader header;
@@ -48,14 +48,14 @@ inline SplatModel ModelOfLmStage(std::string_view saved) {
   static_cast<splat::ModelLayout&>(model) = header.layout;
   VESTA_CHECK(model.IsOfModel() && static_cast<Index>(model.data.size()) >= model.Size(),
               "a saved model of {} parameters for {} Gaussians", model.data.size(), model.count);
-  model.data.resize(static_cast<std::size_t>(model.Size()));  // then come views, where LM finds them too
+  model.data.resize(static_cast<std::size_t>(model.Size()));  // with camera refinement the views follow
   return model;
 }
 
-// Where an LM stage starts: anew, or from what was saved.
+// The start of an LM stage: new, or resumed from a saved state.
 class LmStart {
  public:
-  // Throws Error, which names the checkpoint, where what was saved is no state of this stage.
+  // Throws Error, which names the checkpoint, if the saved state does not belong to this stage.
   LmStart(TrainingSession& session, const SplatModel& model)
       : session_(session), saved_(session.saved().Take(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
     if (!saved_) {
@@ -69,12 +69,12 @@ class LmStart {
   LmStart& operator=(const LmStart&) = delete;
 
   bool saved() const { return saved_.has_value(); }
-  // A stepper, by what it is made of and the saved solve; once. Throws as the constructor.
+  // Constructs a stepper from `args` and the saved solver state; call at most once. Throws like the constructor.
   template <class Stepper, class... Args>
   Stepper GoOn(Args&&... args) {
     return session_.saved().Validate([&] { return Stepper(std::forward<Args>(args)..., reader_); });
   }
-  // Iterations of the saved solve, whose best the model is that the stage begins with.
+  // Finished iterations of the saved solve; the stage begins with its best model.
   int finished() const { return saved_ ? session_.saved().first_iteration() - header.done : 0; }
 
   LmStageHeader header;
@@ -85,14 +85,14 @@ class LmStart {
   ArchiveReader reader_;
 };
 
-// The best x of a stepper of a model so laid out, where it lies.
+// The best model of a stepper; refers to the stepper's x.
 template <Backend B>
 splat::Model<float> BestOf(const LmStepper<B>& stepper, const splat::ModelLayout& layout) {
   return {stepper.x().data(), layout, layout.sh_degree};
 }
 
-// Runs the stepper to its end or until the session says stop. header: for the state that is saved; best: the stepper's
-// best x, for the history; moved: called when that has changed. Returns the engine's full report.
+// Runs the stepper until it converges or the session stops. header: saved before the solver state. best: the best
+// model, for the history. moved: called after each step. Returns the engine's full report.
 template <Backend B>
 std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageHeader& header,
                        const ModelToRecord& best, const std::function<void()>& moved) {
@@ -109,7 +109,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     session.history().Record(Stage::kLm, 0, best);
     if (!stepper.done()) session.interim().SaveWhereDue(Stage::kLm, 0, save);
   }
-  // The next step takes as long as the latest, its evaluation included.
+  // Predict the time of the next step from the latest one, including its evaluation.
   for (double latest = 0; !stepper.done() && !session.early_end().ShouldStop(latest);) {
     const double begin = session.clock().Total();
     const LmIteration& row = stepper.Step();
@@ -137,23 +137,22 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
   return summary.FullReport();
 }
 
-// The model that an LM stage works on, the first entries of the stepper's best x: where the engine has it, and on the
-// host.
+// The model of an LM stage, which is the beginning of the stepper's best x: in the memory of B and on the host.
 template <class B>
 class LmModel {
  public:
-  // copies: of the training views' photographs, as they are to be evaluated; empty: the session's. workspace: free
-  // between the steps. model: its data are those of the iteration before until TakeBest(), or empty where the stepper's
-  // x lies on the host and serves. All must outlive this.
+  // copies: device copies of the training photographs for evaluation; empty: use the session's. workspace: free between
+  // steps. model: receives the data in TakeBest(); until then it holds older data, or none if x is on the host. All
+  // must outlive this object.
   LmModel(TrainingSession& session, const LmStepper<B>& stepper, std::span<const TargetView<B>> copies,
           typename SplatBackend<B>::Workspace& workspace, SplatModel& model)
       : session_(session), stepper_(stepper), copies_(copies), workspace_(workspace), model_(model) {}
 
-  // The stepper has moved.
+  // Call after each step.
   void AfterStep() {
     if constexpr (!kOnHost) TakeBest();
   }
-  // The model becomes the stepper's best.
+  // Copies the stepper's best model to `model`.
   void TakeBest() {
     const Index n = model_.Size();
     model_.data.resize(static_cast<std::size_t>(n));
@@ -180,17 +179,17 @@ class LmModel {
   SplatModel& model_;
 };
 
-// The stage from its start to its end. `problem` is a SplatLm or a JointLm: it makes the least-squares problem and its
-// start, and follows the steps. Leaves the model at its best, records its last state, and returns the engine's full
-// report. Where the memory of a GPU does not suffice after all, the stage goes on from its best model with less memory
-// if the problem can, and else ends with the last iteration that was finished. Throws OutOfDeviceMemory where there was
-// none and no Adam stage either, Error for a saved state that is not of this stage.
+// Runs the whole LM stage. `problem` is a SplatLm or a JointLm: it creates the least-squares problem and its start, and
+// follows the steps. Stores the best model, records its last state and returns the engine's full report. If a GPU runs
+// out of memory, the stage continues from its best model with less memory if the problem supports it, else it ends
+// after the last finished iteration. Throws OutOfDeviceMemory if no iteration finished and there was no Adam stage;
+// throws Error if a saved state does not belong to this stage.
 template <class B, class StageProblem>
 std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& start, StageProblem& problem) {
   constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
   vesta::LmOptions engine = problem.EngineOptions();
   int& done = start.header.done;
-  int finished = start.finished();  // iterations since, whose best the model is
+  int finished = start.finished();  // iterations since then; the model is their best
   bool resumes = start.saved();
   for (;;) {
     try {
@@ -198,7 +197,7 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
       B backend;
       typename B::Vector x;
       if (!resumes) x = problem.Start(model);
-      if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
+      if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done, its x holds the model
       engine.max_iterations = std::max(0, session.plan().lm.iterations - done);
       LmStepper<B> stepper = resumes ? start.template GoOn<LmStepper<B>>(engine, backend, solved)
                                      : LmStepper<B>(engine, backend, solved, std::move(x));
@@ -213,7 +212,7 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
       return report;
     } catch (const OutOfDeviceMemory& error) {
       done += std::exchange(finished, 0);
-      resumes = false;  // the model is what the saved solve had come to
+      resumes = false;  // the model is the result of the saved solve
       if (!problem.TakeLessMemory()) {
         if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(notes::kLmEnds, done, error.what());

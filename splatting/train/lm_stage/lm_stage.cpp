@@ -17,7 +17,7 @@ Index NumBatches(const TrainingSession& session) {
   return ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(session.training_views().size()));
 }
 
-// Leaves out of LM's options what cannot be done, and notes what does nothing.
+// Replaces LM options that are not supported, and adds notes about options without effect.
 void NormalizeLmOptions(TrainingSession& session) {
   LmStageOptions& lm = session.Decide().lm;
   if (lm.iterations == 0) return;
@@ -40,13 +40,13 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   const bool has_cache = IsCached(lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const auto all = static_cast<int>(session.training_views().size());
-  // Each counted view is built once: all only where LM is to be planned to the last byte.
+  // Counting builds each view once. Count all views only if LM memory must be planned exactly.
   const bool is_exact = lm.iterations > 0 && (has_cache || session.options().memory.budget_gib > 0);
   const int counted = is_exact ? all : some;
   return session.memory().Count(ToKernelModel(model), counted, has_cache);
 }
 
-// Decides how LM runs within the memory. Returns why there is no room for it; else nothing.
+// Chooses how LM runs within the available memory. Returns the reason if it does not fit, else an empty string.
 std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stages, const MemoryScene& counts) {
   const TrainOptions& options = session.options();
   ResolvedPlan& plan = session.Decide();
@@ -56,7 +56,7 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
   try {
     plan.lm_memory = finds_cameras ? PlanJointLm(counts, options, memory) : PlanLm(counts, plan.lm, memory);
   } catch (const Error& error) {
-    // What Adam has made is not lost for want of memory.
+    // Keep the result of Adam if LM does not fit.
     if (!options.adam.runs()) throw;
     plan.lm.iterations = 0;
     return error.what();
@@ -68,7 +68,7 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
     return "";
   }
   const JacobianKind planned = plan.lm.jacobian = plan.lm_memory.jacobian;
-  // A device always holds views where they fit, so that choice needs no note.
+  // A device always caches views if they fit, so this choice needs no note.
   const bool as_ever =
       stages.device_memory && asked == JacobianKind::kOnTheFly && planned == JacobianKind::kCachedViews;
   if (planned != asked && !as_ever) {
@@ -119,8 +119,8 @@ JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::
   return problem;
 }
 
-// From cameras that are off, views eliminated come further by as many products, which take a fifth longer
-// (docs/decisions/joint-camera-lm.md).
+// With inaccurate cameras, eliminating the views reaches a lower cost with the same number of products; each product
+// takes a fifth longer (docs/decisions/joint-camera-lm.md).
 vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header) {
   vesta::LmOptions engine = LmEngineOptions(session.plan().lm);
   engine.batch_mode = BatchMode::kExact;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage two: Levenberg-Marquardt on all training views, by the engine, planned as memory allows (memory/memory_plan.h).
+// The LM stage: Levenberg-Marquardt on all training views, planned to fit the memory (memory/memory_plan.h).
 #pragma once
 
 #include <memory>
@@ -22,11 +22,11 @@
 
 namespace vesta::gs {
 
-// units: of length, of each Gaussian.
+// units: the length unit of each Gaussian.
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const splat::ModelLayout& layout,
                                      const std::vector<float>& units);
 
-// The stage on the Gaussians alone, for SolveLmStage and every memory space.
+// LM on the Gaussians alone, for SolveLmStage, in any memory space.
 template <class B>
 class SplatLm {
  public:
@@ -56,14 +56,14 @@ class SplatLm {
   auto& workspace() { return problem_->workspace(); }
   void Resumed(const LmStepper<B>&) {}
   void Moved(const LmStepper<B>&) {}
-  // The plan counts some views only, and others may use the memory of a GPU: then each view is built anew when it is
-  // needed. False where that is so already.
+  // Stops caching views: each view is rebuilt when needed. The plan counts only some views, and other programs may use
+  // the GPU's memory. Returns false if views are not cached already.
   bool TakeLessMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
 
  private:
   TrainingSession& session_;
   SplatProblemOptions options_;
-  std::vector<std::shared_ptr<const Image>> photographs_;  // out of the store
+  std::vector<std::shared_ptr<const Image>> photographs_;  // loaded from the store
   std::vector<TargetView<B>> targets_;
   std::optional<SplatProblem<B>> problem_;
   std::optional<ProblemToSolve<B>> solved_;
@@ -71,15 +71,14 @@ class SplatLm {
 
 JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::ModelLayout& layout,
                                    const LmStageHeader& header);
-// header.eliminates_views: as JointProblemOptions has it.
+// header.eliminates_views: see JointProblemOptions.
 vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header);
-// x of the problem: the splats' parameters and the views' unknowns, which are as many as the layout has.
+// The start vector of the problem: splat parameters, then the unknowns of all views of the layout.
 HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
                              const std::vector<ViewUnknowns>& views);
 
-// The stage on Gaussians, cameras and exposures at once (FindsCamerasByLm, cameras/joint/joint_problem.h), for
-// SolveLmStage and every memory space, by one process. Starts from the cameras that the session has found, and gives it
-// those that LM finds.
+// LM on Gaussians, cameras and exposures jointly (FindsCamerasByLm, cameras/joint/joint_problem.h), for SolveLmStage,
+// in any memory space, on one process. Starts from the session's cameras and stores the refined ones there.
 template <class B>
 class JointLm {
  public:
@@ -88,7 +87,7 @@ class JointLm {
 
   vesta::LmOptions EngineOptions() const { return JointEngineOptions(session_, header_); }
   Problem<B>& MakeProblem() {
-    // Unknowns are relative to the cameras as they were given, with photographs as they are.
+    // Unknowns are relative to the given cameras and the original photographs.
     targets_ = MakeTargets<B>(cameras().given(), NearPlane(session_.scene()), &photographs_);
     return problem_.emplace(options_, targets_);
   }
@@ -97,9 +96,9 @@ class JointLm {
     x.CopyFrom(JointStart(layout(), model, cameras().found()));
     return x;
   }
-  std::span<const TargetView<B>> copies() const { return {}; }  // those of the given cameras are not to be evaluated
+  std::span<const TargetView<B>> copies() const { return {}; }  // evaluations use the refined cameras, not these copies
   auto& workspace() { return problem_->workspace(); }
-  // Throws Error for a saved state that is not of these views.
+  // Throws Error if the saved state does not belong to these views.
   void Resumed(const LmStepper<B>& stepper) {
     if (!cameras().Restore(FoundBy(stepper))) session_.saved().Refuse();
   }
@@ -123,13 +122,13 @@ class JointLm {
   TrainingSession& session_;
   const LmStageHeader& header_;
   JointProblemOptions options_;
-  std::vector<std::shared_ptr<const Image>> photographs_;  // out of the store
+  std::vector<std::shared_ptr<const Image>> photographs_;  // loaded from the store
   std::vector<TargetView<B>> targets_;
   std::optional<JointProblem<B>> problem_;
 };
 
-// The stage in one memory space, by the session's plan. Leaves the model, and cameras where it finds them, at their
-// best and records their last state. Returns the engine's full report. Throws as SolveLmStage.
+// Runs the LM stage in one memory space, following the session's plan. Stores the best model and refined cameras,
+// records their last state and returns the engine's full report. Throws like SolveLmStage.
 template <class B>
 std::string RunLmStage(TrainingSession& session, SplatModel& model) {
   LmStart start(session, model);
@@ -146,14 +145,14 @@ extern template std::string RunLmStage<CpuBackend<float>>(TrainingSession& sessi
 
 // The result of the stage.
 struct LmOutcome {
-  Index batches = 1;          // of views
-  MemoryScene counts;         // of the model that it began with
-  std::string report = {};    // the engine's
-  std::string left_out = {};  // why there was no room for it; else empty
+  Index batches = 1;          // batches of views
+  MemoryScene counts;         // of the initial model
+  std::string report = {};    // of the engine
+  std::string left_out = {};  // the reason if LM did not fit into memory; else empty
 };
 
-// Plans the stage and runs it from this model on, as asked for as far as there is room. Where there is too little: none
-// if Adam has made something, else throws Error.
+// Plans the stage and runs it from this model, within the available memory. If LM does not fit, it is skipped after an
+// Adam stage; without one, Error is thrown.
 LmOutcome RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model);
 
 }  // namespace vesta::gs

@@ -15,13 +15,13 @@
 namespace vesta::gs {
 namespace {
 
-// The file: these eight bytes, the version, RunState, the stage's state, and the CRC-32 of all before it.
+// File format: these eight bytes, the version, RunState, the state of the stage, and the CRC-32 of all of these.
 constexpr std::string_view kMagic = "vestaTRN";
-// To be raised whenever a Visit that takes part changes.
+// Increase when a Visit function of the saved state changes.
 constexpr std::uint32_t kVersion = 13;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
-  if (bytes.empty()) return before;  // of a null pointer zlib's is that of the start
+  if (bytes.empty()) return before;  // for a null pointer zlib returns the initial checksum
   return static_cast<std::uint32_t>(
       ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
@@ -31,7 +31,7 @@ std::string_view BytesOf(const T& value) {
   return {reinterpret_cast<const char*>(&value), sizeof(value)};
 }
 
-// The checksum holds of what others have written too.
+// A valid checksum does not prove that vesta wrote the values.
 bool IsPossible(const RunState& run) {
   const auto is_stage = [](Stage stage) { return stage == Stage::kAdam || stage == Stage::kLm; };
   const auto is_time = [](double seconds) { return std::isfinite(seconds) && seconds >= 0; };
@@ -93,17 +93,16 @@ Checkpoint ReadCheckpoint(const std::string& path) {
   rest.remove_prefix(kMagic.size());
   std::uint32_t version = 0, checksum = 0;
   const auto damaged = [&] {
-    Fail(kBadFile, "{}: cut short or damaged; resume from another checkpoint, or train anew", path);
+    Fail(kBadFile, "{}: truncated or damaged; resume from another checkpoint, or start a new training", path);
   };
   if (rest.size() < sizeof(version) + sizeof(checksum)) damaged();
   std::memcpy(&version, rest.data(), sizeof(version));
   std::memcpy(&checksum, bytes.data() + bytes.size() - sizeof(checksum), sizeof(checksum));
   if (checksum != Checksum(0, std::string_view(bytes).substr(0, bytes.size() - sizeof(checksum)))) damaged();
   if (version != kVersion) {
-    Fail(
-        kUnsupported,
-        "{}: a checkpoint of version {}, where this program reads version {}; resume it with the program that wrote it",
-        path, version, kVersion);
+    Fail(kUnsupported,
+         "{}: checkpoint version {}, but this program reads version {}; resume with the program that wrote it", path,
+         version, kVersion);
   }
   rest.remove_prefix(sizeof(version));
   rest.remove_suffix(sizeof(checksum));

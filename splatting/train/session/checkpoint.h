@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a training in a file, and the stage that resumes from it, to the same bits.
+// Checkpoints: the state of a training in a file, from which a stage resumes bit-identically.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,17 +22,17 @@
 
 namespace vesta::gs {
 
-// What both stages share.
+// State that both stages share.
 struct RunState {
-  // The caller's: where the photographs lie and which options were given. Kept as it is.
+  // For the caller: the place of the photographs and the given options. Stored unchanged.
   std::string origin = {};
   Stage stage = Stage::kAdam;
   int iteration = 0;                     // of the stage
   std::uint64_t scene = 0;               // FingerprintOf the scene
-  double seconds = 0, eval_seconds = 0;  // of the training, and of its evaluations
+  double seconds = 0, eval_seconds = 0;  // of the training; of its evaluations
   std::vector<HistoryRow> history = {};
   std::vector<std::string> notes = {};
-  std::vector<ViewUnknowns> cameras = {};  // of the training views, where they are found along; else empty
+  std::vector<ViewUnknowns> cameras = {};  // of the training views if cameras are refined; else empty
 
   template <class Archive>
   void Visit(Archive& archive) {
@@ -43,57 +43,57 @@ struct RunState {
 struct Checkpoint {
   std::string path;  // for messages
   RunState run;
-  std::string stage_state;  // of the stage that the training was in
+  std::string stage_state;  // of the current stage
 
   int iteration() const { return run.iteration; }
 };
 
-// A number that views with other names, sizes, cameras or roles are unlikely to share.
+// A hash of the views' names, sizes, cameras and roles.
 std::uint64_t FingerprintOf(const Scene& scene);
 
-// Whole or not at all (kernels/core/files.h): an older file of that name stays until the new one is complete. Passes
-// the state on as it comes. Throws Error, one line naming the path.
+// Writes the file atomically (kernels/core/files.h): an older file stays until the new one is complete. The state is
+// streamed. Throws Error (one line, with the path).
 void WriteCheckpoint(const std::string& path, RunState& run, const std::function<void(ArchiveWriter&)>& stage_state);
 
-// Whether the file begins as one; false, too, where it cannot be read.
+// True if the file starts like a checkpoint; false if it cannot be read.
 bool IsCheckpoint(const std::string& path);
 
-// Throws Error, one line that names the file, where it is missing, no checkpoint, of another version, cut short or
+// Throws Error (one line, with the path) if the file is missing, not a checkpoint, of another version, truncated or
 // damaged.
 Checkpoint ReadCheckpoint(const std::string& path);
 
-// The stage in the midst of which a training was saved, to go on from.
+// The saved stage that a training resumes from.
 class SavedStage {
  public:
-  // null: nothing was saved, the training begins with Adam's first iteration. Must outlive this.
+  // null: the training begins with Adam's first iteration. Must outlive this object.
   explicit SavedStage(const Checkpoint* checkpoint) : checkpoint_(checkpoint) {
-    if (checkpoint) state_ = checkpoint->stage_state;  // in its memory, as it may be large
+    if (checkpoint) state_ = checkpoint->stage_state;  // refers to the checkpoint's memory, as the state may be large
   }
 
-  // Where the training begins, and how many iterations of that stage are done.
+  // The stage to resume, and its finished iterations.
   Stage first_stage() const { return checkpoint_ ? checkpoint_->run.stage : Stage::kAdam; }
   int first_iteration() const { return checkpoint_ ? checkpoint_->iteration() : 0; }
-  const std::string& path() const { return checkpoint_->path; }  // where something was saved
-  // That it had taken until then, and its evaluations beside that.
+  const std::string& path() const { return checkpoint_->path; }  // requires a checkpoint
+  // Seconds of the training before it was saved, without evaluations; seconds of evaluations.
   double seconds() const { return checkpoint_ ? checkpoint_->run.seconds : 0; }
   double eval_seconds() const { return checkpoint_ ? checkpoint_->run.eval_seconds : 0; }
 
-  // None where nothing was saved, or it has been taken.
+  // Empty without a checkpoint, or after Take().
   const std::optional<std::string_view>& state() const { return state_; }
-  // The state of this stage, once; none where the stage begins anew.
+  // Returns the state once if it belongs to stage `of`; else returns nothing.
   std::optional<std::string_view> Take(Stage of) {
     return of == first_stage() ? std::exchange(state_, std::nullopt) : std::nullopt;
   }
-  // For another to take.
+  // Returns the state for another Take().
   void GiveBack(std::optional<std::string_view> state) { state_ = state; }
 
-  // Where it cannot be one: throws Error, which names the checkpoint, and why where that is known.
+  // Throws Error: the state is invalid. The message names the checkpoint and, if given, the reason.
   [[noreturn]] void Refuse(const std::string& why = "") const {
     Fail(kBadFile,
-         "{}: holds no state that this training could have had{}; resume from another checkpoint, or train anew",
+         "{}: the saved state does not fit this training{}; resume from another checkpoint, or start a new training",
          checkpoint_->path, why.empty() ? "" : fmt::format(" ({})", why));
   }
-  // What read() returns; where it throws for what was saved, so does Refuse.
+  // Returns read(). If read() throws an Error because of the saved state, calls Refuse().
   template <class Read>
   auto Validate(const Read& read) const {
     try {

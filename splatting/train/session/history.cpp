@@ -23,7 +23,7 @@ void RecordedHistory::Record(Stage stage, int iteration, const ModelToRecord& mo
 }
 
 double RecordedHistory::SecondsAhead(double seconds_per_pixel) const {
-  // Of training on a view, which has a backward pass too.
+  // Relative to training on a view, which also has a backward pass.
   constexpr double kShareOfEvaluation = 0.5;
   if (latest_seconds_ > 0) return latest_seconds_;
   double pixels = 0;
@@ -43,7 +43,7 @@ bool TimeBudget::HasTimeToRecord(double seconds) const {
 
 double TimeBudget::SecondsForAdam() const {
   if (!is_limited()) return std::numeric_limits<double>::infinity();
-  // Of the limit: what LM gets where it is asked for, and what files take to be written.
+  // Fractions of the limit reserved for LM, if enabled, and for writing files.
   constexpr double kPartOfLm = 0.25, kPartToWrite = 0.01;
   const double kept = kPartToWrite + (options_.lm.iterations > 0 ? kPartOfLm : 0);
   return (1 - kept) * options_.time_limit - clock_.Total();

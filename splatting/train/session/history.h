@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The history of a training, and what ends the training early: its caller, a time limit, a target.
+// The history of a training, and the conditions that end the training early: its caller, a time limit, a target PSNR.
 #pragma once
 
 #include <functional>
@@ -15,20 +15,20 @@
 
 namespace vesta::gs {
 
-// Gives the model in the memory of the host.
+// Returns the model in host memory.
 using ModelOnHost = std::function<splat::Model<float>()>;
 
-// A model for the history, in whatever memory it is.
+// A model for the history, in any memory space.
 struct ModelToRecord {
   Index gaussians = 0;
   std::function<Evaluation()> evaluate;
-  ModelOnHost on_host;  // for who looks at it; asked for only then
+  ModelOnHost on_host;  // called only if a callback needs the model
 };
 
-// The rows of a training's history, and the evaluations that they come from.
+// The history rows of a training, and the evaluations that produce them.
 class RecordedHistory {
  public:
-  // All must outlive this.
+  // All arguments must outlive this object.
   RecordedHistory(const TrainingCameras& cameras, const TrainOptions& options, const TrainCallbacks& callbacks,
                   TrainingClock& clock)
       : cameras_(cameras),
@@ -37,31 +37,31 @@ class RecordedHistory {
         measured_{options.evaluated_views, ProcessGroup(callbacks.ranks)},
         renderer_(options.background, NearPlane(cameras.scene())) {}
 
-  // By which rows come about.
+  // The views that are evaluated.
   const MeasuredViews& measured_views() const { return measured_; }
-  // Of a model in the memory of the host.
+  // Evaluates a model in host memory.
   Evaluation Evaluate(const splat::Model<float>& model) {
     return renderer_.Evaluate(model, cameras_.scene(), measured_);
   }
-  // Evaluates, with the clock stopped, and adds a row.
+  // Evaluates with the clock stopped, and adds a row.
   void Record(Stage stage, int iteration, const ModelToRecord& model);
-  // The same of a model in the memory of the host.
+  // The same for a model in host memory.
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
     Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
-  // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views are trained
-  // on; 0: not known.
+  // Predicted seconds of the next evaluation: the time of the latest one. Before the first it is estimated from
+  // `seconds_per_pixel` of training; 0: unknown.
   double SecondsAhead(double seconds_per_pixel) const;
 
   bool empty() const { return rows_.empty(); }
-  // Whether the last row is of this stage.
+  // True if the last row belongs to this stage.
   bool ends_with(Stage stage) const { return !empty() && rows_.back().stage == stage; }
-  // Of the latest row; 0: there is none, or there are no such views.
+  // From the latest row; 0 without rows or without such views.
   double training_psnr() const { return empty() ? 0 : rows_.back().train.psnr; }
   double held_out_psnr() const { return empty() ? 0 : rows_.back().held_out.psnr; }
 
   const std::vector<HistoryRow>& rows() const { return rows_; }
-  // Those of before a break.
+  // Restores the rows of a resumed training.
   void Restore(std::vector<HistoryRow> rows) { rows_ = std::move(rows); }
   std::vector<HistoryRow> Take() { return std::move(rows_); }
 
@@ -72,21 +72,21 @@ class RecordedHistory {
   MeasuredViews measured_;
   Renderer renderer_;
   std::vector<HistoryRow> rows_;
-  double latest_seconds_ = 0;  // of an evaluation; 0: none yet
+  double latest_seconds_ = 0;  // of one evaluation; 0: none yet
 };
 
-// What a time limit leaves for what. It is of all time, evaluation included.
+// Divides the time limit among the parts of a training. The limit includes evaluations.
 class TimeBudget {
  public:
-  // All must outlive this.
+  // All arguments must outlive this object.
   TimeBudget(const TrainOptions& options, const ProcessGroup& processes, const TrainingClock& clock)
       : options_(options), processes_(processes), clock_(clock) {}
 
   bool is_limited() const { return options_.time_limit > 0; }
-  // Whether there is time for a row of the history that is not the last, which takes so many seconds: under a time
-  // limit a twentieth of the time may go into such. Collective.
+  // True if there is time for a history row that takes `seconds` and is not the last. Such rows may take a twentieth of
+  // a time limit. Collective.
   bool HasTimeToRecord(double seconds) const;
-  // Seconds that are left for the Adam stage and the evaluation after it, where time is limited; else more than any.
+  // Seconds left for the Adam stage and its last evaluation; infinity without a time limit.
   double SecondsForAdam() const;
 
  private:
@@ -95,22 +95,21 @@ class TimeBudget {
   const TrainingClock& clock_;
 };
 
-// What ends a training before its iterations are done: its caller, its time limit, its target.
+// Conditions that end a training early: its caller, its time limit, its target PSNR.
 class EarlyEnd {
  public:
-  // All must outlive this.
+  // All arguments must outlive this object.
   EarlyEnd(const TrainOptions& options, const TrainCallbacks& callbacks, const ProcessGroup& processes,
            const TrainingClock& clock, const RecordedHistory& history)
       : options_(options), callbacks_(callbacks), processes_(processes), clock_(clock), history_(history) {}
 
-  // True when the caller asks to stop, of any of several processes, or the time limit does, which is of all time by the
-  // clock of the first process; stays true. Collective. ahead: seconds that are still to be spent, on what cannot be
-  // broken off.
+  // True if the caller of any rank requests a stop, or the time limit is reached by rank 0's clock; stays true. The
+  // limit includes evaluations. Collective. ahead: seconds of the next work that cannot be interrupted.
   bool ShouldStop(double ahead = 0);
   bool stopped() const { return stopped_; }
 
-  // Whether the views held out have come to what was asked for, by the latest row of the history; and whether they
-  // have not, where something was.
+  // has_reached_target: the held-out PSNR of the latest history row is at least the target. misses_target: there is a
+  // target that is not reached.
   bool has_reached_target() const { return has_target() && history_.held_out_psnr() >= options_.target_psnr; }
   bool misses_target() const { return has_target() && !has_reached_target(); }
 

@@ -23,7 +23,7 @@ std::string InterimOutput::NoteError(const char* what, const std::function<void(
   try {
     write();
   } catch (const Error& error) {
-    // What has been trained so far is not lost for want of a file.
+    // A file that cannot be written must not end the training.
     std::string line = fmt::format("{}: {}", what, error.what());
     parts_.notes.Add(line);
     return line;
@@ -60,7 +60,7 @@ void InterimOutput::Save(Stage stage, int iteration, double seconds, const Write
 void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state) {
   const ScopedPhase phase("viewer");
   const TrainWatch& watch = callbacks_.watch;
-  bool is_shown = false;  // in a pause the model stays what it is
+  bool is_shown = false;  // the model does not change during a pause
   const auto show_where_wanted = [&] {
     if (is_shown || !watch.wants_model || !watch.wants_model()) return;
     watch.show(on_host(), parts_.cameras.found());
@@ -68,7 +68,7 @@ void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost&
   };
   show_where_wanted();
   if (!watch.waits) return;
-  // What is done in a pause takes no time of the training either.
+  // Work during a pause does not count as training time.
   const double seconds = clock_.Seconds();
   const TrainingClock::Absence absence(clock_);
   while (watch.waits()) {

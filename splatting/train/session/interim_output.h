@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What leaves a training before its end: checkpoints, snapshots, and what its watch asks for.
+// Output during a training: checkpoints, snapshots, and the requests of a viewer.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +21,10 @@ using WriteState = std::function<void(ArchiveWriter&)>;
 
 class InterimOutput {
  public:
-  // Of the session: what is written, and what that goes by. All must outlive this.
+  // References to the session state that this class saves and consults. All must outlive this object.
   struct Parts {
     const TrainCallbacks& callbacks;
-    std::uint64_t fingerprint;  // of the scene as it was given
+    std::uint64_t fingerprint;  // of the scene with its given cameras
     const SavedStage& saved;
     const TrainingCameras& cameras;
     const RecordedHistory& history;
@@ -34,29 +34,29 @@ class InterimOutput {
   };
   explicit InterimOutput(const Parts& parts);
 
-  // Whether the state may be saved after an iteration.
+  // True if checkpoints may be written.
   bool Saves() const;
-  // Whether this process has.
+  // True if this process has written a checkpoint.
   bool has_saved() const { return has_saved_; }
-  // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
-  // saves at intervals stops; state: writes it. An older checkpoint stays until the new one is complete, and where that
-  // cannot be written.
+  // Call after each iteration. Saves the state if an interval has passed, if the viewer requests it, or if a training
+  // with intervals stops. state: writes it. An older checkpoint stays until the new one is complete.
   void SaveWhereDue(Stage stage, int iteration, const WriteState& state);
-  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does.
+  // Call at the end of each iteration except the last. Serves the viewer's requests, and waits while it pauses the
+  // training.
   void AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
-  // Hands out the model on the way, where that is due.
+  // Writes a snapshot of the model if one is due.
   void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
 
  private:
-  // seconds: of the run.
+  // seconds: of the training.
   void Save(Stage stage, int iteration, double seconds, const WriteState& state);
-  // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
+  // Runs `write`. Turns an Error into a note and returns it; else returns an empty string.
   std::string NoteError(const char* what, const std::function<void()>& write);
 
   Parts parts_;
   const TrainCallbacks& callbacks_;
   TrainingClock& clock_;
-  // From where the training begins, or goes on.
+  // Start at the beginning of the training, or where it resumed.
   IntervalTimer checkpoint_timer_, snapshot_timer_;
   bool has_saved_ = false;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The notes of a training: one line for each thing that is done otherwise than asked for. All their words are here.
+// The notes of a training: one line for each deviation from the options. All texts are here.
 #pragma once
 
 #include <algorithm>
@@ -9,52 +9,51 @@
 
 namespace vesta::gs {
 
-// Formats for TrainingSession::Note. The last argument of some is the message of an Error.
+// Formats for TrainingSession::Note. In some, the last argument is the message of an Error.
 namespace notes {
 
 inline constexpr char kEvaluatesSomeViews[] =
-    "evaluations look at {} of {} training views; at more by train.evaluated_views";
+    "evaluations use {} of {} training views; set train.evaluated_views to use more";
 inline constexpr char kMissesTarget[] =
-    "{:.2f} dB on the views held out, not the {:.2f} of --target_psnr; give it longer, as by --preset=best, or a lower "
-    "target";
-inline constexpr char kFewerGaussiansFit[] = "at most {} Gaussians: the GPU has no room for more";
+    "{:.2f} dB on the held-out views, below the {:.2f} of --target_psnr; train longer, for example with --preset=best, "
+    "or lower the target";
+inline constexpr char kFewerGaussiansFit[] = "limited to {} Gaussians: the GPU has no memory for more";
 
 inline constexpr char kCamerasChosen[] = "cameras.refine=auto chooses {}: {}";
 inline constexpr char kCamerasByOlderCurvatures[] =
-    "cameras are stepped by older curvatures, or stay where there is none: {}";
+    "cameras without a current curvature use an older one, or do not move: {}";
 
 inline constexpr char kScoringSkipped[] =
-    "{} rounds of judging Gaussians or harmonics were left out: --time_limit={:g} has no time for them";
+    "{} rounds of scoring Gaussians or SH coefficients were skipped: --time_limit={:g} leaves no time for them";
 inline constexpr char kKeepsMoreThanAsked[] =
-    "{} Gaussians are left, not the {} of pruning.keep_fraction={}: the stage ended before";
+    "{} Gaussians remain, more than the {} of pruning.keep_fraction={}: the stage ended early";
 
-inline constexpr char kAdamGoesBack[] = "Adam goes on from iteration {} with {} Gaussians and no more: {}";
+inline constexpr char kAdamGoesBack[] = "Adam continues from iteration {} with {} Gaussians and adds no more: {}";
 inline constexpr char kAdamEnds[] = "Adam ends after {} iterations: {}";
 inline constexpr char kAdamOnCpu[] = "Adam runs on the CPU: {}";
-inline constexpr char kAdamWithoutMean[] = "Adam leaves its last parameters, not their mean: {}";
+inline constexpr char kAdamWithoutMean[] = "Adam returns its last parameters instead of their average: {}";
 
 inline constexpr char kLmWithCamerasIsPlain[] =
-    "LM that finds cameras takes all views as one batch, caches no Jacobian and searches no line";
-inline constexpr char kLmInFewerBatches[] = "LM in {} of the lm.batches={} asked for: there are {} training views";
-inline constexpr char kLmLowersNothing[] = "LM has nothing to lower: lm.l1_weight and lm.ssim_weight are both 0";
-inline constexpr char kLmEliminatesNothing[] =
-    "LM solves for cameras along with the splats: there is no room to eliminate them";
-inline constexpr char kLmWithOtherJacobian[] = "LM with lm.jacobian={} in place of {}";
+    "LM with camera refinement uses all views as one batch, no cached Jacobian and no line search";
+inline constexpr char kLmInFewerBatches[] = "LM uses {} of the lm.batches={} requested: there are {} training views";
+inline constexpr char kLmLowersNothing[] = "LM has no cost to minimise: lm.l1_weight and lm.ssim_weight are both 0";
+inline constexpr char kLmEliminatesNothing[] = "LM does not eliminate the cameras: there is too little memory";
+inline constexpr char kLmWithOtherJacobian[] = "LM uses lm.jacobian={} instead of {}";
 inline constexpr char kLmGainsLittle[] =
-    "LM ended after {} of {} iterations: the last one lowered the cost by less than lm.function_tolerance={:g} of it";
+    "LM ended after {} of {} iterations: the last one lowered the cost by a fraction below lm.function_tolerance={:g}";
 inline constexpr char kLmEnds[] = "LM ends after {} iterations: {}";
-inline constexpr char kLmByOneView[] = "LM goes on with one view at a time: {}";
+inline constexpr char kLmByOneView[] = "LM continues with one view at a time: {}";
 
 }  // namespace notes
 
-// The notes so far; each once, though a resumed training makes it again.
+// The notes so far, without duplicates: a resumed training may add one again.
 class TrainingNotes {
  public:
   void Add(std::string line) {
     if (std::ranges::find(lines_, line) == lines_.end()) lines_.push_back(std::move(line));
   }
   const std::vector<std::string>& lines() const { return lines_; }
-  // Those of before a break.
+  // Restores the notes of a resumed training.
   void Restore(std::vector<std::string> lines) { lines_ = std::move(lines); }
   std::vector<std::string> Take() { return std::move(lines_); }
 

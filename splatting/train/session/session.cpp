@@ -33,7 +33,7 @@ TrainingSession::TrainingSession(const Scene& scene, const TrainOptions& options
 
 void TrainingSession::Resume(const Checkpoint& checkpoint) {
   if (checkpoint.run.scene != fingerprint_) {
-    Fail(kBadArgument, "{}: of other photographs or cameras than this scene's; give the scene that it was trained on",
+    Fail(kBadArgument, "{}: belongs to other photographs or cameras; use the scene that it was trained on",
          checkpoint.path);
   }
   history_.Restore(checkpoint.run.history);

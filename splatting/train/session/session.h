@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stages of a training run share: the views, the clock, the history, the
-// processes, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
+// State shared by the stages of a training: views, clock, history, processes, early end, time budget, interim output,
+// memory and notes.
 #pragma once
 
 #include <fmt/format.h>
@@ -30,27 +30,26 @@
 
 namespace vesta::gs {
 
-// The memory that the stages compute in, as it is now.
+// The memory available to the stages now.
 StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib);
 
-// The sizes by which the memory of a training is planned, and what it has held.
+// Sizes for planning the memory of a training, and its largest model so far.
 class TrainingMemory {
  public:
-  // cameras must outlive this.
+  // cameras must outlive this object.
   explicit TrainingMemory(const TrainingCameras& cameras) : cameras_(cameras) {}
 
-  // Sizes that memory is planned by, of this model and the training views. most, with_entries: as in
-  // memory/stage_bytes.h.
+  // Sizes of this model and the training views for memory planning. most, with_entries: see memory/stage_bytes.h.
   MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
 
-  // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there
-  // of what is otherwise copied to the host.
+  // spare_device_bytes: GPU memory beyond the plan of the Adam stage. kept_on_device: the largest rollback copy that
+  // was kept on the GPU instead of the host.
   double spare_device_bytes() const { return spare_device_bytes_; }
   void SetSpareDeviceBytes(double bytes) { spare_device_bytes_ = bytes; }
   double kept_on_device() const { return kept_on_device_; }
   void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
 
-  // The largest model there was so far, beside the one that a stage gives back: those before Gaussians were taken out.
+  // The largest model passed to NoteModel: before each pruning round, and at the end of the training.
   const splat::ModelLayout& largest_model() const { return largest_model_; }
   void NoteModel(const splat::ModelLayout& layout) {
     if (layout.Size() > largest_model_.Size()) largest_model_ = layout;
@@ -64,7 +63,7 @@ class TrainingMemory {
 
 class TrainingSession {
  public:
-  // Collective. Throws Error where the checkpoint to resume is of another scene.
+  // Collective. Throws Error if the checkpoint belongs to another scene.
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks);
   TrainingSession(const TrainingSession&) = delete;
@@ -72,22 +71,22 @@ class TrainingSession {
 
   const TrainOptions& options() const { return options_; }
   const ResolvedPlan& plan() const { return plan_; }
-  // For the decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp); stages only read them.
+  // For decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp); the stages only read the plan.
   ResolvedPlan& Decide() { return plan_; }
-  // Of the Adam stage, by these options.
+  // The schedule of the Adam stage.
   const TrainingSchedule& schedule() const { return schedule_; }
 
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
-  // With the training views' cameras and exposures as they have been found.
+  // The scene with the current cameras and exposures of the training views.
   const Scene& scene() const { return cameras_.scene(); }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
-  // Of Adam's, that look at as many views as there are to train on.
+  // Adam iterations that process as many views as there are training views.
   double IterationsPerEpoch() const { return static_cast<double>(training_views().size()) / options_.adam.batch_size; }
 
   const TrainingClock& clock() const { return clock_; }
   double Seconds() const { return clock_.Seconds(); }
-  // Of evaluations, since the training was gone on with.
+  // Seconds of evaluations since the training started or resumed.
   double EvalSeconds() const { return clock_.Paused() - saved_.eval_seconds(); }
 
   const ProcessGroup& processes() const { return processes_; }
@@ -98,7 +97,7 @@ class TrainingSession {
   const TimeBudget& time() const { return time_; }
   TrainingMemory& memory() { return memory_; }
   const TrainingMemory& memory() const { return memory_; }
-  // What a resumed training goes on from.
+  // The state to resume from.
   SavedStage& saved() { return saved_; }
   const SavedStage& saved() const { return saved_; }
   InterimOutput& interim() { return interim_; }
@@ -109,7 +108,7 @@ class TrainingSession {
   void Predict(const Prediction& prediction) const {
     if (callbacks_.predicted) callbacks_.predicted(prediction);
   }
-  // A line for the user, by a format of notes.h.
+  // Adds a note; `format` is one of notes.h.
   template <class... Args>
   void Note(fmt::format_string<Args...> format, Args&&... args) {
     notes_.Add(fmt::format(format, std::forward<Args>(args)...));
@@ -124,7 +123,7 @@ class TrainingSession {
   TrainingSchedule schedule_{options_};
   const TrainCallbacks& callbacks_;
   TrainingCameras cameras_;
-  std::uint64_t fingerprint_;  // of the scene as it was given
+  std::uint64_t fingerprint_;  // of the scene with its given cameras
   ProcessGroup processes_;
   SavedStage saved_;
   TrainingClock clock_;
@@ -136,11 +135,12 @@ class TrainingSession {
   InterimOutput interim_;
 };
 
-// LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.
+// LengthUnits from the training views. A Gaussian outside all views gets the scene's extent.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
 
-// Evaluate, on the host where a GPU has no room for it. copies: of the training views' photographs, where the memory of
-// B has them. model(), on_host(): give the model in the memory of B, which may have no room for it, and of the host.
+// Evaluates the model, on the host if a GPU has too little memory. copies: device copies of the training photographs,
+// if any. model() returns the model in the memory of B and may throw OutOfDeviceMemory; on_host() returns it on the
+// host.
 template <class B>
 Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetView<B>> copies,
                               const std::function<splat::Model<float>()>& model,

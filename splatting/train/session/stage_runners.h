@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What runs the stages of a training, and where.
+// Functions that run the stages of a training in one memory space.
 #pragma once
 
 #include <functional>
@@ -11,24 +11,24 @@ namespace vesta::gs {
 
 class TrainingSession;
 
-// Memory of the GPU.
+// GPU memory.
 struct DeviceMemoryUse {
-  double free_bytes = 0;  // that could be allocated now, if nobody else does
-  double peak_bytes = 0;  // most that was in use
+  double free_bytes = 0;  // available for allocation now, if no other program allocates
+  double peak_bytes = 0;  // maximum in use so far
 };
 
-// The two stages in one memory space (RunAdamStage, RunLmStage). Both leave the model at its best and record their last
+// The two stages in one memory space (RunAdamStage, RunLmStage). Both store their resulting model and record its last
 // state; lm returns the engine's full report.
 struct StageRunners {
   std::string device;
   std::function<void(TrainingSession&, SplatModel&)> adam;
   std::function<std::string(TrainingSession&, SplatModel&)> lm;
-  std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
-  std::string note = {};                                // where they run elsewhere than expected: why
+  std::function<DeviceMemoryUse()> device_memory = {};  // empty if both run in host memory
+  std::string note = {};                                // the reason if they run on another device than expected
 };
-// In the memory of the host.
+// Stages in host memory.
 StageRunners HostStages();
-// On a GPU, in builds with CUDA. Throws Error, one line, where there is no GPU to use.
+// Stages on a GPU, in builds with CUDA. Throws Error (one line) without a usable GPU.
 StageRunners DeviceStages();
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a training tells its caller on the way, and is asked by it.
+// Callbacks of a training: progress, results and requests.
 #pragma once
 
 #include <functional>
@@ -15,67 +15,68 @@
 
 namespace vesta::gs {
 
-// After every iteration of either stage.
+// Reported after every iteration of either stage.
 struct TrainProgress {
   Stage stage = Stage::kAdam;
   int iteration = 0, iterations = 0;
   double seconds = 0;
   double cost = 0;  // running mean of the views' costs (Adam), cost over all training views (LM); per pixel and channel
-  double psnr = 0;  // of the training views, latest known
+  double psnr = 0;  // of the training views, latest value
   Index gaussians = 0;
-  std::string note;  // LM: damping, gain ratio, whether the step was accepted
+  std::string note;  // LM: damping, gain ratio, PCG iterations, rejection of the step
 };
 
-// Where the state of the training is saved, so that a later run goes on from there.
+// Where and when to save checkpoints.
 struct CheckpointOptions {
-  std::string path;  // a file; written whole or not at all
+  std::string path;  // written atomically
   Interval every;
   std::string origin;  // RunState::origin
 };
 
-// What the training will take up to the end of the Adam stage, foreseen on the way.
+// Prediction for the end of the Adam stage, made during the stage.
 struct Prediction {
-  bool is_first_guess = false;  // from speed alone: how the Gaussians will grow has not been seen yet
-  double at_seconds = 0;        // of the training so far (TrainingClock), evaluation included
-  double seconds = 0;           // the same at the end of the Adam stage, evaluation included
-  double mib = 0;               // most that the Adam stage holds, of a GPU where it runs on one
+  bool is_first_guess = false;  // from speed alone: the growth of the Gaussians is not known yet
+  double at_seconds = 0;        // training time so far (TrainingClock), with evaluations
+  double seconds = 0;           // predicted training time at the end of the Adam stage, with evaluations
+  double mib = 0;               // predicted maximal memory of the Adam stage, on the GPU if it runs there
   double gaussians = 0;
 };
 
-// Who watches a training and holds it. All are called at the end of iterations that others follow, by the thread that
-// trains; each may be empty.
+// A viewer that watches and pauses a training. The training thread calls these at the end of every iteration but the
+// last. Each may be empty.
 struct TrainWatch {
-  // Whether to be shown the model now, which on a GPU is downloaded for it; and the cameras of the training views as
-  // they are with it, as TrainResult::cameras has them.
+  // wants_model: true to receive the current model, which a GPU then downloads. show: receives the model and the
+  // cameras of the training views (as in TrainResult::cameras).
   std::function<bool()> wants_model;
   std::function<void(const splat::Model<float>&, const std::vector<ViewUnknowns>& cameras)> show;
-  // Whether the state is to be saved now, to CheckpointOptions::path and what became of it: why not, else empty.
+  // wants_checkpoint: true to save the state now, to CheckpointOptions::path. saved: receives the error, or an empty
+  // string.
   std::function<bool()> wants_checkpoint;
   std::function<void(int iteration, const std::string& error)> saved;
-  // Whether the training is paused: then it may take its time, which no clock of the training counts, and is asked
-  // again, after all the others.
+  // True while the training is paused. It may block; no clock of the training counts this time. Called again after the
+  // other functions.
   std::function<bool()> waits;
 };
 
 struct TrainCallbacks {
   std::function<void(const TrainProgress&)> progress;
-  // A second after the start, and when it is seen how the Gaussians grow.
+  // Called about a second after the start, and when the growth of the Gaussians is known.
   std::function<void(const Prediction&)> predicted;
-  // With every row of the history, and the model that it is of. The clock stands still.
+  // Called with every history row and its model, while the clock stands still.
   std::function<void(const HistoryRow&, const splat::Model<float>&)> evaluated;
-  // Asked after every iteration; true ends training there, with the result as it stands.
+  // Called after every iteration; true stops the training, which returns its current result.
   std::function<bool()> stop;
-  // With the model on the way, as it is shown in the history.
+  // Called at the given interval with the model that the history would record, for snapshots.
   Interval snapshot_every;
   std::function<void(Stage, int iteration, const splat::Model<float>&)> snapshot;
   CheckpointOptions checkpoint;
   TrainWatch watch;
-  // With Adam's result, before LM begins. LM is left out where it throws Error, for the reason that it gives.
+  // Called with Adam's result before LM begins. If it throws Error, LM is skipped for that reason.
   std::function<void(const SplatModel&)> before_lm;
-  // To go on from; null: from the start. Must outlive the training.
+  // Checkpoint to resume; null: start from the beginning. Must outlive the training.
   const Checkpoint* resume = nullptr;
-  // Processes that train together, all by the same call; null: this one alone. They divide the views of an iteration
-  // among them and end with the same model. Only the first one's other callbacks write and show.
+  // Processes that train together; null: this process alone. All must make the same call. They divide the views of an
+  // iteration and end with the same model. Only rank 0's other callbacks write and show results.
   Communicator* ranks = nullptr;
 };
 

@@ -22,7 +22,7 @@ TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& option
   }
   if (!moved_) return;
   found_.resize(views_.size()), developed_.resize(views_.size());
-  if (!FreeBy(options.refine).color) return;  // nor are photographs developed
+  if (!FreeBy(options.refine).color) return;  // no exposures, so photographs stay unchanged
   for (View* view : own_views_) {
     if (const auto stored = std::exchange(view->stored, nullptr)) view->image = *stored->Get();
   }
@@ -43,7 +43,7 @@ bool TrainingCameras::Develop(std::size_t view) {
   if (image.empty()) return false;
   const AffineColor& wanted = found_[view].color;
   if (wanted == developed_[view]) return false;
-  // Copied to where they were before, since others look there.
+  // Overwrite in place: other objects refer to these values.
   std::ranges::copy(given.Photograph()->rgb, image.rgb.begin());
   wanted.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
   developed_[view] = wanted;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views of a training as they are now: where cameras and exposures are found along with the splat, training views
-// move from where they were given, and their photographs are brought to one exposure.
+// The current views of a training. With camera refinement, training views move away from their given cameras, and their
+// photographs are brought to a common exposure.
 #pragma once
 
 #include <optional>
@@ -13,27 +13,27 @@ namespace vesta::gs {
 
 class TrainingCameras {
  public:
-  // given must outlive this. Where cameras are found along it is copied, photographs and all. Where exposures are,
-  // those of a store are in memory then.
+  // given must outlive this object. With camera refinement it is copied, including photographs. With exposure
+  // refinement, stored photographs are loaded into memory.
   TrainingCameras(const Scene& given, const CameraOptions& options);
 
-  // The scene with the training views as they are now; the others are as they were given.
+  // The scene with the current training views; other views keep their given cameras.
   const Scene& scene() const { return moved_ ? *moved_ : given_; }
-  // Its training views; they and the values of their photographs stay where they lie in memory.
+  // The training views of scene(); their addresses, and the addresses of their pixels, do not change.
   const std::vector<const View*>& views() const { return views_; }
-  // The same as they were given.
+  // The same views with their given cameras.
   const std::vector<const View*>& given() const { return given_views_; }
-  // Of each of them, from as it was given; empty where nothing is found along.
+  // The unknowns of each training view, relative to its given camera; empty without refinement.
   const std::vector<ViewUnknowns>& found() const { return found_; }
-  // Its camera is there at once, its photograph when it is developed.
+  // Sets the camera at once; the photograph changes only in Develop.
   void Set(std::size_t view, const ViewUnknowns& found);
-  // Makes the photograph what it is by what was found; false where it is that already.
+  // Applies the found exposure to the photograph; returns false if it already has it.
   bool Develop(std::size_t view);
   void DevelopAll();
-  // Of photographs that are there twice.
+  // Memory of the copied photographs.
   double CopiedMib() const;
-  // All of them, as they were found before; false where that cannot be: not as many, no numbers, what is not found, or
-  // other lenses of views that share one.
+  // Restores the unknowns of all views from a checkpoint. Returns false if they are invalid: wrong count, not finite, a
+  // fixed unknown changed, or different lenses for views that share one.
   bool Restore(const std::vector<ViewUnknowns>& found);
 
  private:
@@ -43,7 +43,7 @@ class TrainingCameras {
   std::vector<const View*> given_views_, views_;
   std::vector<View*> own_views_;
   std::vector<ViewUnknowns> found_;
-  std::vector<AffineColor> developed_;  // what photographs were made by
+  std::vector<AffineColor> developed_;  // exposures applied to the photographs
 };
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The time of a training, and what is done at intervals of it.
+// The clock of a training, and timers for work at regular intervals.
 #pragma once
 
 #include <chrono>
@@ -8,20 +8,20 @@
 
 namespace vesta::gs {
 
-// Every so many iterations, or minutes of the training's clock; both 0: never. Where iterations are given every one of
-// LM's is due, since it takes as long as hundreds of Adam's; minutes count alike in both stages.
+// An interval in iterations, or in minutes of the training clock; both 0: never. If `iterations` is set, every LM
+// iteration is due, since one takes the time of hundreds of Adam iterations. Minutes mean the same in both stages.
 struct Interval {
   int iterations = 0;
   double minutes = 0;
   bool never() const { return iterations == 0 && minutes == 0; }
 };
 
-// When something is due that is done at intervals.
+// Decides when periodic work is due.
 class IntervalTimer {
  public:
-  // From so many seconds of the clock on.
+  // seconds: the start on the training clock.
   explicit IntervalTimer(double seconds) : last_seconds_(seconds) {}
-  // After an iteration, with so many seconds on the clock.
+  // Call after an iteration; seconds: the current training clock.
   bool IsDue(const Interval& interval, Stage stage, int iteration, double seconds) {
     const bool by_iterations = interval.iterations > 0 && (stage == Stage::kLm || iteration % interval.iterations == 0);
     const bool by_time = interval.minutes > 0 && seconds - last_seconds_ >= 60 * interval.minutes;
@@ -33,13 +33,13 @@ class IntervalTimer {
   double last_seconds_;
 };
 
-// Seconds of the training, those before a break that it went on from included: a clock that has gone for `before`
-// seconds, and stood still for `paused`, and stands still while an evaluation runs.
+// Seconds of the training, including the time before it was resumed. The clock starts at `before` seconds, with
+// `paused` seconds of pauses. It stands still during evaluations.
 class TrainingClock {
  public:
   TrainingClock(double before, double paused) : start_(Now() - before - paused), paused_(paused) {}
   double Seconds() const { return Now() - start_ - paused_; }
-  // With the time that it has stood still.
+  // Including pauses.
   double Total() const { return Now() - start_; }
   // Time the clock has stood still.
   double Paused() const { return paused_; }
@@ -55,7 +55,7 @@ class TrainingClock {
     TrainingClock& clock_;
     double begin_;
   };
-  // Time that is none of the run's.
+  // Time that counts neither as training nor as a pause.
   class Absence {
    public:
     explicit Absence(TrainingClock& clock) : clock_(clock), begin_(Now()) {}

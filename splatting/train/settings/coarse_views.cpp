@@ -14,7 +14,7 @@ namespace {
 
 bool HasHalf(const View& view) { return CoarseSize(view).width < view.camera.width; }
 
-// Without an image, but for one that is decoded when it is looked at.
+// The half-size view without its image; a stored image is decoded on demand.
 View HalfOf(const View& full) {
   const ImageSize size = CoarseSize(full);
   View half;

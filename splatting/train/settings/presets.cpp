@@ -9,13 +9,13 @@
 namespace vesta::gs {
 namespace {
 
-// Single views gain more for their work than LM wherever that was measured (docs/decisions/lm-is-optional.md).
+// No LM: Adam gained more per unit of work in all measurements (docs/decisions/lm-is-optional.md).
 TrainOptions Balanced() { return {}; }
 
 TrainOptions Fast() {
   TrainOptions options;
   options.adam.iterations_scale = 0.25;
-  options.lm.gradient_shrinkage = 0;  // after so short an Adam stage the views still agree on most of the gradient
+  options.lm.gradient_shrinkage = 0;  // after a short Adam stage the views still agree on most of the gradient
   return options;
 }
 
@@ -27,9 +27,9 @@ TrainOptions Best() {
   return options;
 }
 
-// 3DGS-LM (Höllein et al. 2025): 20,000 iterations as INRIA's, densification until 15,000, then 5 LM iterations of
-// 8 PCG iterations on up to 4 batches of 25 images, merged, with a line search on 30 % of the images. What differs, and
-// why: docs/decisions/3dgs-lm-presets.md.
+// 3DGS-LM (Höllein et al. 2025): 20,000 iterations as in INRIA's code, densification until 15,000, then 5 LM
+// iterations. Each has 8 PCG iterations on up to 4 merged batches of 25 images, and a line search on 30 % of the
+// images. Differences and their reasons: docs/decisions/3dgs-lm-presets.md.
 TrainOptions Paper() {
   TrainOptions options;
   AdamOptions& adam = options.adam;
@@ -69,7 +69,7 @@ TrainOptions Paper() {
   lm.min_lambda = 1e-4;
   lm.max_lambda = 1e4;
   lm.gradient_shrinkage = 0;
-  lm.min_diagonal = 2;  // of JtJ as ours is: theirs is half of it, as our cost lacks the factor 1/2
+  lm.min_diagonal = 2;  // for our JtJ; theirs is half of it, because our cost lacks the factor 1/2
   lm.loss_linearization = PixelLinearization::kSqrt;
   lm.ssim = SsimLinearization::kRootCenter;
   return options;
@@ -112,7 +112,7 @@ TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMe
   const bool is_paper = name == "paper" || name == "paper_code";
   const RefineMethod by = method.value_or(is_paper ? RefineMethod::kLm : RefineMethod::kViews);
   AdamOptions& adam = options.adam;
-  // All of the model is there already: nothing is coarse, no harmonics wait for their turn.
+  // The model is complete: all views at full size, all SH bands from the start.
   adam.half_resolution_until = adam.sh_degree_interval = 0;
   adam.iterations_scale *= 0.375;
   if (by == RefineMethod::kLm) adam.iterations = 0;
@@ -125,7 +125,7 @@ TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMe
 TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
   TrainOptions options = RefinePresetOptions(name, method);
   options.pruning = PruningOptions{};
-  options.pruning.aic_weight = 0;  // so many go as are asked to
+  options.pruning.aic_weight = 0;  // the number to remove is set by other options
   options.pruning.begin = 0;
   options.pruning.end = 0.7;
   options.pruning.every = 0.05;

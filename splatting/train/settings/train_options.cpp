@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/settings/train_options.h"
 
-#include <map>
-#include <string>
-
 #include "kernels/core/check.h"
 
 namespace vesta::gs {
@@ -38,7 +35,7 @@ schema::Table<TrainOptions> OwnFields() {
        &O::evaluated_views,
        {1, 1e7},
        "at most N training views, evenly spread, for each evaluation"},
-      // Up to what every reader of JSON has exactly.
+      // The largest integer that every JSON reader represents exactly.
       {"train.seed", &O::seed, {0, 9007199254740992}, "seed of the random numbers", "seed"},
   };
 }
@@ -67,7 +64,7 @@ const schema::Table<TrainOptions>& TrainFields() {
   return fields;
 }
 
-std::string RenamedOption(const std::string& old_key) {
+const std::map<std::string, std::string>& RenamedOptions() {
   static const std::map<std::string, std::string> keys = {{"adam.length", "adam.iterations_scale"},
                                                           {"adam.views_per_iteration", "adam.batch_size"},
                                                           {"adam.metric", "adam.second_moment"},
@@ -97,8 +94,7 @@ std::string RenamedOption(const std::string& old_key) {
                                                           {"rates.sh_dc", "lr.sh_dc"},
                                                           {"rates.sh_rest", "lr.sh_rest"},
                                                           {"train.low_pass", "train.eps2d"}};
-  const auto found = keys.find(old_key);
-  return found == keys.end() ? "" : found->second;
+  return keys;
 }
 
 void ValidateOptions(const TrainOptions& options) {
@@ -110,10 +106,11 @@ void ValidateOptions(const TrainOptions& options) {
   const DensityOptions& density = options.density;
   const PruningOptions& pruning = options.pruning;
   if (density.enabled && (pruning.prune_unseen || pruning.judges()) && density.end > pruning.begin) {
-    Fail(kBadArgument,
-         "density.end={} lies behind pruning.begin={}: Gaussians would be removed while others are still added; set "
-         "both",
-         density.end, pruning.begin);
+    Fail(
+        kBadArgument,
+        "density.end={} is after pruning.begin={}: Gaussians would be removed while others are still added; change one "
+        "of them",
+        density.end, pruning.begin);
   }
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// All options of a training as plain data with defaults, and their table.
+// All options of a training, with defaults, and their table.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,26 +18,26 @@ namespace vesta::gs {
 
 struct TrainOptions : StageOptions {
   LearningRates lr;
-  std::optional<int> sh_degree;  // of training; none: what the training views bear (DefaultShDegree)
+  std::optional<int> sh_degree;  // none: chosen from the number of training views (DefaultShDegree)
   std::array<double, 3> background{0, 0, 0};
-  // Of the images of the scene, which whoever loads it divides by this.
+  // Divisor of the image size; applied by the code that loads the scene.
   int downscale = 1;
-  // Of the scene's cameras (Camera::eps2d), to whom whoever loads it gives it.
+  // Camera::eps2d of the scene; set by the code that loads the scene.
   double eps2d = splat::kEps2d;
   std::uint64_t seed = 0;
   double time_limit = 0;  // seconds from the start of the process; 0: none
-  // dB: the Adam stage ends where the views held out (ViewRole::kHeldOut) have as much; 0: none.
+  // Target PSNR of the held-out views (ViewRole::kHeldOut), dB. The Adam stage ends when it is reached; 0: none.
   double target_psnr = 0;
-  int evaluated_views = 300;  // training views that evaluations look at, at most; of the others all
+  int evaluated_views = 300;  // maximal number of training views per evaluation; other views are all evaluated
 };
 
-// All fields of all rooms, named "room.field"; those of TrainOptions itself "train.field".
+// The fields of all groups, named "group.field"; the fields of TrainOptions itself are named "train.field".
 const schema::Table<TrainOptions>& TrainFields();
 
-// The present key of an option that had another key before version 0.2; "" for any other text.
-std::string RenamedOption(const std::string& old_key);
+// Key before version 0.2 -> present key, of each option that was renamed. Old keys are refused with the present one.
+const std::map<std::string, std::string>& RenamedOptions();
 
-// Throws Error, one line: a field that is out of range, or some that do not go together.
+// Throws Error (one line) if a field is out of range or fields contradict each other.
 void ValidateOptions(const TrainOptions& options);
 
 struct Preset {
@@ -44,17 +45,17 @@ struct Preset {
   TrainOptions (*options)();
 };
 const std::vector<Preset>& Presets();
-// Throws Error where there is no preset of that name.
+// Throws Error for an unknown name.
 TrainOptions PresetOptions(const std::string& name);
-// What improves a splat that others trained.
-enum class RefineMethod { kViews, kLm, kBoth };  // Adam by single views, LM on all of them, or one after the other
-// The same for refining: no growth, and all at full size. LM goes on while there is anything to gain, for 12 iterations
-// at most. Without a method by what gains most for its work: by views, but the presets of the paper by LM.
+// Methods to refine a trained splat.
+enum class RefineMethod { kViews, kLm, kBoth };  // Adam on single views, LM on all views, or Adam and then LM
+// The preset for refinement: no densification, full-size views, all SH bands. LM runs until the cost stops decreasing,
+// at most 12 iterations. The default method has the largest gain for its work: views, or LM for the paper's presets.
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
-// The same for pruning: Gaussians go from the first iterations on, the rest of the stage makes up for them.
+// The preset for pruning: Gaussians are pruned from the first iterations on, and the rest of the stage compensates.
 TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
 
-// Has the model tell of its background and its filter.
+// Stores the background and eps2d in the model.
 inline void TellRenderSettings(const TrainOptions& options, SplatModel* model) {
   for (std::size_t c = 0; c < 3; ++c) model->background[c] = static_cast<float>(options.background[c]);
   model->has_background = true;

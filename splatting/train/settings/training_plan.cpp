@@ -15,9 +15,9 @@
 namespace vesta::gs {
 namespace {
 
-// The part of the stage after which one more band of the harmonics comes, each time. Harmonics can show exposures that
-// differ from side to side as well. So where exposures are found, bands come later, but before it is decided which
-// bands gain too little (PruningOptions::begin).
+// The fraction of the stage between two SH bands. SH coefficients can also imitate exposures that differ between sides
+// of the scene. With exposure refinement bands therefore start later, but before SH bands are pruned
+// (PruningOptions::begin).
 double BandEvery(const TrainOptions& options) {
   constexpr double kLater = 2;
   return FreeBy(options.cameras.refine).color ? kLater * options.adam.sh_degree_interval
@@ -41,7 +41,7 @@ TrainOptions FitToScene(TrainOptions options, Index training_views) {
     adam.iterations = static_cast<int>(std::clamp(all, 1.0, kMost));
   }
   if (adam.runs() && adam.batch_size > std::max<Index>(training_views, 1)) {
-    Fail(kBadArgument, "adam.batch_size={}: the scene has {} training views; give it no more than these",
+    Fail(kBadArgument, "adam.batch_size={}: the scene has only {} training views; choose at most that many",
          adam.batch_size, training_views);
   }
   if (!options.sh_degree) options.sh_degree = DefaultShDegree(training_views);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan of a training: what the program decides beside the options, and when the Adam stage does what.
+// The plan of a training: decisions that the options leave open, and the schedule of the Adam stage.
 #pragma once
 
 #include "problems/gaussian_splatting/scene/scene.h"
@@ -9,39 +9,38 @@
 
 namespace vesta::gs {
 
-// Iterations of Adam that this many training views require: 4,000, as long as each view has its turn 76 times, and
-// else as many as that takes (docs/decisions/training-length.md).
+// The default number of Adam iterations: 76 per training view, but at least 4,000 (docs/decisions/training-length.md).
 double IterationsFor(Index training_views);
 
-// The options with every std::optional filled in: iterations and degree of the harmonics. Under a time limit time alone
-// ends the Adam stage, unless iterations are given. Throws Error where the options are not valid, or an iteration is to
-// take more views than there are.
+// Fills in each std::optional of the options: iterations and SH degree. If a time limit but no number of iterations is
+// given, time alone ends the Adam stage. Throws Error if the options are invalid, or if the batch is larger than the
+// number of training views.
 TrainOptions FitToScene(TrainOptions options, Index training_views);
 
 // The decisions of one training. Its options never change.
 struct ResolvedPlan {
   explicit ResolvedPlan(const TrainOptions& options) : max_gaussians(options.density.max_gaussians), lm(options.lm) {}
 
-  double held_mib = 0;  // memory of the process beside the stages: the program, images, copies of cameras
-  Index max_gaussians;  // density.max_gaussians, or fewer where memory is limited
-  LmStageOptions lm;    // as the LM stage runs; 0 iterations: it does not
-  LmPlan lm_memory;     // how it runs within the memory
+  double held_mib = 0;  // memory outside the stages: program, images, copies of cameras
+  Index max_gaussians;  // density.max_gaussians, or fewer if memory is limited
+  LmStageOptions lm;    // options of the LM stage as it runs; 0 iterations: skipped
+  LmPlan lm_memory;     // its plan within the memory
 };
 
-// All that one iteration does beside the step itself.
+// Everything that one iteration does besides the Adam step.
 struct IterationPlan {
   StageSpan span;
-  bool is_coarse = false;          // its views are at half their size
-  int most_sh_degree = 0;          // active degree of the harmonics, as far as the model has it
-  double lr_factor = 1;            // of all learning rates
-  bool is_recorded = false;        // a row of the history is due after it
-  bool observes = false;           // density control observes the gradients of its views
-  bool densifies = false;          // clone, split and prune follow it
-  bool resets_opacity = false;     // and a reset of opacities
-  bool prunes_unseen = false;      // Gaussians that hardly any training view shows are removed
-  bool lowers_sh_degrees = false;  // bands of the harmonics that gain too little are removed
-  bool prunes = false;             // Gaussians that gain too little are removed
-  double pruning_done = 0;         // fraction of the time for pruning that is over
+  bool is_coarse = false;          // uses half-size views
+  int most_sh_degree = 0;          // active SH degree, limited by the model's
+  double lr_factor = 1;            // factor of all learning rates
+  bool is_recorded = false;        // a history row is due after the iteration
+  bool observes = false;           // density control collects gradient statistics
+  bool densifies = false;          // clones, splits and prunes after the iteration
+  bool resets_opacity = false;     // and resets opacities
+  bool prunes_unseen = false;      // removes Gaussians that hardly any training view shows
+  bool lowers_sh_degrees = false;  // removes SH bands that improve the images too little
+  bool prunes = false;             // removes Gaussians that improve the images too little
+  double pruning_done = 0;         // fraction of the pruning period that has passed
 };
 
 class TrainingSchedule {
@@ -50,10 +49,10 @@ class TrainingSchedule {
   explicit TrainingSchedule(const TrainOptions& options) : options_(options) {}
 
   const TrainOptions& options() const { return options_; }
-  // Iterations of the stage, where no time limit ends it sooner.
+  // The number of iterations, unless a time limit ends the stage earlier.
   int iterations() const;
   IterationPlan At(const StageSpan& span) const;
-  // Whether the parameters after that iteration count in their mean.
+  // True if the parameters after this iteration enter their average.
   bool Averages(const StageSpan& span, int iteration) const;
 
  private:

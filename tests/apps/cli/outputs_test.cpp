@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results never harm what was read, are noticed to be impossible before the work, and are whole whenever a run ends.
+// Outputs never overwrite inputs. Impossible outputs are refused before the work, and outputs are complete whenever a
+// run ends.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +32,7 @@ using testing::Not;
 using testing::StartsWith;
 using testing::UnorderedElementsAre;
 
-// All that is in a folder and below, by path within it, with what it holds.
+// All files below a folder: relative path and contents.
 std::map<std::string, std::string> Contents(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -55,7 +56,7 @@ class Outputs : public testing::Test {
     flags.insert(flags.begin(), {"train", scene_, "--iterations=40", "--lm_iterations=1"});
     return flags;
   }
-  // In one line with these tokens, before any work, and everything is as it was.
+  // The command is refused with one line that contains these tokens, before any work and without changing any file.
   void ExpectRefused(const std::vector<std::string>& words, const std::vector<std::string>& tokens) const {
     SCOPED_TRACE(testing::PrintToString(words));
     const auto before = Contents(folder_.path());
@@ -82,7 +83,7 @@ TEST_F(Outputs, DoNotLieInAFolderOfTheScene) {
   ExpectRefused({"eval", ply_, scene_, json}, {json});
   fs::create_directory_symlink(scene_ + "/images", folder_ / "link");
   ExpectRefused({"render", ply_, scene_, "--out=" + (folder_ / "link")}, {folder_ / "link"});
-  // A folder of its own there is nobody else's.
+  // A new folder inside the scene is allowed.
   EXPECT_EQ(RunProgram({"render", ply_, scene_, "--out=" + scene_ + "/renders"}).status, 0);
 }
 
@@ -99,7 +100,7 @@ TEST_F(Outputs, DoNotReplaceTheSplatThatIsRead) {
                 {"--out=" + out_, out_ + "/metrics.json"});
 }
 
-// Where transforms.json says so, the points a training starts from lie where its results would.
+// transforms.json may place the initial points where the training would write its results.
 TEST_F(Outputs, DoNotReplaceThePointsOfANerfScene) {
   const std::string nerf = folder_ / "nerf", transforms = nerf + "/transforms.json";
   fs::create_directories(nerf + "/data");
@@ -150,14 +151,14 @@ TEST_F(Outputs, TakeTheNameOfNoFolderOrDevice) {
   EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
-// Where the cameras go that a training finds.
+// `cameras`, the output folder for optimised cameras, exists as a file.
 TEST_F(Outputs, AFileIsNoFolder) {
   fs::create_directories(out_);
   WriteBytes(out_ + "/cameras", "a letter");
   ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, out_ + "/cameras"});
 }
 
-// As where a scene looks through the cameras that a training has found.
+// The scene's model links to the optimised cameras in the output folder.
 TEST_F(Outputs, DoNotReplaceTheModelThatIsRead) {
   fs::create_directories(out_);
   fs::rename(scene_ + "/sparse/0", out_ + "/cameras");
@@ -166,7 +167,7 @@ TEST_F(Outputs, DoNotReplaceTheModelThatIsRead) {
   EXPECT_EQ(RunProgram(Train({"--out=" + (folder_ / "other")})).status, 0);
 }
 
-// As the splat of a training whose test views are rendered beside it.
+// For example, renderings of test views next to the splat of their training.
 TEST_F(Outputs, MayLieBesideWhatIsRead) {
   fs::create_directories(out_);
   fs::copy_file(ply_, out_ + "/point_cloud.ply");
@@ -182,7 +183,7 @@ TEST_F(Outputs, CamerasAreOfTheSplatBesideThem) {
   EXPECT_THAT(FilesIn(out_ + "/cameras"), UnorderedElementsAre("letter.txt"));
 }
 
-// What was trained for is written first.
+// The splat is written before the cameras, so an error there does not lose it.
 TEST_F(Outputs, ASplatIsNotLostForItsCameras) {
   fs::create_directories(out_ + "/cameras/images.txt/in_the_way");
   const ProgramOutput output = RunProgram(Train({"--out=" + out_, "--refine_cameras=pose"}));
@@ -195,7 +196,7 @@ TEST_F(Outputs, ASplatIsNotLostForItsCameras) {
   EXPECT_TRUE(fs::exists(out_ + "/metrics.json"));
 }
 
-// A limit on the size of files stands in for a full disk.
+// A limit on file sizes emulates a full disk.
 TEST_F(Outputs, OfEveryCommandAreWholeOrAbsent) {
   gs::SplatModel model;
   model.Resize(0, 1000);
@@ -219,7 +220,7 @@ TEST_F(Outputs, FindADiskTooFullBeforeTheFirstIteration) {
   }
 }
 
-// Test views by the NeRF split; names that are one once folders are flattened.
+// Test views of the NeRF split; their names collide if folders are flattened.
 TEST_F(Outputs, TwoViewsAreTwoFiles) {
   const std::string nerf = folder_ / "nerf";
   fs::create_directories(nerf + "/a");
@@ -236,7 +237,7 @@ TEST_F(Outputs, TwoViewsAreTwoFiles) {
   write("transforms_test.json", {"a/b.png", "a_b.png", "a_b.jpg", "a/c.png"});
   ASSERT_EQ(RunProgram({"render", ply_, nerf, "--out=" + out_}).status, 0);
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("a_b.png.png", "a_b.png_2.png", "a_b.jpg.png", "a_c.png.png"));
-  // A photograph that is called as another one's preview is.
+  // A photograph named like the preview of another one.
   write("transforms_test.json", {"c.png", "c_preview.png"});
   const std::string depths = folder_ / "depths";
   ASSERT_EQ(RunProgram({"render", ply_, nerf, "--out=" + depths, "--show=depth"}).status, 0);
@@ -272,7 +273,7 @@ TEST_F(Outputs, WhatAKilledRunLeavesIsRemovedByTheNext) {
   ASSERT_EQ(RunProgram(Train({"--out=" + out_})).status, 0);
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html", "letter.12.tmp",
                                                   "point_cloud.ply.tmp"));
-  // Of a file by name too.
+  // The same for a file given by name.
   const std::string json = folder_ / "eval.json";
   WriteBytes(json + ".77.tmp", "half");
   WriteBytes(folder_ / "other.json.77.tmp", "another's");
@@ -281,7 +282,7 @@ TEST_F(Outputs, WhatAKilledRunLeavesIsRemovedByTheNext) {
   EXPECT_TRUE(fs::exists(folder_ / "other.json.77.tmp"));
 }
 
-// LM is long, and its result may never come.
+// LM takes long and may be interrupted.
 TEST_F(Outputs, AdamsResultIsThereBeforeLmBegins) {
   ASSERT_EQ(RunProgram(Train({"--out=" + out_})).status, 0);
   const std::string earlier = ReadBytes(out_ + "/point_cloud.ply");
@@ -291,7 +292,7 @@ TEST_F(Outputs, AdamsResultIsThereBeforeLmBegins) {
   ASSERT_TRUE(killed.WaitForOutput("lm ")) << killed.Wait().err;
   killed.Signal(SIGKILL);
   killed.Wait();
-  // The metrics of the earlier training are not beside it.
+  // The metrics of the earlier training were removed.
   EXPECT_FALSE(fs::exists(out_ + "/metrics.json"));
   EXPECT_FALSE(ReadBytes(out_ + "/point_cloud.ply") == earlier);
   EXPECT_TRUE(gs::ReadSplatPly(out_ + "/point_cloud.ply").has_background);
@@ -309,7 +310,7 @@ TEST_F(Outputs, WhatCannotBePrintedIsAnErrorAndLosesNothing) {
       "{} train {} --out={} --iterations=200 --lm_iterations=0 2>&1 >/dev/full", VESTA_PROGRAM, scene_, out_));
   EXPECT_EQ(train.status, 1);
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
-  // Nor does a stderr that takes nothing end in a signal.
+  // A stderr that cannot be written does not end the program by a signal.
   EXPECT_EQ(RunShell(fmt::format("{} trian 2>/dev/full", VESTA_PROGRAM)).status, 2);
 }
 
@@ -327,7 +328,7 @@ TEST_F(Outputs, ComplaintsAreOneLineThatCanBeRead) {
     EXPECT_EQ(CountLines(output.err), 1) << output.err;
     EXPECT_LT(output.err.size(), 1100u);
   }
-  // A link that leads to itself is named as what it is, in our words.
+  // A symbolic link to itself is reported in plain words.
   const std::string loop = folder_ / "loop";
   fs::create_symlink(loop, loop);
   for (const std::vector<std::string>& words : {std::vector<std::string>{"train", loop, "--out=" + out_},

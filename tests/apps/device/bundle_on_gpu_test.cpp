@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bundle_adjust's solve on a GPU, on one that is emulated.
+// The solve of bundle_adjust on an emulated GPU.
 #include "apps/device/bundle_on_gpu.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --device of a program with CUDA, on a device that is emulated.
+// The flag --device of a program with CUDA, on an emulated device.
 #include "apps/device/device.h"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ TEST(DeviceFlag, AutoSaysWhyAGpuWithoutCodeIsNotUsed) {
   EXPECT_EQ(stages.device, "cpu");
   const gs::TrainResult result = gs::Train(gs::test::TrainingScene(), gs::test::ShortTraining(2, 0), {}, {}, stages);
   EXPECT_THAT(result.notes, ElementsAre(AllOf(StartsWith("on the CPU: "), HasSubstr("CMAKE_CUDA_ARCHITECTURES=75"))));
-  EXPECT_THAT(StagesOf(Device::kCpu).note, IsEmpty()) << "as asked for";
+  EXPECT_THAT(StagesOf(Device::kCpu).note, IsEmpty()) << "requested explicitly";
 }
 
 TEST(DeviceFlag, CudaWithoutCodeIsAnError) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can hardly have been meant is doubted in one line, what was done otherwise than asked is told, and a figure that
-// has no end is none.
+// The program warns about probable mistakes and reports where it deviates from the options. Infinite figures are not
+// printed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ class Doubts : public testing::Test {
 
 TEST_F(Doubts, AreNotOfAnOrdinaryTraining) {
   WriteTinyScene(scene_);
-  EXPECT_THAT(Train().out, Not(AnyOf(HasSubstr("reached only"), HasSubstr("passed over"), HasSubstr("show nothing"))));
+  EXPECT_THAT(Train().out, Not(AnyOf(HasSubstr("reached only"), HasSubstr("is ignored"), HasSubstr("show nothing"))));
   EXPECT_FALSE(Metrics().contains("notes"));
 }
 
@@ -73,7 +73,7 @@ TEST_F(Doubts, AbsurdRates) {
               ContainsRegex("reached only [0-9.]+ dB on the training views: do the poses"));
 }
 
-// Equal images have no finite PSNR.
+// The PSNR of equal images is infinite.
 TEST_F(Doubts, BlackPhotographs) {
   WriteTinyScene(scene_);
   for (const auto& entry : fs::directory_iterator(scene_ + "/images")) {
@@ -96,26 +96,27 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   WriteTinyScene(scene_);
   fs::create_directory(scene_ + "/masks");
   fs::copy(scene_ + "/sparse/0", scene_ + "/sparse/1");
-  // As much as is foreseen of this program, which under a sanitizer is larger.
+  // The predicted memory of this build, which is larger with a sanitizer.
   Train();
   const double foreseen = Metrics()["memory"]["predicted_mib"];
   const std::string budget = fmt::format("--memory_budget={:.5f}", (foreseen + 1) / 1024);
   const ProgramOutput output = Train({budget, "--set=lm.batches=99"});
-  const std::vector<std::string> told = {"masks/ has no mask by the name of an image, as masks/000.png.png",
-                                         "sparse/1 of 10 images is passed over",
-                                         "LM in 8 of the lm.batches=99 asked for"};
+  const std::vector<std::string> told = {"masks/ has no mask with the name of an image, such as masks/000.png.png",
+                                         "sparse/1 of 10 images is ignored",
+                                         "LM uses 8 of the lm.batches=99 requested"};
   const std::string notes = Metrics()["notes"].dump();
   for (const std::string& note : told) {
     EXPECT_THAT(output.out, HasSubstr(note));
     EXPECT_THAT(notes, HasSubstr(note));
   }
-  // Where more memory was taken than was to be.
+  // A note reports when the memory exceeded the budget.
   const json memory = Metrics()["memory"];
   const bool is_over = memory["peak_mib"] > memory["budget_mib"];
   EXPECT_EQ(notes.find(" MiB were used") != std::string::npos, is_over) << notes;
 }
 
-// Where floats are too coarse, 16 million sizes away, the splat and its figures are those of the scene at home.
+// At 16 million scene sizes from the origin, floats are too coarse. The results still equal the results near the
+// origin.
 TEST_F(Doubts, AFarSceneIsAnyOther) {
   gs::ColmapModel model = TinyModel();
   WriteTinyScene(scene_, model);
@@ -124,7 +125,7 @@ TEST_F(Doubts, AFarSceneIsAnyOther) {
   constexpr double kEast = 16777216;
   for (auto& point : model.points) point.position[0] += kEast;
   for (auto& image : model.images) {
-    const double w = image.rotation[0], y = image.rotation[2];  // about the y axis
+    const double w = image.rotation[0], y = image.rotation[2];  // rotation about the y axis
     image.translation[0] -= (1 - 2 * y * y) * kEast;
     image.translation[2] += 2 * w * y * kEast;
   }

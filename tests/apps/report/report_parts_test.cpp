@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a report, and pages made of records that nobody would write.
+// The parts of a report, and pages made from unusual records.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ TEST(Html, EscapesWhatMeansSomething) {
 
 TEST(Html, ReplacesWhatIsNoText) {
   const std::string replacement = "\xef\xbf\xbd";
-  // A lone byte, one too few, too long for what it says, a surrogate, beyond the last, control characters.
+  // A single byte, a missing byte, an overlong encoding, a surrogate, a code point beyond the last, control characters.
   for (const std::string bad : {"\xff", "\x80", "\xc3", "\xc0", "\x01", "\x7f", "\xc2\x85"}) {
     EXPECT_EQ(Escape("a" + bad), "a" + replacement) << testing::PrintToString(bad);
   }
@@ -40,7 +40,7 @@ TEST(Html, ReplacesWhatIsNoText) {
   EXPECT_EQ(Escape("\xc0\xbc"
                    "script"),
             replacement + replacement + "script")
-      << "< in two bytes is none";
+      << "an overlong < is not a tag";
   EXPECT_EQ(Escape("\xed\xa0\x80"), replacement + replacement + replacement);
   EXPECT_EQ(Escape("\xf4\x90\x80\x80"), replacement + replacement + replacement + replacement);
   EXPECT_EQ(Escape(std::string("a\0b", 3)), "a" + replacement + "b");
@@ -74,13 +74,13 @@ TEST(ErrorMap, IsBlackWhereThereIsNone) {
 TEST(ErrorMap, KnowsInHowFewPixelsHalfOfItIs) {
   gs::Image render = Grey(0.5f);
   EXPECT_EQ(PartWithHalfOfError(render, Grey(0.5f)), 0);
-  EXPECT_NEAR(PartWithHalfOfError(render, Grey(0.6f)), 0.5, 1e-12) << "everywhere the same";
+  EXPECT_NEAR(PartWithHalfOfError(render, Grey(0.6f)), 0.5, 1e-12) << "the same error everywhere";
   const gs::Image truth = render;
   render.plane(1)[3] = 0.9f;
-  EXPECT_NEAR(PartWithHalfOfError(render, truth), 0.005, 1e-12) << "half of one pixel in a hundred";
+  EXPECT_NEAR(PartWithHalfOfError(render, truth), 0.005, 1e-12) << "half of one pixel out of 100";
 }
 
-// Where pixels do not count figures are those of the training's evaluation, and the error is of those that do.
+// With masks, the report has the same figures as the training's evaluation, and the error uses only unmasked pixels.
 TEST(ViewErrors, AreOfThePixelsThatCount) {
   const gs::SplatModel model = gs::test::RandomModel(40, 0, 1);
   gs::Scene scene = gs::test::RingOfCameras(8, 48, 32, true);
@@ -98,7 +98,7 @@ TEST(ViewErrors, AreOfThePixelsThatCount) {
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_DOUBLE_EQ(errors[0].quality.psnr, evaluation.test.psnr);
   EXPECT_DOUBLE_EQ(errors[0].quality.ssim, evaluation.test.ssim);
-  // Of the half that counts.
+  // Only the unmasked half.
   const gs::Image& photograph = scene.views[0].image;
   const gs::Image compared = gs::ToCompare(renderer.Render(model, scene.views[0]), photograph);
   EXPECT_EQ(compared.plane(0)[30], photograph.plane(0)[30]);
@@ -125,7 +125,7 @@ TEST(SvgChart, LeavesOutWhatIsNotFinite) {
   EXPECT_THAT(chart, Not(HasSubstr("inf")));
   EXPECT_THAT(ToSvg({"t", "x", {{"", 0, false, {{NAN, NAN}}}}}), HasSubstr("no data"));
   EXPECT_THAT(ToSvg({"t", "x", {}}), HasSubstr("no data"));
-  EXPECT_THAT(ToSvg({"t", "x", {{"", 0, false, {{2, 2}}}}}), Not(HasSubstr("nan"))) << "one point alone";
+  EXPECT_THAT(ToSvg({"t", "x", {{"", 0, false, {{2, 2}}}}}), Not(HasSubstr("nan"))) << "a single point";
 }
 
 TEST(RunRecord, WhatIsMissingIsNotKnown) {
@@ -137,7 +137,7 @@ TEST(RunRecord, WhatIsMissingIsNotKnown) {
   EXPECT_THAT(empty.notes(), IsEmpty());
   EXPECT_THAT(empty.History("cost"), IsEmpty());
   const RunRecord odd("run", R"({"test": 3, "notes": [1, "one"], "history": [{"cost": 1}, 7, {"cost": "x"}],
-                                 "options": {"adam": {"length": "auto", "rate": 0.5}, "lm": 3}, "scene": 4})",
+                                 "options": {"adam": {"iterations_scale": "auto", "rate": 0.5}, "lm": 3}, "scene": 4})",
                       0);
   EXPECT_TRUE(std::isnan(odd.Number("test.psnr")));
   EXPECT_EQ(odd.Text("scene"), "");
@@ -161,7 +161,7 @@ TEST(ReportPage, IsSoundWithoutAnything) {
   EXPECT_THAT(HtmlFaults(ReportPage(WithoutScenes({"{}", "{}", "{}"}, "run"))), IsEmpty());
 }
 
-// Whatever files say is text and nothing else.
+// Text from files is escaped and never becomes markup.
 TEST(ReportPage, EscapesAllThatFilesSay) {
   const std::string evil = R"(\"'><script>alert(1)</script><img src=x onerror=alert(2)>&lt;)";
   const std::string shown = R"("'><script>alert(1)</script><img src=x onerror=alert(2)>&lt;)";
@@ -175,7 +175,7 @@ TEST(ReportPage, EscapesAllThatFilesSay) {
   EXPECT_THAT(HtmlFaults(page), IsEmpty());
   EXPECT_EQ(page.find("<script>alert"), std::string::npos);
   EXPECT_EQ(page.find("<img src=x"), std::string::npos);
-  EXPECT_THAT(PageText(page), HasSubstr(shown)) << "and it is shown as it is";
+  EXPECT_THAT(PageText(page), HasSubstr(shown)) << "and shown as text";
 }
 
 TEST(ReportPage, ShowsFiguresAndWhatDiffers) {

@@ -14,7 +14,7 @@
 namespace vesta::app {
 namespace {
 
-// Files may not grow beyond so many bytes for as long as it lives: stands in for a full disk.
+// Limits the size of written files while it exists, to emulate a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
@@ -31,7 +31,7 @@ class FileSizeLimit {
   rlimit before_ = {};
 };
 
-// Adam's result found no room, and LM is left out; at the end there is some.
+// Adam's result cannot be saved, so LM is skipped. The final result is saved once the disk has space.
 TEST(TrainingResults, WhatFoundNoRoomIsNotPartOfWhatComesLater) {
   const TempFolder folder;
   OutputFolder out(folder / "out");

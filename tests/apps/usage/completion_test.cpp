@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the completion scripts in their shells, and the manual in man. A test is skipped if its program is missing.
+// Shells and man accept the completion scripts and the manual that the program prints. Missing shells are skipped.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,21 +17,21 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// stdout and stderr of a shell command.
+// Stdout and stderr of a shell command.
 std::string Shell(const std::string& command) { return RunShell(command + " 2>&1").out; }
 
 bool Has(const char* program) { return !Shell(fmt::format("command -v {}", program)).empty(); }
 
 class Completion : public testing::Test {
  protected:
-  // Writes the output of `vesta help KIND` and returns the file.
+  // Writes the script to a file and returns its path.
   std::string Write(const std::string& kind) const {
     const ProgramOutput output = RunProgram({"help", kind});
     EXPECT_EQ(output.status, 0) << output.err;
     std::ofstream(file_, std::ios::binary) << output.out;
     return file_;
   }
-  // The completions that bash offers after these words. bash splits words at "=".
+  // The completions that bash offers after these words. Bash splits words at "=".
   std::string InBash(const std::string& words) const {
     return Shell(
         fmt::format("bash -c 'source {} && COMP_WORDS=({}) && COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)) && "
@@ -52,13 +52,13 @@ TEST_F(Completion, OfBash) {
   EXPECT_EQ(InBash("vesta train --preset ="), "fast balanced best paper paper_code\n");
   EXPECT_EQ(InBash("vesta train --set = lm.jac"), "lm.jacobian=\n");
   EXPECT_EQ(InBash("vesta train --set lm.jac"), "lm.jacobian=\n");
-  EXPECT_EQ(InBash("vesta train --set = lm.jacobian = on"), "on_the_fly\n");
+  EXPECT_EQ(InBash("vesta train --set = lm.jacobian = cached"), "cached_views\n");
   EXPECT_EQ(InBash("vesta eval a b --align = pose+"), "pose+colour\n");
-  EXPECT_EQ(InBash("vesta refine a b --sh_deg"), "\n") << "a flag of other commands";
-  EXPECT_EQ(InBash("vesta train --vie"), "--view --view=\n") << "the port is optional";
+  EXPECT_EQ(InBash("vesta refine a b --sh_deg"), "\n") << "a flag of other commands only";
+  EXPECT_EQ(InBash("vesta train --vie"), "--view --view=\n") << "with or without a port";
   EXPECT_EQ(InBash("vesta help --completion = z"), "zsh\n");
   const std::string begun = file_.substr(0, file_.size() - 2);
-  EXPECT_EQ(InBash("vesta render a b --path = orb"), "orbit\n") << "one of the words";
+  EXPECT_EQ(InBash("vesta render a b --path = orb"), "orbit\n") << "one of the keywords";
   for (const char* flag : {"render a b --path", "render a b --film", "train --config"}) {
     EXPECT_EQ(InBash(fmt::format("vesta {} = {}", flag, begun)), file_ + "\n") << flag << ": or a file";
   }
@@ -71,7 +71,7 @@ TEST_F(Completion, OfZsh) {
 
 TEST_F(Completion, OfZshHasArgumentsThatNeedNotBe) {
   const std::string script = ReadBytes(Write("--completion=zsh"));
-  EXPECT_THAT(script, HasSubstr("'2::SCENE:_files -/' ;;")) << "of view";
+  EXPECT_THAT(script, HasSubstr("'2::SCENE:_files -/' ;;")) << "of the command view";
   EXPECT_THAT(script, HasSubstr("{compadd orbit spiral photographs; _files}"));
   EXPECT_THAT(script, HasSubstr("'--view=-["));
 }
@@ -84,7 +84,7 @@ TEST_F(Completion, OfFish) {
 }
 
 TEST_F(Completion, NamesEveryFlagInEveryShell) {
-  // As in the help, one per line.
+  // As printed by the help, one a line.
   const std::regex flag_of_help("\n  --([a-z_]+)"), command_of_help("\n  vesta ([a-z_]+)");
   const auto all_of = [](const std::string& text, const std::regex& what) {
     std::vector<std::string> found;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Chromium without a window, driven by its own protocol over a pipe: no package is needed for it."""
+"""Headless Chromium, controlled by the DevTools protocol over a pipe. Needs no other package."""
 import base64
 import json
 import os
@@ -14,13 +14,13 @@ def find_browser():
 
 
 class Browser:
-    """Of a profile in the folder; ends with the block that it is for."""
+    """A browser with its profile in the folder; a context manager that ends it."""
 
     def __init__(self, program, folder):
         self._to_read, to_write = os.pipe()
         to_read, self._to_write = os.pipe()
 
-        def wire():  # the browser reads from 3 and writes to 4
+        def wire():  # the browser reads from descriptor 3 and writes to 4
             ends = [os.dup(to_read), os.dup(to_write)]
             os.dup2(ends[0], 3), os.dup2(ends[1], 4)
 
@@ -83,18 +83,18 @@ class Page:
         return self._browser.call(method, self._session, **params)
 
     def front(self):
-        """Only the page in front is drawn."""
+        """Brings the page to the front: only that page is drawn."""
         self._call("Page.bringToFront")
 
     def get(self, expression):
-        """The value of an expression of JavaScript, awaited."""
+        """Evaluates a JavaScript expression, awaits the result and returns it."""
         done = self._call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in done:
             raise RuntimeError(f"{expression}: {done['exceptionDetails']}")
         return done["result"].get("value")
 
     def wait(self, condition, seconds=30):
-        """Until the expression is true; before the page is there nothing is."""
+        """Waits until the expression is true. An exception counts as false, because the page may still be loading."""
         asked = f"(() => {{ try {{ return Boolean({condition}); }} catch {{ return false; }} }})()"
         end = time.monotonic() + seconds
         while not self.get(asked):
@@ -116,7 +116,7 @@ class Page:
         pathlib.Path(path).write_bytes(base64.b64decode(shot["data"]))
 
     def troubles(self):
-        """Lines of the console, and addresses asked for."""
+        """Returns the lines of the console and the requested addresses."""
         lines, asked = [], []
         for event in self._browser.events:
             if event.get("sessionId") != self._session:

@@ -33,7 +33,7 @@ class FrameRequests : public testing::Test {
 
 TEST_F(FrameRequests, OfAFreeCamera) {
   HttpQuery query = Free();
-  const double half = std::sqrt(0.5);  // a quarter turn about y: looks along world x
+  const double half = std::sqrt(0.5);  // rotated by 90 degrees about y: looks along world x
   query["rotation"] = fmt::format("{},0,{},0", half, half);
   const FrameRequest request = ParseFrameRequest(query, scene_);
   EXPECT_EQ(request.kind, FrameKind::kRender);
@@ -51,7 +51,7 @@ TEST_F(FrameRequests, OfAFreeCamera) {
   EXPECT_NEAR(ahead[2], 10, 1e-12);
 }
 
-// In pixels of the photograph at most, where that is looked at.
+// A photograph and its difference to the render have at most the photograph's resolution.
 TEST_F(FrameRequests, OfAPhotograph) {
   const FrameRequest render = ParseFrameRequest(OfPhoto("render"), scene_);
   EXPECT_EQ(render.photo, 2u);

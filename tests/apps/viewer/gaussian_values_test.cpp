@@ -29,14 +29,14 @@ TEST(GaussianValuePlaces, AreRelativeToTheMiddle) {
 
 class GaussianValuesTest : public testing::Test {
  protected:
-  // Nine cameras, of which two test; the last Gaussian is where none looks.
+  // Nine cameras, two of them test views. The last Gaussian is outside all views.
   GaussianValuesTest() {
     gs::test::RenderTruth(model_, 0, &scene_);
     model_.attribute(splat::kMean + 1)[model_.count - 1] = 50;
     Put();
   }
   void Put() { shown_.Put(std::make_shared<const gs::SplatModel>(model_)); }
-  // Asks until the values are of the model that is shown.
+  // Requests the values until they belong to the current model.
   std::vector<float> Wait(GaussianValue value) {
     for (;;) {
       const auto measured = values_->Ask(value, shown_.Look());
@@ -45,7 +45,7 @@ class GaussianValuesTest : public testing::Test {
     }
   }
   gs::ScoringViews Judges() const { return gs::TrainingViewsOf(scene_, {0, 0, 0}); }
-  // In place of the photographs a store, whose work is done by `decode`.
+  // Replaces the photographs by stored ones that `decode` reads.
   void Store(const std::function<gs::Image(const gs::Image&)>& decode) {
     for (gs::View& view : scene_.views) {
       const auto image = std::make_shared<gs::Image>(std::move(view.image));
@@ -71,7 +71,7 @@ TEST_F(GaussianValuesTest, AreThoseOfTheTrainingViews) {
   EXPECT_EQ(worth.back(), 0);
   EXPECT_EQ(support.back(), 0);
   EXPECT_GT(worth[0], 0);
-  EXPECT_GT(support[0], 0.5f) << "all views show it";
+  EXPECT_GT(support[0], 0.5f) << "visible in all views";
 }
 
 TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
@@ -79,13 +79,13 @@ TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
   model_.attribute(splat::kMean + 1)[0] = 50;
   Put();
   const auto meanwhile = values_->Ask(GaussianValue::kCoverage, shown_.Look());
-  ASSERT_NE(meanwhile, nullptr) << "the earlier ones";
+  ASSERT_NE(meanwhile, nullptr) << "values of the earlier model";
   EXPECT_EQ(meanwhile->places.size(), static_cast<std::size_t>(meanwhile->of.model->count));
   EXPECT_GT(before[0], 0);
   EXPECT_EQ(Wait(GaussianValue::kCoverage)[0], 0);
 }
 
-// With the cameras and exposures that were found: then the views are those of the scene where nothing had to be.
+// Uses the optimised cameras and exposures: undoing a known perturbation gives the original values.
 TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
   const std::vector<float> true_removal_cost = Wait(GaussianValue::kRemovalCost),
                            true_coverage = Wait(GaussianValue::kCoverage);
@@ -106,7 +106,7 @@ TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
   EXPECT_THAT(Wait(GaussianValue::kCoverage), testing::Pointwise(testing::FloatNear(1e-4f), true_coverage));
 }
 
-// Whose order is that of a training.
+// The decoding order of the store belongs to the training.
 TEST_F(GaussianValuesTest, KeepNothingInTheStoreOfTheScene) {
   const std::vector<float> in_memory = Wait(GaussianValue::kRemovalCost);
   Store([](const gs::Image& image) { return image; });
@@ -124,12 +124,12 @@ TEST_F(GaussianValuesTest, TellOfAPhotographThatIsGone) {
   });
   EXPECT_THAT([&] { Wait(GaussianValue::kRemovalCost); }, ThrowsError(kUnavailable, "view.jpg"));
   is_gone = false;
-  EXPECT_THROW(Wait(GaussianValue::kRemovalCost), Error) << "of this model it has been tried";
+  EXPECT_THROW(Wait(GaussianValue::kRemovalCost), Error) << "the same model is not tried again";
   Put();
   EXPECT_EQ(Wait(GaussianValue::kRemovalCost).back(), 0);
 }
 
-// Or who closes a page of a large scene would have to wait.
+// Otherwise closing the page of a large scene would have to wait.
 TEST_F(GaussianValuesTest, AreBrokenOff) {
   scene_ = gs::test::RingOfCameras(200, 16, 12, false);
   gs::test::RenderTruth(model_, 0, &scene_);

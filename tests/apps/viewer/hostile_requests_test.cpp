@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ten thousand requests that no page sends: the server lives on, tells nothing, and does nothing for them.
+// Ten thousand malformed or malicious requests: the server survives, reveals nothing and executes nothing.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -128,14 +128,14 @@ TEST_F(HostileRequests, TenThousandDoNothing) {
   for (std::thread& thread : threads) thread.join();
   EXPECT_FALSE(tells);
   EXPECT_EQ(done_, 0);
-  EXPECT_GT(answered, kThreads * kEach / 2) << "the others were no requests";
+  EXPECT_GT(answered, kThreads * kEach / 2) << "the rest were not valid requests";
   EXPECT_TRUE(IsAlive());
-  EXPECT_LE(OpenFiles(), files + 8) << "connections are closed";
+  EXPECT_LE(OpenFiles(), files + 8) << "connections must be closed";
   EXPECT_EQ(Ask(server_.port(), Request("POST", "/stop", server_.token())).status, 200);
-  EXPECT_EQ(done_, 1) << "with the token it is done";
+  EXPECT_EQ(done_, 1) << "works with the token";
 }
 
-// Who sends slowly, or without end, is cut off, and others are served meanwhile.
+// Clients that send slowly or endlessly are disconnected, and others are served meanwhile.
 TEST_F(HostileRequests, SlowAndEndlessSendersAreCutOff) {
   std::vector<std::unique_ptr<Connection>> slow;
   for (int i = 0; i < 20; ++i) {
@@ -155,12 +155,12 @@ TEST_F(HostileRequests, SlowAndEndlessSendersAreCutOff) {
   EXPECT_TRUE(IsAlive());
 }
 
-// At once, and those that were there before stay.
+// Further connections are closed at once; existing ones are kept.
 TEST_F(HostileRequests, MoreConnectionsThanThreadsAreClosed) {
   std::vector<std::unique_ptr<Connection>> many;
   for (int i = 0; i < 80; ++i) {
     many.push_back(std::make_unique<Connection>(server_.port()));
-    ::usleep(2000);  // few can wait to be accepted
+    ::usleep(2000);  // the queue of connections to accept is short
   }
   for (std::size_t i = 60; i < many.size(); ++i) EXPECT_EQ(many[i]->Receive(), "");
   many.front()->Send(Request("GET", "/state", server_.token()));

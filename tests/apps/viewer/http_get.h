@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client that sends any bytes.
+// A client that can send arbitrary bytes.
 #pragma once
 
 #include <arpa/inet.h>
@@ -30,7 +30,7 @@ class Connection {
   Connection& operator=(const Connection&) = delete;
 
   bool is_open() const { return is_open_; }
-  // False where the other end has closed.
+  // Returns false if the other end has closed.
   bool Send(const std::string& bytes) const {
     std::size_t done = 0;
     while (done < bytes.size()) {
@@ -41,7 +41,7 @@ class Connection {
     return true;
   }
   void EndSending() const { ::shutdown(socket_, SHUT_WR); }
-  // All until the other end closes.
+  // Reads until the other end closes.
   std::string Receive() const {
     std::string all;
     char part[4096];
@@ -56,11 +56,11 @@ class Connection {
 };
 
 struct Reply {
-  int status = 0;  // 0: none came
+  int status = 0;  // 0: no reply
   std::string headers, body;
 };
 
-// Sends it, and waits for the connection's end.
+// Sends the request and reads until the connection ends.
 inline Reply Ask(int port, const std::string& request) {
   const Connection connection(port);
   connection.Send(request);
@@ -75,7 +75,7 @@ inline Reply Ask(int port, const std::string& request) {
   return reply;
 }
 
-// token: empty for none. headers: more of them, each with its end of line.
+// token: empty for none. headers: additional ones, each with its line end.
 inline std::string Request(const std::string& method, const std::string& target, const std::string& token,
                            const std::string& headers = "") {
   std::string text = method + " " + target + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n" + headers;

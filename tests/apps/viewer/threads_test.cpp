@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of a training are drawn by other threads while it goes on, and its Gaussians measured, and change nothing of
-// it.
+// Other threads render images and measure Gaussians during a training, without changing it.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -44,7 +43,7 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
   };
   gs::TrainCallbacks callbacks;
   monitor.Follow(&callbacks);
-  // However fast the training is, there is a picture of it.
+  // Ensures at least one image, even of a very fast training.
   callbacks.watch.wants_model = [] { return true; };
   const auto waits = callbacks.watch.waits;
   callbacks.watch.waits = [&] { return waits() || drawn == 0; };

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The viewer in Chromium: the page loads, a drag changes the picture, photographs and their difference are shown, two
-pages look at once, and a training, whose cameras move, is paused, saved and stopped from its page. No page complains
-or asks elsewhere.
-Skipped (77) where there is no Chromium.
+"""The viewer in Chromium: the page loads, a drag changes the image, photographs and differences are shown, and two pages
+can be open. A training that optimises cameras is paused, saved and stopped from its page. No page logs errors or sends
+requests elsewhere.
+Skipped (77) if there is no Chromium.
 
-  viewer_in_browser_test.py VESTA DEMO_SCENE     the two programs
+  viewer_in_browser_test.py VESTA DEMO_SCENE     (the two programs)
 """
 import contextlib
 import pathlib
@@ -22,11 +22,11 @@ IS_STILL = "still && !isDrawing && drawn.frames > 0"
 
 @contextlib.contextmanager
 def serving(*command):
-    """(link, process) of a program that serves a page; it must end well."""
+    """Yields (link, process) of a program that serves a page; its exit status must be 0."""
     process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True)
     try:
         line = next((line for line in process.stdout if "http://" in line), None)
-        assert line, "no link was printed"
+        assert line, "the program printed no link"
         yield line.split()[-1], process
     finally:
         if process.poll() is None:
@@ -41,7 +41,7 @@ def check_quiet(page, link):
 
 
 def choose(page, kind):
-    """Picks what is shown; returns the picture."""
+    """Selects the kind of image to show; returns the image."""
     before = page.get("drawn.frames")
     page.get(f"document.querySelector('[name=kind][value={kind}]').click()")
     page.wait(f"drawn.frames > {before} && {IS_STILL}")
@@ -58,11 +58,11 @@ def look_at_splat(browser, link):
     pictures = [first.get(PICTURE)]
     for kind in ("truth", "difference", "count", "removal_cost", "coverage", "render"):
         pictures.append(choose(first, kind))
-    assert pictures[0] == pictures[-1] and len(set(pictures)) == 6, "each kind has a picture of its own"
+    assert pictures[0] == pictures[-1] and len(set(pictures)) == 6, "each kind must have its own image"
     before = first.get("drawn.frames")
     first.drag((300, 300), (360, 320))
     first.wait(f"drawn.frames > {before} && {IS_STILL}")
-    assert first.get(PICTURE) != pictures[0], "a drag changes the picture"
+    assert first.get(PICTURE) != pictures[0], "a drag must change the image"
     assert first.get("photo === null")
     first.get("by('next').click()")
     first.wait(f"photo === 0 && {IS_STILL}")
@@ -77,7 +77,7 @@ def look_at_splat(browser, link):
 def look_without_scene(browser, link):
     page = browser.open(link)
     page.wait(IS_STILL)
-    assert page.get("[...document.querySelectorAll('.of-scene')].every(label => label.hidden)"), "they need views"
+    assert page.get("[...document.querySelectorAll('.of-scene')].every(label => label.hidden)"), "hidden without a scene"
     check_quiet(page, link)
 
 
@@ -120,10 +120,10 @@ def main():
             for splat in ("point_cloud.ply", "checkpoint.vesta"):
                 with serving(vesta, "view", out / splat, scene, "--downscale=2") as (link, process):
                     look_at_splat(browser, link)
-                assert process.returncode == 0, "Ctrl-C is how it ends"
+                assert process.returncode == 0, "the program must end by Ctrl-C"
             with serving(vesta, "view", out / "point_cloud.ply") as (link, process):
                 look_without_scene(browser, link)
-    print("pages load, move, and hold a training")
+    print("pages load, move, and pause a training")
     return 0
 
 

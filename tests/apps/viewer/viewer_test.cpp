@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A viewer as its page asks it.
+// The viewer's HTTP interface, as its page uses it.
 #include "apps/viewer/viewer.h"
 
 #include <fmt/format.h>
@@ -41,7 +41,7 @@ struct Link {
 class ViewerTest : public testing::Test {
  protected:
   ViewerTest() {
-    for (gs::View& view : scene_.views) view.camera.lens.cx = 20, view.camera.lens.cy = 15;  // as a free camera's
+    for (gs::View& view : scene_.views) view.camera.lens.cx = 20, view.camera.lens.cy = 15;  // as in a free camera
     gs::test::RenderTruth(model_, 0, &scene_);
     shown_.Put(std::make_shared<const gs::SplatModel>(model_));
   }
@@ -80,7 +80,7 @@ TEST_F(ViewerTest, ThePageIsForWhoHasTheLink) {
   for (const char* target : {"/state", "/scene", "/frame?kind=render&width=40&height=30&photo=0"}) {
     EXPECT_EQ(Ask(link.port, Request("GET", target, "")).status, 403) << target;
     EXPECT_EQ(Ask(link.port, Request("GET", target, std::string(32, '0'))).status, 403) << target;
-    // The link's way of the token is that of the page alone: forms of foreign pages can do as much.
+    // A token in the URL is accepted only for the page itself, because forms of foreign pages can send URLs too.
     const std::string linked =
         std::string(target) + (std::string(target).find('?') < 99 ? "&" : "?") + "token=" + link.token;
     EXPECT_EQ(Ask(link.port, Request("GET", linked, "")).status, 403) << linked;
@@ -89,13 +89,13 @@ TEST_F(ViewerTest, ThePageIsForWhoHasTheLink) {
   }
   EXPECT_EQ(Get("/nothing").status, 404);
   EXPECT_EQ(Ask(link.port, Request("POST", "/state", link.token)).status, 405);
-  EXPECT_EQ(Ask(link.port, Request("POST", "/stop", link.token)).status, 404) << "there is no training";
+  EXPECT_EQ(Ask(link.port, Request("POST", "/stop", link.token)).status, 404) << "no training is running";
 }
 
 TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
   const gs::Image truth = Picture("kind=truth&photo=1"), render = Picture("kind=render&photo=1");
-  EXPECT_LT(MeanDifference(truth, scene_.views[1].image), 0.02) << "but for the JPEG";
-  EXPECT_LT(MeanDifference(render, truth), 0.01) << "the model is the truth";
+  EXPECT_LT(MeanDifference(truth, scene_.views[1].image), 0.02) << "up to JPEG compression";
+  EXPECT_LT(MeanDifference(render, truth), 0.01) << "the model is the true one";
   EXPECT_GT(MeanDifference(render, Picture("kind=render&photo=4")), 0.02);
   const gs::Image none(40, 30);
   EXPECT_LT(MeanDifference(Picture("kind=difference&photo=1"), none), 0.02);
@@ -110,10 +110,10 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
             0.02);
   EXPECT_LT(MeanDifference(Picture("kind=normals&photo=1"), gs::NormalColors(surface.Normals(model_, scene_.views[1]))),
             0.05)
-      << "but for the JPEG, at edges";
+      << "up to JPEG compression at edges";
   EXPECT_GT(MeanDifference(Picture("kind=normals&photo=1"), Picture("kind=depth&photo=1")), 0.1);
 
-  // The same camera by its numbers.
+  // The same camera given by numbers.
   const json view = json::parse(Get("/scene").body)["views"][1];
   const auto numbers = [](const json& list) {
     std::string text;
@@ -126,7 +126,7 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
   EXPECT_EQ(Get("/frame?kind=render&width=40&height=30").status, 400);
 }
 
-// As if these colours were the Gaussians' own. They take their time, and until then the page is told so.
+// Values are drawn as colours of the Gaussians. While they are measured, the page gets status 202.
 TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
   const splat::Model<float> kernel_model = gs::ToKernelModel(model_);
   const gs::ScoringViews judges = gs::TrainingViewsOf(scene_, {0, 0, 0});
@@ -162,18 +162,18 @@ TEST_F(ViewerTest, ShowsTheNewestModel) {
   EXPECT_GT(MeanDifference(Picture("kind=render&photo=1"), before), 0.02);
 }
 
-// Of all but the test views, in their order.
+// Optimised cameras are listed for all but the test views, in order.
 TEST_F(ViewerTest, PhotographsAreSeenFromWhereTheirCamerasStand) {
   const gs::Image before = Picture("kind=render&photo=2");
   std::vector<gs::ViewUnknowns> cameras(7);
-  cameras[1].motion.translation[0] = 0.4;  // views 0 and 8 are for testing
+  cameras[1].motion.translation[0] = 0.4;  // views 0 and 8 are test views
   for (double& log_focal : cameras[1].lens.log_focal) log_focal = 0.2;
   shown_.Put(std::make_shared<const gs::SplatModel>(model_), cameras);
   const gs::View moved = gs::AsFound(scene_.views[2], cameras[1]);
   const gs::Image expected = gs::Renderer({0, 0, 0}, gs::NearPlane(scene_)).Render(model_, moved);
   EXPECT_LT(MeanDifference(Picture("kind=render&photo=2"), expected), 0.01);
   EXPECT_GT(MeanDifference(before, expected), 0.02);
-  EXPECT_LT(MeanDifference(Picture("kind=render&photo=1"), scene_.views[1].image), 0.02) << "it has not moved";
+  EXPECT_LT(MeanDifference(Picture("kind=render&photo=1"), scene_.views[1].image), 0.02) << "this camera has not moved";
   EXPECT_TRUE(json::parse(Get("/state").body)["cameras_move"].get<bool>());
   const json views = json::parse(Get("/scene").body)["views"];
   const auto centre = gs::CameraCenter(moved);
@@ -190,7 +190,7 @@ TEST_F(ViewerTest, APortIsOneProgramsAlone) {
   EXPECT_NE(Link(second.link()).token, link.token);
 }
 
-// New threads have stacks of this size as long as it lives.
+// Sets the stack size of new threads while it exists.
 class StacksOf {
  public:
   explicit StacksOf(std::size_t bytes) {
@@ -222,7 +222,7 @@ TEST_F(ViewerTest, WhereThreadsCannotBeStartedItIsRefused) {
   EXPECT_EQ(Ask(link.port, Request("GET", "/state", link.token)).status, 200);
 }
 
-// Its page steers a training.
+// The viewer page controls a training.
 TEST(TrainingViewTest, CommandsAndState) {
   gs::Scene scene = gs::test::RingOfCameras(12, 40, 30, true);
   gs::test::RenderTruth(gs::test::RandomModel(60, 1, 7), 0.05, &scene);
@@ -236,7 +236,7 @@ TEST(TrainingViewTest, CommandsAndState) {
   };
   gs::TrainCallbacks callbacks;
   std::vector<std::string> seen;
-  // On the training's own thread the order is certain.
+  // Commands are sent from the training thread, so that their order is fixed.
   callbacks.progress = [&](const gs::TrainProgress& p) {
     if (p.iteration == 10) {
       EXPECT_EQ(command("pause"), 200);
@@ -250,7 +250,7 @@ TEST(TrainingViewTest, CommandsAndState) {
     }
     if (p.iteration == 12) {
       const json now = state();
-      EXPECT_GE(now["version"], 1) << "somebody looks";
+      EXPECT_GE(now["version"], 1) << "a page is open";
       EXPECT_THAT(now["training"]["message"], HasSubstr("no such folder")) << now;
       EXPECT_EQ(now["training"]["costs"].size(), 11u);
       EXPECT_EQ(command("stop"), 200);

@@ -15,7 +15,7 @@ namespace {
 
 using B = CpuBackend<double>;
 
-// A little beside the start, where no term vanishes by symmetry.
+// A point near the start at which no term vanishes by symmetry.
 double NearStart(std::span<const double> start, int k) {
   return 1.1 * start[static_cast<std::size_t>(k)] + 0.01 * (k + 1);
 }
@@ -95,7 +95,7 @@ TEST(MoreGarbowHillstrom, VestaReachesTheMinimaWithinBounds) {
     }
     if (!mgh::Solved(2 * both.cost, formula.bounded_sum_of_squares)) unsolved.push_back(formula.name);
   }
-  // Whose known minimum is that of another formula.
+  // Its published minimum belongs to another formula.
   EXPECT_THAT(unsolved, testing::ElementsAre("Gulf research, as printed"));
 }
 

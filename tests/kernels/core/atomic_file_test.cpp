@@ -43,10 +43,10 @@ TEST(AtomicFile, RefusesFoldersItCannotWrite) {
   EXPECT_THAT([&] { WriteFileAtomically(folder / "file/out.bin", "x"); }, ThrowsError(kCannotWrite, "file/out.bin"));
   std::filesystem::create_directory(folder / "taken");
   EXPECT_THAT([&] { WriteFileAtomically(folder / "taken", "x"); }, ThrowsError(kCannotWrite, "taken"));
-  EXPECT_EQ(NumFiles(folder), 2) << "no temporary may stay behind";
+  EXPECT_EQ(NumFiles(folder), 2) << "no temporary file may remain";
 }
 
-// A limit on the size of files stands in for a full disk: write() fails in the same way after some bytes.
+// A file size limit simulates a full disk: write() fails in the same way after some bytes.
 TEST(AtomicFile, ReportsAFullDiskAndKeepsTheOldFile) {
   const TempFolder folder;
   const std::string path = folder / "out.bin";

@@ -54,7 +54,7 @@ TEST(BlockKernel, ReductionsAreCutIntoFewChunksOfAFixedSize) {
   }
 }
 
-// The emulator finds the faults that it is made for.
+// The emulator detects the faults for which it was made.
 struct ForgetsABarrier {
   static constexpr int kThreads = 64;
   struct Shared {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches for which the GPU has no memory, on a device that is emulated.
+// Kernel launches that fail for lack of GPU memory, on an emulated device.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ TEST(DeviceLaunch, IsTriedOnceMoreWithTheMemoryOfThePool) {
   test::FailLaunches(0, 1);
   backend.Fill(1, ones);
   EXPECT_EQ(test::NumTrims(), trims + 1);
-  // The second launch of a reduction.
+  // The second launch of a reduction fails.
   test::FailLaunches(1, 1);
   DeviceBuffer<float> many(10000);
   backend.Fill(1, many);
@@ -34,7 +34,7 @@ TEST(DeviceLaunch, PhasesEndWhenTheDeviceHasDoneItsWork) {
     const ProfileScope scope(&profile);
     const ScopedPhase phase("launch");
   }
-  EXPECT_EQ(device::CountedHostWork().waits, before + 4) << "at both ends of both";
+  EXPECT_EQ(device::CountedHostWork().waits, before + 4) << "at the start and end of the scope and the phase";
 }
 
 TEST(DeviceLaunch, WithoutMemoryIsOutOfMemory) {
@@ -43,7 +43,7 @@ TEST(DeviceLaunch, WithoutMemoryIsOutOfMemory) {
   test::FailLaunches(0, 2);
   try {
     backend.Fill(1, ones);
-    ADD_FAILURE() << "there was no memory";
+    ADD_FAILURE() << "the launch must fail without memory";
   } catch (const OutOfDeviceMemory& error) {
     EXPECT_THAT(error.what(), HasTokens("Fill"));
   }

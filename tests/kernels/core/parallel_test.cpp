@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Label threads: run under the thread sanitizer too (preset tsan).
+// This test has the label "threads": it also runs under the thread sanitizer (preset tsan).
 #include "kernels/core/parallel.h"
 
 #include <gtest/gtest.h>
@@ -85,15 +85,15 @@ TEST_P(Parallel, VectorAndBlockOperationsRunClean) {
   EXPECT_NEAR(backend.Dot(x, z), kSize, 1e-2);
 }
 
-// The proof that the sanitizer sees what runs on our threads.
+// Proves that the sanitizer sees code that runs on our threads.
 TEST(ParallelDeathTest, APlantedRaceIsReported) {
 #if defined(__SANITIZE_THREAD__)
   ::testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(
       {
         SetNumThreads(2);
-        // Each of two chunks waits for the other to have begun, so that two threads write whatever the machine's load;
-        // relaxed, so that the meeting itself orders nothing.
+        // Each of two chunks waits until the other has started, so that two threads write at any machine load. The
+        // order is relaxed, so that the waiting itself does not synchronise them.
         int shared = 0;
         std::atomic<int> begun{0};
         ParallelFor(2, 1, [&](Index) {
@@ -117,7 +117,7 @@ TEST(ParallelThreads, ANegativeNumberIsRefused) {
 }
 
 TEST(Background, RunsTasksInTheirOrder) {
-  std::vector<int> done;  // guarded by the order alone
+  std::vector<int> done;  // protected only by the order of the tasks
   std::promise<void> last;
   Background background;
   for (int i = 0; i < 100; ++i) background.Run([&done, i] { done.push_back(i); });

@@ -19,7 +19,7 @@ testing::Matcher<PhaseRow> Row(const char* name, int depth, int calls, double wa
                Field(&PhaseRow::seconds, AllOf(Field(&PhaseSeconds::wall, wall), Field(&PhaseSeconds::cpu, cpu))));
 }
 
-// A clock that only the test moves.
+// The test controls the clock.
 class ProfileTest : public testing::Test {
  protected:
   void Work(double wall, double cpu) { now_ += {wall, cpu}; }
@@ -40,7 +40,7 @@ TEST_F(ProfileTest, RowsOfADepthAddUpToTheirParent) {
       phase.Next("raster");
       Work(8, 16);
     }
-    const ScopedPhase sort("sort");  // of another parent
+    const ScopedPhase sort("sort");  // with another parent
     Work(16, 16);
   }
   Work(1, 1);  // after it

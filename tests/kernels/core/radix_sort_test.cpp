@@ -10,7 +10,7 @@
 namespace vesta {
 namespace {
 
-// Against std::stable_sort: the values are positions, so an unstable sort would show.
+// The result must equal std::stable_sort. Values are positions, so an unstable sort would be detected.
 void Check(std::vector<KeyValue> expected) {
   HostBuffer<KeyValue> items, scratch;
   items.CopyFrom({expected.data(), static_cast<Index>(expected.size())});
@@ -23,7 +23,7 @@ void Check(std::vector<KeyValue> expected) {
   }
 }
 
-// Each mask leaves other passes of the sort something to do.
+// Each mask makes a different set of the sort's passes necessary.
 TEST(RadixSort, IsTheStableSort) {
   std::mt19937 random(1);
   for (const std::uint32_t mask : {0xffffffffu, 0x7ffu, 0x3ff800u, 0xffc00000u, 0x00400001u, 0u}) {

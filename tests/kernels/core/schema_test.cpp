@@ -43,7 +43,7 @@ const Table<Things>& Fields() {
   return fields;
 }
 
-// What a field is after it was set to this text, or that it refused it and is what it was.
+// Sets a field from a text. Returns the field's new text, or "refused" after checking that the field is unchanged.
 std::string After(const std::string& name, const std::string& text) {
   Things things;
   const Field<Things>* field = Find(Fields(), name);

@@ -55,7 +55,7 @@ TYPED_TEST(VectorBackendTest, AxpbyNeverReadsWhatItOverwrites) {
   this->ExpectEqual(x, {3, 6, 9});
 }
 
-// A running sum in float would stall at 2^24.
+// A running sum in float would stop growing at 2^24.
 TYPED_TEST(VectorBackendTest, SumsOfManyTermsDoNotStall) {
   constexpr Index kTerms = (Index{1} << 25) + 3;
   typename TestFixture::Vector ones(kTerms);
@@ -89,7 +89,7 @@ TYPED_TEST(VectorBackendTest, ElementwiseOperations) {
 }
 
 TYPED_TEST(VectorBackendTest, DotsAreAccumulatedInDouble) {
-  // 2^24 + 1 is not a float, and a float accumulator would lose every one of the small terms.
+  // 2^24 + 1 is not a float, so a float accumulator would lose all of the small terms.
   auto x = this->Of({4096, 1, 1, 1, 1, 1, 1, 1, 1, 1});
   EXPECT_EQ(this->backend_.Dot(x, x), 16777216.0 + 9);
   EXPECT_EQ(this->backend_.WeightedDot(this->Of({1, 2, 2, 2, 2, 2, 2, 2, 2, 2}), x, x), 16777216.0 + 18);

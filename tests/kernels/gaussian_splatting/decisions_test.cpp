@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens to an image and its derivatives where a decision turns along a step: the floor, the cap and the stop of
-// the per-pixel step, and the tiles of a splat.
+// The image and its derivatives where a decision changes along a step: alpha floor, alpha cap, early stop, and the
+// tiles of a splat.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using test::Scene;
 
 double Logit(double p) { return std::log(p / (1 - p)); }
 
-// Layers so wide that each is the same everywhere, with these opacities, front to back, white before black.
+// Layers so wide that each is constant over the image, with these opacities, front to back, white before black.
 Scene Layers(const std::vector<double>& opacities) {
   Scene scene = test::EmptyScene(test::AxisView(4, 4, 4), static_cast<int>(opacities.size()), 0);
   for (int i = 0; i < scene.count; ++i) {
@@ -32,8 +32,8 @@ Scene Layers(const std::vector<double>& opacities) {
 
 struct Threshold {
   const char* name;
-  std::vector<double> before, after;  // opacities on its two sides, all but equal
-  double jump;                        // of the image, of white Gaussians
+  std::vector<double> before, after;  // opacities just below and above the threshold
+  double jump;                        // of the image, with white Gaussians
 };
 void PrintTo(const Threshold& threshold, std::ostream* os) { *os << threshold.name; }
 
@@ -42,7 +42,7 @@ std::vector<Threshold> Thresholds() {
       {"Floor", {kAlphaFloor * (1 - 1e-6)}, {kAlphaFloor * (1 + 1e-6)}, kAlphaFloor},
       {"FloorBehindAnother", {0.5, kAlphaFloor * (1 - 1e-6)}, {0.5, kAlphaFloor * (1 + 1e-6)}, kAlphaFloor / 2},
       {"Cap", {kAlphaCap - 1e-6}, {kAlphaCap + 1e-6}, 0},
-      // The fourth just closes the pixel, and is then left out.
+      // The fourth layer just closes the pixel and is then skipped.
       {"Stop", {0.9, 0.9, 0.9, 0.9 - 1e-5}, {0.9, 0.9, 0.9, 0.9 + 1e-5}, 9e-4},
   };
 }
@@ -51,7 +51,8 @@ class Decision : public testing::TestWithParam<Threshold> {};
 INSTANTIATE_TEST_SUITE_P(At, Decision, testing::ValuesIn(Thresholds()),
                          [](const auto& param) { return std::string(param.param.name); });
 
-// The image jumps by the splat's share and no more; on each side the products are adjoint and J is that side's.
+// The image jumps by at most the splat's weight. On each side, products are adjoint and J is the derivative on that
+// side.
 template <class S>
 void CheckDecision(const Threshold& threshold) {
   constexpr bool kDouble = sizeof(S) == 8;
@@ -78,9 +79,9 @@ void CheckDecision(const Threshold& threshold) {
 TEST_P(Decision, JumpsByItsShareInDouble) { CheckDecision<double>(GetParam()); }
 TEST_P(Decision, JumpsByItsShareInFloat) { CheckDecision<float>(GetParam()); }
 
-// A splat on its way over the corner of four tiles: at each step the image is the reference's, which knows no tiles,
-// and a step of a thousandth of a pixel moves it by little. No alpha is near a decision but at the rim, where it is the
-// floor.
+// A splat moves across the corner of four tiles. At each step the image equals the reference, which has no tiles, and a
+// step of a thousandth of a pixel changes it only a little. Decisions are close only at the rim, where alpha reaches
+// the floor.
 TEST(Decisions, TilesOfASplatChangeNothing) {
   Scene scene = test::EmptyScene(test::AxisView(40, 40, 40), 1, 0);
   scene.At(kMean + 2, 0) = 1;
@@ -97,7 +98,7 @@ TEST(Decisions, TilesOfASplatChangeNothing) {
     const reference::Image<double> expected = reference::Render(scene.x, 1, 0, scene.view, scene.background);
     for (std::size_t i = 0; i < rendered.image.size(); ++i) {
       ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-12) << "step " << step;
-      // The steepest slope of exp(-x^2 / 2 sigma^2), the difference of colours being under 1, and the floor.
+      // The bound: the steepest slope of exp(-x^2 / 2 sigma^2) with colour differences below 1, plus the floor.
       if (!last.empty()) {
         ASSERT_LE(std::abs(rendered.image[i] - last[i]), 0.012 * 1.42 / 1.1 + kAlphaFloor);
       }
@@ -108,13 +109,13 @@ TEST(Decisions, TilesOfASplatChangeNothing) {
   EXPECT_EQ(*std::ranges::max_element(pairs), 4);
 }
 
-// The least share that an entry can have, a 255th of a transmittance of little above 1e-4, and colours that saturate.
+// The smallest possible weight, 1/255 of a transmittance just above 1e-4, with saturated colours.
 TEST(Decisions, CachedEntriesOf16BitsKeepTheLeastShare) {
   std::vector<double> opacities(13, 0.5);  // leaves a transmittance of 1.22e-4
   opacities.push_back(1.0001 * kAlphaFloor);
   RenderedView<float> rendered(Layers(opacities));
   std::vector<float> v(rendered.x.size());
-  v.back() = 1;  // the last one's blue
+  v.back() = 1;  // the blue of the last splat
   const std::vector<float> expected = rendered.ApplyJ(v);
   ASSERT_NEAR(expected.back(), 0x1p-13 * kAlphaFloor * 0.28209479177387814, 1e-9);
   rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kHalf, rendered.workspace);
@@ -134,7 +135,7 @@ TEST(Decisions, CachedEntriesOf16BitsSaturateAtContrastsOf255) {
     ASSERT_TRUE(test::AllFinite(Jv));
     ASSERT_TRUE(test::AllFinite(JTu));
     EXPECT_LE(test::AdjointGap(u, Jv, JTu, v), 1e-5);
-    // The derivative by a logit is alpha (1 - alpha) times the contrast.
+    // The derivative with respect to a logit is alpha (1 - alpha) times the contrast.
     std::vector<float> by_opacity(v.size());
     by_opacity[static_cast<std::size_t>(Index{kOpacity} * scene.count + 1)] = 1;
     for (const float value : rendered.ApplyJ(by_opacity)) EXPECT_LE(std::abs(value), 0.7 * 0.24 * 256);

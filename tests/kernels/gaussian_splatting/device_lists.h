@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lists of a view made on the host by the steps of a GPU (tile_pairs.h).
+// Tile lists of a view, computed on the host with the steps of the GPU (tile_pairs.h).
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ std::vector<T> Permuted(const std::vector<T>& values, const std::vector<std::siz
   return result;
 }
 
-// As a radix sort of a GPU does: by key, equal keys staying in their order.
+// Sorts by key and keeps the order of equal keys, like a radix sort on a GPU.
 inline void SortPairs(std::vector<std::uint32_t>& keys, std::vector<std::uint32_t>& values) {
   std::vector<std::size_t> order(keys.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the errors of float grow: the image, J v, J^T u and Gram matrices in float against double, as a function of the
-// splats that a ray meets, of their opacity, and of the condition of their screen covariance. docs/numerics.md has the
-// table; --gtest_output=xml:FILE writes it.
+// Growth of rounding errors in float: the image, J v, J^T u and Gram matrices in float are compared with double.
+// Parameters are the number of splats per ray, their opacity, and the condition of their screen covariance.
+// docs/numerics.md has the table; --gtest_output=xml:FILE writes it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ struct Distance {
   double RelativeTo(double least) const { return std::sqrt(difference / std::max(size, least)); }
 };
 
-// |a - b| / |b| over the pixels that are kept.
+// |a - b| / |b| over the selected pixels.
 template <class Kept>
 double ErrorOfImage(const std::vector<float>& a, const std::vector<double>& b, const Kept& kept) {
   Distance all;
@@ -45,8 +45,9 @@ double ErrorOfImage(const std::vector<float>& a, const std::vector<double>& b, c
   return all.RelativeTo(0);
 }
 
-// The worst of the groups of attributes. Scales are measured on the larger of their own and the opacities' size: both
-// derivatives are by relative changes, and that by the length of a needle vanishes.
+// The largest error over the groups of attributes. The errors of scales are relative to the larger of the norms of
+// scales and opacities. Both are derivatives with respect to relative changes, and the one by the length of a needle
+// vanishes.
 template <class Attribute>
 double ErrorOfGroups(const std::vector<float>& a, const std::vector<double>& b, const Attribute& attribute) {
   const auto over = [&](const Group& group) {
@@ -65,7 +66,7 @@ double ErrorOfGroups(const std::vector<float>& a, const std::vector<double>& b, 
   return worst;
 }
 
-// So many splats that cover the image, one behind the other.
+// `count` splats that cover the image, one behind the other.
 inline Scene Layers(int count, double opacity) {
   SceneOptions options;
   options.count = count, options.sh_degree = 1, options.border = 0;
@@ -75,8 +76,8 @@ inline Scene Layers(int count, double opacity) {
   return RandomScene(AxisView(20, 12, 24), options, random);
 }
 
-// Needles as long as that, standard deviations in pixels, and of no width but the low-pass filter's: the condition of
-// their screen covariance is length^2 / 0.3.
+// Needles with standard deviations of `length` pixels along the axis. The low-pass filter alone determines their width,
+// so the condition of the screen covariance is length^2 / 0.3.
 inline Scene Needles(double length) {
   SceneOptions options;
   options.count = 20, options.sh_degree = 1, options.border = 0, options.aspect_max = 1;
@@ -103,10 +104,11 @@ inline std::vector<Growth> Growths() {
   return all;
 }
 
-// With n the most splats of a ray, c the condition of what lies behind a splat (reference::Image) and eps 1.2e-7:
+// Let n be the largest number of splats on a ray and eps 1.2e-7. Let c be the condition of the colour behind a splat
+// (reference::Image). The bounds are
 //   image 2 eps sqrt(n), J v 24 eps sqrt(n), J^T u 32 eps c sqrt(n), Gram 32 eps sqrt(n).
-// The adjoint alone forms what lies behind a splat as a difference of images. Condition of the covariance does not
-// count.
+// Only the adjoint computes the colour behind a splat as a difference of images. The condition of the covariance does
+// not matter.
 template <class V>
 void CheckGrowth(const Scene& scene) {
   V in_float(scene);
@@ -115,7 +117,7 @@ void CheckGrowth(const Scene& scene) {
   Random random(41);
   const auto v = random.NormalVector<float>(scene.x.size());
   auto u = random.NormalVector<float>(in_float.image.size()), omega = u;
-  // Without the pixels where rounding may turn a decision: what that changes is bounded in render_test.cpp.
+  // Excludes pixels where rounding may change a decision; render_test.cpp limits those errors.
   const auto is_safe = [&](std::size_t i) { return expected.margin[i % expected.margin.size()] > 1e-4; };
   std::size_t safe = 0;
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -127,7 +129,7 @@ void CheckGrowth(const Scene& scene) {
 
   const auto widened = [](const std::vector<float>& a) { return std::vector<double>(a.begin(), a.end()); };
   const auto count = static_cast<std::size_t>(scene.count);
-  const auto of_gram = [&](std::size_t i) {  // the attribute of a diagonal entry, else -1
+  const auto of_gram = [&](std::size_t i) {  // the attribute of a diagonal entry, otherwise -1
     constexpr int kPacked = splat::kGeometry * (splat::kGeometry + 1) / 2;
     const auto entry = static_cast<int>(i / count);
     if (entry >= kPacked) return splat::kSh + entry - kPacked;

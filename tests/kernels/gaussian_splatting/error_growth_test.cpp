@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the errors of float grow, on the host.
+// Growth of rounding errors in float, on the host.
 #include "tests/kernels/gaussian_splatting/error_growth.h"
 
 namespace vesta::test {

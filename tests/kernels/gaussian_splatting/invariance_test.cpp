@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene seen from elsewhere, in other units or in another order is the same scene: its image and its derivatives
-// stay.
+// Moving, scaling, rotating or reordering a whole scene does not change its image or its derivatives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +14,7 @@ namespace {
 using test::RenderedView;
 using test::Scene;
 
-// Lengths in units of 1 / factor.
+// Scales all lengths by `factor`.
 Scene Scaled(Scene scene, double factor) {
   for (int k = 0; k < 3; ++k) {
     scene.view.T[k] *= factor, scene.view.centre[k] *= factor;
@@ -37,7 +36,7 @@ Scene Moved(Scene scene, const double (&by)[3]) {
   return scene;
 }
 
-// The world turned by a quaternion, and the camera with it; the colours must not depend on direction.
+// Rotates the world and the camera by a quaternion; colours must not depend on direction.
 Scene Turned(Scene scene, const double (&quaternion)[4]) {
   double Q[9], R[9];
   RotationFromQuaternion(quaternion, Q);
@@ -71,13 +70,13 @@ Scene Turned(Scene scene, const double (&quaternion)[4]) {
 struct Change {
   const char* name;
   Scene (*apply)(const Scene& scene);
-  double length;  // by what lengths are multiplied
+  double length;  // factor of lengths
   double tolerance, float_tolerance;
 };
 void PrintTo(const Change& change, std::ostream* os) { *os << change.name; }
 
-// The scene is about 4 across and 37 pixels wide. Moved by 1e4 of its sizes, positions in float are multiples of 0.004,
-// a tenth of a pixel; in training such a scene has an origin of its own (scene_frame.h).
+// The scene is about 4 units and 37 pixels wide. At 1e4 of its sizes from the origin, float positions are multiples of
+// 0.004, a tenth of a pixel. In training such a scene gets a local origin (scene_frame.h).
 constexpr Change kChanges[] = {
     {"ScaledBy1em4", [](const Scene& scene) { return Scaled(scene, 1e-4); }, 1e-4, 1e-12, 1e-5},
     {"ScaledBy1e4", [](const Scene& scene) { return Scaled(scene, 1e4); }, 1e4, 1e-12, 1e-5},
@@ -119,7 +118,7 @@ void CheckInvariance(const Change& change) {
   RenderedView<S> before(scene), after(change.apply(scene));
   EXPECT_EQ(after.num_splats(), before.num_splats());
   test::Random random(51);
-  // Along lengths in the units of each; by quaternions, which a rotation mixes, not at all.
+  // v is scaled with the unit of length; it is zero for quaternions, because a rotation mixes them.
   std::vector<double> v = random.NormalVector<double>(scene.x.size());
   std::fill_n(v.begin() + kMean * scene.count, 3 * scene.count, 0);
   std::fill_n(v.begin() + kQuaternion * scene.count, 4 * scene.count, 0);
@@ -131,7 +130,7 @@ void CheckInvariance(const Change& change) {
     ASSERT_NEAR(after.image[i], before.image[i], tolerance * expected.brightest) << i;
     ASSERT_NEAR(after_J[i], before_J[i], 10 * tolerance * expected.steepest) << i;
   }
-  // The length of the gradient by a mean goes with the inverse of the unit of length.
+  // The gradient by a mean is proportional to the inverse of the unit of length.
   const std::vector<S> u = random.NormalVector<S>(after.image.size());
   const std::vector<S> before_JT = before.ApplyJT(u), after_JT = after.ApplyJT(u);
   double largest = 0;
@@ -149,11 +148,11 @@ void CheckInvariance(const Change& change) {
 TEST_P(Invariance, InDouble) { CheckInvariance<double>(GetParam()); }
 TEST_P(Invariance, InFloat) { CheckInvariance<float>(GetParam()); }
 
-// To the bit: no sum goes along Gaussians in their order in memory.
+// Bit-identical, because no sum depends on the order of Gaussians in memory.
 template <class S>
 void CheckPermutation() {
   test::SceneOptions options;
-  options.count = 45;  // no multiple of a vector
+  options.count = 45;  // not a multiple of the vector width
   const Scene scene = test::RandomScene(options, 52);
   std::vector<int> from(static_cast<std::size_t>(scene.count));
   std::iota(from.begin(), from.end(), 0);

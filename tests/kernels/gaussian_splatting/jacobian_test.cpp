@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the Jacobian: against exact derivatives of the reference, and against each other.
+// Products with the Jacobian agree with exact derivatives of the reference, and with each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ class Jacobian : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Jacobian, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-// J v by a Jet of one direction through the reference rasterizer: the same decisions, the exact derivative.
+// J v equals the derivative from Jets along v through the reference rasteriser, which makes the same decisions.
 TEST_P(Jacobian, TangentIsTheDerivativeOfTheReference) {
   using Jet = ceres::Jet<double, 1>;
   const Scene scene = test::RandomScene(GetParam(), 10);
@@ -65,7 +65,7 @@ TEST_P(Jacobian, ImageAndTangentInOnePassAreThoseOfTwo) {
 
 constexpr CacheFormat kFullFormat = CacheFormat::kFull;
 
-// v with only some attributes or some Gaussians.
+// v restricted to some attributes and some Gaussians.
 template <class S>
 std::vector<S> Confined(std::vector<S> v, int count, int first_attribute, int last_attribute, int first, int last) {
   for (std::size_t i = 0; i < v.size(); ++i) {
@@ -87,9 +87,9 @@ constexpr Group kGroups[] = {{"mean", kMean, kMean + 2},
                              {"bands above", kSh + 3, kMaxAttributes - 1},
                              {"all", 0, kMaxAttributes - 1}};
 
-// The adjoint forms what lies behind a splat as the image less what lies in front, so behind little transmittance the
-// difference keeps few digits: its rounding, up to 32 units of the last place, grows by reference::Image::condition.
-// That is allowed for single Gaussians and in extreme scenes; everywhere else the tolerance stands as it is.
+// The adjoint computes the colour behind a splat as the image minus the part in front. Behind little transmittance this
+// difference has few digits: its rounding error, up to 32 units in the last place, is multiplied by
+// reference::Image::condition. The tolerance includes this for single Gaussians and in extreme scenes only.
 template <class S>
 void CheckAdjointness(const Scene& scene, bool extreme, double tolerance) {
   RenderedView<S> rendered(scene);
@@ -144,7 +144,7 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
       CheckAdjointness<double>(scene, false, 1e-12);
       CheckAdjointness<float>(scene, false, 1e-5);
 
-      // Bands above the active degree do not move the image, in either direction.
+      // Bands above the active degree do not affect the image, and their gradient is zero.
       RenderedView<double> rendered(scene);
       test::Random random(31);
       const int first_inactive = kSh + 3 * (active + 1) * (active + 1);
@@ -159,7 +159,7 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
   }
 }
 
-// AddJT adds: a second call doubles what an earlier one left.
+// AddJT accumulates: a second call doubles the result of the first.
 TEST(JacobianDegrees, AdjointAddsToWhatIsThere) {
   const Scene scene = test::RandomScene(SceneOptions(), 32);
   RenderedView<double> rendered(scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images of many pixels, in float: places in the far corner of one, and sums over all of it.
+// Large images in float: positions in the far corner, and sums over all pixels.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using test::Scene;
 
 constexpr int kSize = 8192, kCorner = 64;
 
-// Gaussians in the last 64 x 64 pixels of so large an image, seen whole or in that corner alone.
+// Gaussians in the last 64 x 64 pixels of a large image, rendered as a whole or in that corner only.
 Scene CornerScene(bool whole) {
   test::SceneOptions options;
   options.count = 12, options.border = -0.3, options.sigma_min = 2, options.sigma_max = 4, options.sh_degree = 1;
@@ -27,7 +27,7 @@ Scene CornerScene(bool whole) {
   return scene;
 }
 
-// A place at 8192 pixels is rounded to 2^-11, a two hundredth of the finest standard deviation.
+// A position at 8192 pixels is rounded to 2^-11, a two-hundredth of the smallest standard deviation.
 TEST(LargeImage, ItsCornerIsThatOfTheCornerAlone) {
   RenderedView<float> whole(CornerScene(true));
   RenderedView<double> corner(CornerScene(false));
@@ -41,7 +41,7 @@ TEST(LargeImage, ItsCornerIsThatOfTheCornerAlone) {
     }
   }
   std::vector<float> g(whole.x.size());
-  // u: the image itself.
+  // u is the image itself.
   whole.view.AddJT(whole.model, whole.image.data(), whole.image.data(), g.data(), whole.workspace);
   const std::vector<double> expected = corner.ApplyJT(corner.image);
   double difference = 0, size = 0;
@@ -51,9 +51,9 @@ TEST(LargeImage, ItsCornerIsThatOfTheCornerAlone) {
   EXPECT_LE(std::sqrt(difference / size), 1e-3);
 }
 
-// One Gaussian so wide that it is the same at all pixels, before black.
+// One Gaussian so wide that it is constant over all pixels, before black.
 struct WideGaussian {
-  static constexpr double kColor = 0.3;  // harmonic 0
+  static constexpr double kColor = 0.3;  // coefficient 0 of the spherical harmonics
   Scene scene;
   double opacity, color;
   double pixels;
@@ -69,8 +69,7 @@ struct WideGaussian {
   }
 };
 
-// Derivatives are sums of millions of equal terms. Added one after the other, those of the 65,536 tiles would lose
-// three digits.
+// Derivatives are sums of millions of equal terms. Sequential addition over the 65,536 tiles would lose three digits.
 TEST(LargeImage, SumsOverAllPixelsKeepTheirDigits) {
   const WideGaussian wide(4096);
   RenderedView<float> rendered(wide.scene);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene with a photograph of how it ought to look, and the loss between them, for the passes that ask what changes of
-// it.
+// A scene with a target photograph and the loss between them, for the passes that predict how the loss changes.
 #pragma once
 
 #include <utility>
@@ -12,12 +11,12 @@
 
 namespace vesta::test {
 
-// Few and thin enough that no pixel closes.
+// Few and transparent enough that no pixel closes.
 inline SceneOptions Open(int count) {
   return {.name = "open", .width = 53, .height = 37, .count = count, .opacity_min = 0.1, .opacity_max = 0.5};
 }
 
-// A photograph of the scene as it would be with other colours.
+// A photograph of the scene with other colours.
 inline std::vector<double> TruthOf(Scene scene) {
   Random random(5);
   for (int c = 0; c < 3; ++c) {
@@ -31,7 +30,7 @@ HostSpan<const S> SpanOf(const std::vector<S>& values) {
   return {values.data(), static_cast<Index>(values.size())};
 }
 
-// The scene as it is, and the loss there.
+// The rendered scene and its loss.
 template <class S>
 struct LinearizedScene {
   RenderedView<S> rendered;
@@ -62,7 +61,7 @@ struct LinearizedScene {
   PhotometricLinearization<S> linearization_;
 };
 
-// Of another scene from the same camera.
+// The loss of another scene from the same camera.
 inline double CostOf(const Scene& scene, const std::vector<double>& truth, const PhotometricWeights& weights) {
   const RenderedView<double> rendered(scene);
   return PhotometricLoss<double>(weights)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The derivative K of a splat's whitened shape by its parameters, twice: by Jets, and by the adjoint.
+// The derivative K of a splat's whitened shape with respect to its parameters, by Jets and by the adjoint.
 #pragma once
 
 #include <ceres/jet.h>
@@ -31,8 +31,8 @@ void JetRows(const CameraConstants<double, L>& camera, const double* p, double K
   }
 }
 
-// Rows relative to their largest entry within a group of parameters; a quaternion's to that of the scales as well,
-// since its derivative is a difference of terms of that size that cancels for round splats.
+// Compares rows relative to their largest entry within a group of parameters. For quaternions the scales' group is
+// included, because their derivative is a difference of terms of that size, which cancel for round splats.
 inline void ExpectRowsNear(const double K[kLambda][kParameters], const double expected[kLambda][kParameters]) {
   for (int row = 0; row < kLambda; ++row) {
     double scale[3] = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of a GPU's raster kernels feed them, and how they compare.
+// Inputs and comparisons for the tests of the GPU's raster kernels.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ double Error(const std::vector<S>& a, const std::vector<S>& b) {
   return difference / largest;
 }
 
-// What raster passes are given, at random.
+// Random inputs of raster passes.
 template <class S>
 struct RasterInputs {
   std::vector<splat::SplatTangent<S>> tangents;
@@ -44,7 +44,7 @@ struct RasterInputs {
   }
 };
 
-// A scene rendered on the host, and what a GPU's kernels take for it.
+// A scene rendered on the host, and its inputs for the GPU's kernels.
 template <class S>
 struct RasterScene {
   Scene scene;
@@ -53,7 +53,7 @@ struct RasterScene {
   RasterInputs<S> in{lists.splats.size(), rendered.image.size()};
 };
 
-// More splats in a tile than a kernel takes at once, and pixels that close on the way.
+// More splats in a tile than a kernel loads at once, and pixels that close before the last splat.
 inline Scene ManySplatsInATile(std::uint64_t seed) {
   return RandomScene({.width = 33, .height = 20, .count = 700, .sh_degree = 0, .sigma_min = 1, .sigma_max = 8}, seed);
 }
@@ -61,7 +61,7 @@ inline Scene ManySplatsInATile(std::uint64_t seed) {
 template <class S>
 inline constexpr S kUnwritten = std::numeric_limits<S>::quiet_NaN();
 
-// The sums of pairs, at their places in the order of splats, added up by splat.
+// Accumulates the sums of pairs per splat.
 template <class S, class Record>
 std::vector<S> SumBySplat(const DeviceLists<S>& lists, const std::vector<Record>& records) {
   constexpr int kN = sizeof(Record) / sizeof(S);

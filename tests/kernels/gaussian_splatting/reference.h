@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slow, plain rasterizer in double precision: every pixel against every Gaussian, textbook formulas, nothing shared
-// with the kernels but the parameter layout and the constants of the method. A template, so that ceres::Jet gives the
-// exact derivative under the same decisions.
+// A slow, simple rasteriser in double precision that tests every pixel against every Gaussian with textbook formulas.
+// It shares only the parameter layout and the constants of the method with the kernels. As a template it also gives
+// exact derivatives with ceres::Jet, under the same decisions.
 #pragma once
 
 #include <ceres/jet.h>
@@ -26,7 +26,7 @@ double Value(const ceres::Jet<T, N>& x) {
   return x.a;
 }
 
-// One Gaussian on the screen: mean, conic (a b; b c), opacity, colour. float_depth orders, ties by index.
+// One Gaussian on the screen: mean, conic (a b; b c), opacity, colour. Sorted by float_depth, then by index.
 template <class T>
 struct ScreenGaussian {
   T u, v, a, b, c, opacity;
@@ -36,7 +36,7 @@ struct ScreenGaussian {
   bool seen;
 };
 
-// R of a quaternion divided by its norm.
+// Rotation matrix of a quaternion divided by its norm.
 template <class T>
 void Rotation(const T* q, T R[3][3]) {
   using std::sqrt;
@@ -113,15 +113,15 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PosedC
 
 template <class T>
 struct Image {
-  std::vector<T> color;  // planar, as the kernels write it
-  // Per pixel: how near a decision came to going the other way, the smallest |alpha 255 - 1| and
-  // |T (1 - alpha) / 1e-4 - 1| met.
+  std::vector<T> color;  // planar, as in the kernels
+  // Per pixel: the distance of the closest decision from its threshold, the minimum of |alpha 255 - 1| and |T (1 -
+  // alpha) / 1e-4 - 1|.
   std::vector<double> margin;
   std::vector<int> blended;    // per pixel: number of splats blended
-  int capped = 0, closed = 0;  // over all pixels: alphas at the cap, pixels closed
-  // Per Gaussian: how much worse its derivatives by alpha are conditioned than its colour's, when what lies behind it
-  // is formed as a difference of images: root mean squares of alpha / (1 - alpha) over alpha T, over the pixels it
-  // blends. And the same over all Gaussians.
+  int capped = 0, closed = 0;  // over all pixels: number of capped alphas and of closed pixels
+  // Per Gaussian: how much worse its derivatives by alpha are conditioned than those by colour, if the colour behind it
+  // is computed as a difference of images. It is the ratio of the root mean squares of alpha / (1 - alpha) and of alpha
+  // T over its pixels. condition_of_all is the same over all Gaussians.
   std::vector<double> condition;
   double condition_of_all = 1;
 };

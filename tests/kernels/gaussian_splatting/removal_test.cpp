@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the removal pass foretells, against the loss of an image rendered without the splat.
+// Predictions of the removal pass agree with the loss of an image rendered without the splat.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ TEST(Removal, OfTheWholeLossIsNearEnoughToRankBy) {
   std::vector<double> said, true_rise, ratio;
   for (int i = 0; i < scene.count; ++i) {
     const double rise = foretold.rises[static_cast<std::size_t>(i)];
-    if (rise == 0) continue;  // not seen
+    if (rise == 0) continue;  // not visible
     said.push_back(rise);
     true_rise.push_back(CostWithout(scene, i, truth, weights) - foretold.cost);
     ratio.push_back(said.back() / true_rise.back());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same bits for any number of threads.
+// Results are bit-identical for any number of threads.
 #include <gtest/gtest.h>
 
 #include "tests/support/any_threads.h"
@@ -35,7 +35,7 @@ void CheckThreads(int count, int degree) {
   test::ExpectSameForAnyThreads([&] { return Everything<S>(scene); });
 }
 
-// More Gaussians than one task takes, and enough splats that several slices fill the tiles.
+// More Gaussians than a single task, and enough splats that several slices fill the tiles.
 TEST(SplatThreads, FloatIsBitIdenticalForAnyNumber) { CheckThreads<float>(10000, 1); }
 TEST(SplatThreads, DoubleIsBitIdenticalForAnyNumber) { CheckThreads<double>(3000, 1); }
 TEST(SplatThreads, SoAreDifferentDegrees) { CheckThreads<float>(10000, 3); }

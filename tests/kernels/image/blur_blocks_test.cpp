@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loss's kernels of a GPU, run on the host thread by thread, against the loss of the host.
+// The GPU kernels of the loss, run on the host thread by thread, agree with the host's loss.
 #include "kernels/image/blur_blocks.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 using test::ThreadOrder;
 
-// Images that differ, over several blocks with parts outside.
+// Different images over several blocks, some partly outside the image.
 struct Images {
   ImageShape shape;
   std::vector<double> rendered, truth, v;
@@ -62,7 +62,7 @@ class BlurBlocks : public testing::TestWithParam<ThreadOrder> {};
 INSTANTIATE_TEST_SUITE_P(Orders, BlurBlocks,
                          testing::Values(ThreadOrder::kForward, ThreadOrder::kBackward, ThreadOrder::kShuffled));
 
-// What the host's loss makes of the images with one choice of structure.
+// Results of the host's loss with one choice of SSIM linearization.
 struct HostLoss {
   PhotometricWeights weights;
   PhotometricValue value;

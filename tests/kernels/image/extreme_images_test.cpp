@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loss of images at the limits, in both precisions, for every choice of loss and instruction set.
+// The loss of extreme images in both precisions, for every choice of loss and instruction set.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 struct Pair {
   const char* name;
-  // Of value i of n: rendered and truth.
+  // Value i of n of the rendered image and of the truth.
   double (*rendered)(Index i, Index n);
   double (*truth)(Index i, Index n);
   bool equal = false;
@@ -70,8 +70,8 @@ std::vector<PhotometricWeights> Choices() {
   return choices;
 }
 
-// Value, gradient, curvature and its products are finite, the curvature is nowhere negative, and of equal images the
-// loss is at its least: no dissimilarity and no gradient.
+// Value, gradient, curvature and its products are finite, and the curvature is nowhere negative. For equal images the
+// dissimilarity and the gradient are zero.
 template <class S>
 void CheckPair(const Pair& pair, Isa isa) {
   for (const ImageShape& shape : {ImageShape{1, 1}, ImageShape{2, 1}, ImageShape{17, 19}}) {
@@ -109,14 +109,14 @@ TEST_P(ExtremeImages, InFloatOfEveryInstructionSet) {
   }
 }
 
-// Where sums over windows have no digits left for their differences.
+// Images for which differences of window sums have no correct digits.
 TEST(LargeImages, OfBothSignsStayFinite) {
   const Pair large{"", [](Index i, Index) { return 1e8 * std::sin(7.0 * static_cast<double>(i)); }, Ramp};
   CheckPair<double>(large, Isa::kBaseline);
   for (const Isa isa : test::CpuIsas()) CheckPair<float>(large, isa);
 }
 
-// By direct sums: in double to the last digits, in float to four.
+// The value agrees with direct sums: in double to the last digits, in float to four.
 template <class S>
 void CheckValue(const Pair& pair, double tolerance) {
   const ImageShape shape{17, 19};
@@ -138,7 +138,7 @@ TEST_P(ExtremeImages, ValueIsThatOfDirectSums) {
   CheckValue<float>(GetParam(), 1e-4);
 }
 
-// A row is added up in float, lane by lane, and rows in double.
+// The sum of a row is accumulated in float per lane, the sum of rows in double.
 TEST(LongRows, SumsKeepTheirDigits) {
   const ImageShape shape{8192, 3};
   HostBuffer<float> x(shape.NumValues()), y(shape.NumValues());

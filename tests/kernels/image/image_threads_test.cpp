@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every operator gives the same bits for any number of threads, and nearly the same for any instruction set.
+// Every operator is bit-identical for any number of threads, and nearly equal for all instruction sets.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr ImageShape kShape{.width = 83, .height = 205};
 
-// All that the room computes in float for one pair of images.
+// All results of the loss and the metrics in float for one pair of images.
 std::vector<HostBuffer<float>> EverythingFor(Isa isa) {
   const Index n = kShape.NumValues();
   const auto x = reference::RandomImage<float>(kShape, 61), y = reference::RandomImage<float>(kShape, 62);

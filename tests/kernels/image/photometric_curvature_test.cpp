@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// W, the curvature of the reweighted quadratic, against its definition written out with direct sums.
+// W, the curvature of the reweighted quadratic, agrees with its definition by direct sums.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using reference::Dot;
 using reference::DotScale;
 using reference::RandomImage;
 
-// Linearisation at a random point.
+// Linearization at a random point.
 template <class S>
 struct Point {
   ImageShape shape;
@@ -85,7 +85,7 @@ TYPED_TEST(PhotometricCurvatureTyped, IsSymmetric) {
   }
 }
 
-// Smooth vectors are the hard ones: there the two SSIM terms nearly cancel.
+// Smooth vectors are the hard case: there the two SSIM terms nearly cancel.
 TYPED_TEST(PhotometricCurvatureTyped, IsPositiveSemidefinite) {
   using S = TypeParam;
   const ImageShape shape{.width = 41, .height = 37};

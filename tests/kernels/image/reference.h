@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loss by direct sums over two-dimensional windows, in the textbook form: slow, plain, on any scalar.
+// The loss by direct sums over two-dimensional windows, in textbook form: slow, simple, for any scalar type.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ inline WindowWeights Window() {
   return window;
 }
 
-// Sum over the window around value `centre` of f(neighbour) weighted; neighbours outside the image are left out.
+// Weighted sum of f(neighbour) over the window around value `centre`; neighbours outside the image are skipped.
 template <class T, class F>
 T Blur(const ImageShape& shape, Index centre, const F& f, bool squared_weights = false) {
   static const WindowWeights kWindow = Window();
@@ -73,7 +73,7 @@ std::vector<T> Dissimilarity(const std::vector<T>& x, const std::vector<T>& y, c
   return result;
 }
 
-// |e|, below the floor the parabola.
+// |e|, or the parabola below the floor.
 template <class T>
 T Floored(const T& e, double floor) {
   const T absolute = e < T(0.0) ? -e : e;
@@ -89,7 +89,7 @@ HostBuffer<S> RandomImage(const ImageShape& shape, unsigned seed, double lo = 0.
   return image;
 }
 
-// An image that differs from `image` by up to `amplitude` and stays within 0..1.
+// An image in 0..1 that differs from `image` by up to `amplitude`.
 template <class S>
 HostBuffer<S> Near(const HostBuffer<S>& image, const ImageShape& shape, unsigned seed, double amplitude) {
   HostBuffer<S> other = RandomImage<S>(shape, seed, -amplitude, amplitude);
@@ -111,7 +111,7 @@ double Dot(const HostBuffer<S>& a, const HostBuffer<S>& b) {
   return sum;
 }
 
-// The scale against which adjointness is measured: the root of the sum of the squared terms of a dot product.
+// Reference scale for adjointness errors: the root of the sum of the squared terms of a dot product.
 template <class S>
 double DotScale(const HostBuffer<S>& a, const HostBuffer<S>& b) {
   double sum = 0.0;
@@ -126,8 +126,8 @@ double MaxAbs(const HostBuffer<S>& a) {
   return result;
 }
 
-// Below the window in either direction, odd, larger than a band of rows and several vectors, and a multiple of every
-// vector width.
+// Sizes smaller than the window in one or both directions, odd, larger than a band of rows and several vectors, and
+// multiples of every vector width.
 inline std::vector<ImageShape> Shapes() {
   return {{.width = 1, .height = 1},   {.width = 3, .height = 7},   {.width = 12, .height = 9},
           {.width = 17, .height = 31}, {.width = 32, .height = 13}, {.width = 69, .height = 101}};

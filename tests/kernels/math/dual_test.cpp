@@ -26,7 +26,7 @@ void ExpectSame(const D& dual, const Jet& jet, const char* what) {
   EXPECT_NEAR(dual.v, jet.v[0], 1e-14 * (std::abs(jet.v[0]) + std::abs(jet.a))) << what;
 }
 
-// Where the Jet's own formula rounds more coarsely.
+// For functions whose Jet formula rounds more coarsely.
 void ExpectNear(const D& dual, const Jet& jet, const char* what) {
   EXPECT_NEAR(dual.a, jet.a, 1e-14 * (1 + std::abs(jet.a))) << what;
   EXPECT_NEAR(dual.v, jet.v[0], 1e-13 * (1 + std::abs(jet.v[0]))) << what;
@@ -85,7 +85,7 @@ TEST(Dual, EveryFunctionAgreesWithJets) {
     ExpectSame(ceil(a), ceil(ja), "ceil");
     ExpectSame(fmin(a, b), fmin(ja, jb), "fmin");
     ExpectSame(fmax(a, b), fmax(ja, jb), "fmax");
-    // Jets have no inverse hyperbolics: the logarithms that these are.
+    // Jets lack the inverse hyperbolic functions, so the reference uses logarithms.
     ExpectNear(asinh(positive), log(jp + sqrt(jp * jp + 1.0)), "asinh");
     const D above = D(1.1) + positive * positive;
     ExpectNear(acosh(above), log(ToJet(above) + sqrt(ToJet(above) * ToJet(above) - 1.0)), "acosh");
@@ -122,7 +122,7 @@ TEST(Dual, QuestionsLookAtTheValueAlone) {
   }
 }
 
-// Its templates open a Jet by the names of its members.
+// Ceres's templates access members of a Jet by name.
 TEST(Dual, CeresInterpolatesOnIt) {
   const double values[] = {1, 2, 5, 6, 3};
   const ceres::Grid1D<double> line(values, 0, 5);
@@ -140,12 +140,12 @@ TEST(Dual, CeresInterpolatesOnIt) {
   ExpectSame(dual, jet, "bicubic");
 }
 
-// A power with a constant exponent has no logarithm in its derivative: bases at and below zero stay finite.
+// The derivative of a power with constant exponent contains no logarithm: it is finite for bases at and below zero.
 TEST(Dual, PowerWithConstantExponentTakesAnyBase) {
   const D square_at_zero = pow(D(0.0, 1.0), D(2));
   EXPECT_EQ(square_at_zero.a, 0);
   EXPECT_EQ(square_at_zero.v, 0);
-  // Nor has a base at zero under a positive exponent that varies.
+  // It is also finite for base zero and a positive exponent that varies.
   const D varying_at_zero = pow(D(0.0, 1.0), D(1.5, 1.0));
   EXPECT_EQ(varying_at_zero.a, 0);
   EXPECT_EQ(varying_at_zero.v, 0);
@@ -164,7 +164,7 @@ TEST(Dual, Nests) {
   EXPECT_NEAR(y.v.v, first * std::cos(x) - std::exp(std::sin(x)) * std::sin(x), 1e-14);
 }
 
-// The value part rounds as plain arithmetic does: a cut-off cannot flip between a function and its tangent.
+// Values are rounded like plain arithmetic, so a threshold cannot differ between a function and its tangent.
 TEST(Dual, ValuesAreBitIdenticalToPlainArithmetic) {
   test::Random random(2);
   for (int trial = 0; trial < 1000; ++trial) {

@@ -88,7 +88,7 @@ TEST(Quaternion, ComesBackFromItsRotation) {
   for (int k = 0; k < 40; ++k) {
     double q[4], R[9], back[4];
     for (double& value : q) value = random.Normal();
-    // Half turns and the identity too, where some components vanish.
+    // Includes the identity and half turns, where some components are zero.
     if (k < 8) std::fill(q, q + 4, 0.0), q[k % 4] = 1;
     NormalizeQuaternion(q, q);
     RotationFromQuaternion(q, R);

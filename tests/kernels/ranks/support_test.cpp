@@ -55,7 +55,7 @@ TEST(Support, IntersectionAndPlaces) {
   const Support both = Intersection(a, b);
   EXPECT_EQ(both, Support({{5, 10}, {20, 22}, {24, 26}, {45, 50}}));
   EXPECT_EQ(Intersection(b, a), both);
-  // In a compact vector of a: ten entries before the second range, twenty before the third.
+  // Ten entries precede the second range in a compact vector of a, and twenty precede the third.
   EXPECT_EQ(PlacesIn(b, a), (std::vector<EntryRange>{{5, 12}, {14, 16}, {25, 30}}));
   EXPECT_TRUE(PlacesIn(Support({{10, 20}}), a).empty());
 }

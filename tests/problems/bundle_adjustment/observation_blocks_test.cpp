@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a GPU does for a bundle adjustment, run on the host, against the problem of the host.
+// The GPU's algorithm for bundle adjustment, run on the host, must match BundleProblem.
 #include <gtest/gtest.h>
 
 #include "kernels/core/row_blocks.h"
@@ -50,7 +50,8 @@ void ExpectNear(const std::vector<double>& found, HostSpan<const double> expecte
   }
 }
 
-// Parameters without an observation, and parameters of so many that their sums are cut into segments.
+// The first has parameters without observations; the second has parameters with so many that their sums are divided
+// into segments.
 std::vector<BundleData> Problems() {
   return {SmallProblem(), Generate({.num_cameras = 8, .num_points = 200, .mean_track = 4, .seed = 4})};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solved by this engine and by Ceres: the same minimum.
+// vesta and Ceres reach the same minimum.
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace vesta::bundle {
 namespace {
 
-// Iterations at which both stop; enough for full convergence of these problems.
+// Iteration limit of both solvers; enough for full convergence on these problems.
 constexpr int kIterations = 200;
 
 double CeresCost(const BundleData& data) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same bits for any number of threads.
+// Results are bit-identical for any number of threads.
 #include <gtest/gtest.h>
 
 #include "problems/bundle_adjustment/bundle_problem.h"
@@ -12,9 +12,9 @@
 namespace vesta::bundle {
 namespace {
 
-// All that a solve asks for, one after the other.
+// Concatenates all results that a solve uses.
 std::vector<double> Everything(JacobianStorage storage, ReducedForm form) {
-  // Several chunks of points, slices of a camera, and chunks of rows.
+  // Large enough for several chunks of points, slices per camera, and chunks of rows.
   const BundleData data = Generate({.num_cameras = 70, .num_points = 3000, .mean_track = 5});
   BundleProblem problem(data, {.storage = storage, .reduced_form = form});
   const Cpu::Vector x = Start(data);

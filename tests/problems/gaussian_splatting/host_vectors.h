@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of a problem on the host, and models with given means.
+// Host vectors for problems, and models with given means.
 #pragma once
 
 #include <array>

@@ -105,7 +105,7 @@ void RenderTruth(const SplatModel& model, double noise, Scene* scene) {
 
 namespace {
 
-// Images of one model.
+// A ring of cameras with images of one model.
 Scene RingOf(const SplatModel& model, int views) {
   Scene scene = RingOfCameras(views, 40, 30, false);
   RenderTruth(model, 0, &scene);
@@ -125,7 +125,7 @@ RingProblem<S>::RingProblem(const Scene& scene, const SplatModel& start) {
   std::copy(start.data.begin(), start.data.end(), x.begin());
   static_cast<splat::ModelLayout&>(options) = start;
   options.background = {0.2, 0.5, 0.9};
-  options.gradient_shrinkage = 0;  // the descent is the gradient
+  options.gradient_shrinkage = 0;  // the right-hand side is minus the gradient
   for (const View& view : scene.views) {
     HostBuffer<S>& image = truth.emplace_back(static_cast<Index>(view.image.rgb.size()));
     std::copy(view.image.rgb.begin(), view.image.rgb.end(), image.begin());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes with a known answer: a random model at the origin, and a ring of cameras around it that look at it.
+// Scenes with a known solution: a random model at the origin, and a ring of cameras that look at it.
 #pragma once
 
 #include <cstdint>
@@ -12,28 +12,29 @@
 
 namespace vesta::gs::test {
 
-// Gaussians in the ball of radius 0.7: standard deviations of 0.05 to 0.2, opacities of 0.3 to 0.9, colours well above
-// the clamp at 0.
+// Gaussians in the ball of radius 0.7: standard deviations 0.05 to 0.2, opacities 0.3 to 0.9, colours well above the
+// clamp at 0.
 SplatModel RandomModel(Index count, int sh_degree, std::uint64_t seed);
 
-// The model with these degrees of its Gaussians, the highest first.
+// The model with these degrees per Gaussian, reordered so that the highest comes first.
 inline SplatModel WithDegrees(const SplatModel& model, const std::vector<std::uint8_t>& degrees) {
   return TakeGaussians(model, OrderByDegree(model, degrees));
 }
 
-// Of Gaussians in order: 0, 1, 2, 3, 0, ...
+// Degrees of consecutive Gaussians: 0, 1, 2, 3, 0, ...
 std::vector<std::uint8_t> MixedDegrees(std::size_t count);
 
-// Every parameter moved by `amount` times a standard normal number.
+// Moves every parameter by `amount` times a standard normal number.
 SplatModel Perturbed(const SplatModel& model, double amount, std::uint64_t seed);
 
-// Cameras 3 away from the origin, without images. The every-8th split is marked when `with_test_views`.
+// Cameras at distance 3 from the origin, without images. with_test_views marks every 8th as a test view.
 Scene RingOfCameras(int views, int width, int height, bool with_test_views);
 
-// Gives every view the image of the model, and the scene the model's means and colours as points, moved by `noise`.
+// Renders the model to the images of all views. The scene's points become the means and colours of the model, moved by
+// `noise`.
 void RenderTruth(const SplatModel& model, double noise, Scene* scene);
 
-// A splatting problem over the scene's views in precision S, with the images and the parameters that it needs.
+// A splatting problem on the scene's views in precision S, which owns its images and parameters.
 template <class S>
 struct RingProblem {
   std::vector<HostBuffer<S>> truth;
@@ -41,7 +42,7 @@ struct RingProblem {
   SplatProblemOptions options;
   std::vector<TargetView<CpuBackend<S>>> views;
 
-  // The truth comes from a random model, x is another one: a fit in full swing.
+  // The truth is rendered from one random model and x is another, so errors are large.
   RingProblem(int num_views, Index gaussians, int sh_degree, std::uint64_t seed);
   // The truth is the scene's images.
   RingProblem(const Scene& scene, const SplatModel& start);

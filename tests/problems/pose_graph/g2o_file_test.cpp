@@ -86,25 +86,26 @@ TEST_F(G2oFile, WhatIsWrittenIsReadBack) {
   }
 }
 
-// One edge of rank 1, one that a published file might have: eigenvalues 3, 1, -1.
+// An edge of rank 1, and an indefinite one as in published files: eigenvalues 3, 1, -1.
 TEST_F(G2oFile, SemidefiniteInformationIsKeptAndIndefiniteClippedOnRequest) {
   const std::string path = folder_ / "semidefinite.g2o";
   const std::string vertices = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 3 0 0\n";
   const std::string semidefinite = "EDGE_SE2 0 1 1 0 0 4 2 0 1 0 0\n";
   WriteFileAtomically(path, vertices + semidefinite + semidefinite);
   const PoseGraph graph = ReadG2o(path);
-  EXPECT_EQ(graph.information, (std::vector<double>{4, 2, 0, 1, 0, 0, 4, 2, 0, 1, 0, 0})) << "as it is";
+  EXPECT_EQ(graph.information, (std::vector<double>{4, 2, 0, 1, 0, 0, 4, 2, 0, 1, 0, 0})) << "it is unchanged";
   ASSERT_EQ(graph.notes.size(), 1U);
   EXPECT_EQ(graph.notes[0],
-            "2 information matrices are only semidefinite: they say nothing of some direction; the first on line 3");
+            "2 information matrices are only semidefinite: they do not constrain some direction; the first on line 3");
   WriteFileAtomically(path, vertices + "EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n");
   const PoseGraph clipped = ReadG2o(path, {.clip_indefinite = true});
   const double expected[] = {1.5, 1.5, 0, 1.5, 0, 1};
   for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(clipped.information[k], expected[k], 1e-15);
   ASSERT_EQ(clipped.notes.size(), 1U);
-  EXPECT_EQ(clipped.notes[0],
-            "1 information matrices were indefinite, and are replaced by the nearest semidefinite ones; the first on "
-            "line 3");
+  EXPECT_EQ(
+      clipped.notes[0],
+      "1 information matrices were indefinite and have been replaced by the nearest semidefinite ones; the first on "
+      "line 3");
   WriteFileAtomically(path, vertices + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
   EXPECT_TRUE(ReadG2o(path).notes.empty());
 }

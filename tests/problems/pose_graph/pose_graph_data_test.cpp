@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs of the field, against the best costs known.
+// Benchmark pose graphs, compared with the best known costs.
 #include <gtest/gtest.h>
 
 #include "bench/solver_race/ceres_pose_graph.h"
@@ -16,7 +16,7 @@ namespace {
 
 using B = CpuBackend<double>;
 
-// What Ceres's sparse Cholesky reaches with the residual of its pose-graph example.
+// The cost that Ceres's sparse Cholesky reaches with the residual of its pose-graph example.
 struct Known {
   const char* name;
   double cost;
@@ -44,12 +44,12 @@ INSTANTIATE_TEST_SUITE_P(Graphs, PoseGraphData,
                          testing::Values(Known{"sphere2500", 6.757560928e2}, Known{"input_M3500_g2o", 6.895647547e1},
                                          Known{"intel", 2.293877685e1}, Known{"smallGrid3D", 5.126990278e2},
                                          Known{"tinyGrid3D", 9.259683211},
-                                         // Two minima, 2.2556e4 and 2.6375e4, and a start whose first step is refused;
-                                         // after 40 iterations the rest is slow: 0.05 % from there.
+                                         // Two minima, 2.2556e4 and 2.6375e4; the first step from the start is
+                                         // rejected. After 40 iterations the cost falls slowly: 0.05 % remain.
                                          Known{"torus3D", 2.255596e4, 1e-3, 40}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-// Graphs of the field through the bridge, as cost functions that vesta knows nothing of, beside Ceres itself.
+// Benchmark graphs as plain cost functions through the Ceres bridge, compared with Ceres itself.
 class BridgeData : public testing::TestWithParam<const char*> {};
 
 TEST_P(BridgeData, ReachesTheCostOfCeresSparseCholesky) {
@@ -72,7 +72,7 @@ TEST_P(BridgeData, ReachesTheCostOfCeresSparseCholesky) {
   ceres::Solver::Summary expected;
   ceres::Solve(options, &theirs, &expected);
 
-  // By options of its own, which find the factor by themselves, and by those of Ceres.
+  // Solves with vesta's options, which choose the factor automatically, and with Ceres's.
   LmOptions own;
   own.max_iterations = 100;
   own.function_tolerance = own.gradient_tolerance = own.parameter_tolerance = 1e-14;

@@ -41,7 +41,7 @@ class PoseGraphDerivatives : public testing::Test {
     const double scale = backend.MaxAbs(expected);
     for (Index k = 0; k < v.size(); ++k) EXPECT_NEAR(Hv[k], expected[k], 1e-10 * scale);
     EXPECT_LE(GradientError(backend, problem, x, v, 1e-5), 1e-7);
-    // Corrected residuals are no function whose derivative the corrected Jacobian is.
+    // If there is a loss, the corrected Jacobian is not the derivative of the corrected residuals.
     if (!model.loss) {
       EXPECT_LE(TangentError(backend, problem, x, 0, v, 1e-5), 1e-7);
     }
@@ -149,7 +149,7 @@ TEST(PoseGraphProblem, AQuaternionOfZerosIsNoStart) {
   EXPECT_THROW(LinearizeAt(problem, x.view().subspan(0, 7)), Error);
 }
 
-// The cost is 1/2 e^T Lambda e by both square roots: the symmetric one is its own transpose.
+// The cost is 1/2 e^T Lambda e with both square roots, because the symmetric root equals its transpose.
 TEST(PoseGraphProblem, SemidefiniteInformationIsUsedAsItIs) {
   PoseGraph graph{.space = PoseSpace::kSe2,
                   .ids = {0, 1},

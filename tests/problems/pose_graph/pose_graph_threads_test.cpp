@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same bits for any number of threads.
+// Results are bit-identical for any number of threads.
 #include <gtest/gtest.h>
 
 #include "problems/pose_graph/pose_graph_problem.h"
@@ -43,7 +43,7 @@ TEST(PoseGraphThreads, Ring) {
 }
 
 TEST(PoseGraphThreads, GridOfLargeFronts) {
-  // Chords between neighbouring rows of a square make fronts that are shared among threads.
+  // Chords between neighbouring rows of a square create large fronts, which threads share.
   PoseGraph graph = test::RingGraph<Se3>(324, 0.1, 3);
   const std::vector<double> measurement = {0, 0, 0, 1, 0, 0, 0};
   const std::vector<double> information(graph.information.begin(), graph.information.begin() + 21);

@@ -58,11 +58,11 @@ TYPED_TEST(PoseSpaces, PlusOfZeroChangesNothingAndStepsAddAlongALine) {
   Random random(2);
   for (int trial = 0; trial < 20; ++trial) {
     auto x = RandomPose<Space>(&random);
-    // Yaws are kept within [-pi, pi).
+    // Yaws are stored in [-pi, pi).
     if (Space::kPose == 3) x[2] = Space::kPose == 3 ? Se2::NormalizeAngle(x[2]) : x[2];
     std::vector<double> step = random.NormalVector<double>(Space::kTangent), half = step, out(x.size()),
                         twice(x.size());
-    // Across the switch between series and sine.
+    // Sizes on both sides of the switch between series and sine.
     const double size = random.LogUniform(1e-9, 1);
     for (double& d : step) d *= size;
     for (std::size_t i = 0; i < half.size(); ++i) half[i] = step[i] / 2;
@@ -100,7 +100,7 @@ TEST(Se3Pose, StaysOfUnitLengthOverManySteps) {
 }
 
 TEST(Se3Pose, AStepTurnsByTwiceItsLengthInTheWorldsFrame) {
-  // Identity, then a quarter turn about z: the step's vector is half of that.
+  // Identity, then a quarter turn about z: the vector of the step is half of that.
   const double x[7] = {1, 2, 3, 1, 0, 0, 0}, step[6] = {0.5, 0, 0, 0, 0, std::numbers::pi / 4};
   double out[7];
   Se3::Plus(x, step, out);

@@ -54,7 +54,7 @@ TEST(Toy, ExponentialFitWithOutliersNeedsARobustLoss) {
 }
 
 TEST(Toy, TukeyFromNearby) {
-  // Redescending: only from where the inliers are already within its reach.
+  // The Tukey loss is redescending, so the start must be close enough that inliers have weight.
   const double start[2] = {0.28, 0.15};
   const auto robust = SolveBoth(MakeSmallProblem(ExponentialSamples(100, 10)), start, std::make_shared<TukeyLoss>(0.5),
                                 new ceres::TukeyLoss(0.5));
@@ -75,7 +75,7 @@ TEST(Toy, Rosenbrock) {
 }
 
 TEST(Toy, RosenbrockChainByPcgAlone) {
-  // A thousand unknowns with the default, loose inner solves.
+  // A thousand unknowns with the default, inexact inner solves.
   constexpr Index kSize = 1000;
   using B = CpuBackend<double>;
   ResidualBlocks<Rosenbrock, B> problem(kSize, std::vector<Rosenbrock>(kSize - 1), RosenbrockChain(kSize));

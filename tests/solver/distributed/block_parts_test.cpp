@@ -22,7 +22,7 @@ namespace {
 using testing::HasSubstr;
 using Cpu = CpuBackend<double>;
 
-// Two points are a measured way apart, in a curved sense.
+// A nonlinear measurement of the offset between two points.
 class Way final : public CostFunction {
  public:
   explicit Way(double measured) : CostFunction(2, std::vector<int>{2, 2}), measured_(measured) {}
@@ -43,7 +43,7 @@ class Way final : public CostFunction {
   double measured_;
 };
 
-// A chain with loops; the first point is held, one entry of another is bounded if asked for.
+// A chain with loops. The first point is constant; one entry of another is bounded if requested.
 struct Chain {
   static constexpr int kPoints = 40;
   explicit Chain(bool bounded = false) {
@@ -80,7 +80,7 @@ struct Solved {
   LmSummary summary;
 };
 
-// By the rank 0 of so many; all ranks end at the same.
+// Solves on `count` ranks and returns the result of rank 0; all ranks must have the same.
 Solved SolveOn(int count, bool bounded) {
   Solved solved;
   std::mutex mutex;

@@ -26,7 +26,7 @@ TEST(PartMap, WithoutSegmentsIsTheWhole) {
 }
 
 TEST(PartMap, TakesAndOrders) {
-  // The part's first two entries are the whole's 6 and 7, its last one the whole's 2.
+  // The first two entries of the part are entries 6 and 7 of the whole, its last one is entry 2.
   const PartMap map({{0, 6, 2}, {2, 2, 1}}, 3, 9, "parameters");
   EXPECT_FALSE(map.is_compact());
   EXPECT_EQ(map.support(), Support({{2, 3}, {6, 8}}));
@@ -51,14 +51,16 @@ TEST(PartMap, RefusesSegmentsThatDoNotFit) {
 }
 
 TEST(PartMap, BlocksOfThePartAreBlocksOfTheWhole) {
-  // The whole: two blocks of 2 that lie one after another, then three of 1. The part: the second, and the last two.
+  // The whole has two consecutive blocks of size 2, then three of size 1. The part has the second of size 2 and the
+  // last two of size 1.
   const std::vector<BlockGroup> whole{{2, 2, 0, 1, 2}, {1, 3, 4}}, part{{2, 1, 0, 1, 2}, {1, 2, 2}};
   const PartMap tangent({{0, 2, 2}, {2, 5, 2}}, 4, 7, "entries");
   const PartMap map(BlockSegments(part, whole, tangent), 5, 9, "values");
   const std::vector<double> values = Iota(9);
   std::vector<double> local(5);
   map.Take<double>({values.data(), 9}, {local.data(), 5});
-  // Packed triangles, blocks run fastest: (0,0) (1,0) (1,1) of block 1 are 1, 3, 5; the blocks of 1 begin at 6.
+  // Packed triangles with the block index running fastest: (0,0) (1,0) (1,1) of block 1 are 1, 3, 5; blocks of size 1
+  // start at 6.
   EXPECT_THAT(local, ElementsAre(1, 3, 5, 7, 8));
   EXPECT_THAT(
       [&] {

@@ -16,7 +16,7 @@ namespace {
 using Cpu = CpuBackend<double>;
 constexpr int kPieces = 20;
 
-// Groups as splats have them, component by component, then one as points have them, block by block.
+// Two groups stored component by component, as for splats, and one stored block by block, as for points.
 std::vector<BlockGroup> Groups() {
   return {{.size = 3, .count = 500, .component_stride = 500},
           {.size = 6, .count = 500, .offset = 1500, .component_stride = 500},
@@ -24,7 +24,7 @@ std::vector<BlockGroup> Groups() {
 }
 constexpr Index kSize = 4500 + 210;
 
-// Some number for each entry of the whole.
+// Deterministic values for all entries.
 Cpu::Vector Numbers(int seed) {
   Cpu::Vector values(kSize);
   for (Index k = 0; k < kSize; ++k) values[k] = 0.001 * static_cast<double>((k * (37 + seed)) % 1009) - 0.4;

@@ -52,8 +52,8 @@ TEST(BatchedSystem, OneBatchMergedIsItself) {
 
 TEST(BatchedSystem, MergesByTheDiagonalsAndPredictsOverAllBatches) {
   auto first = RandomBatch(6, 4, 11), second = RandomBatch(7, 4, 12);
-  first.a.col(1).setZero();  // in one batch only
-  first.a.col(2).setZero();  // in none
+  first.a.col(1).setZero();  // non-zero in one batch only
+  first.a.col(2).setZero();  // zero in both batches
   second.a.col(2).setZero();
   LinearProblem problem({first, second});
   const Cpu::Vector x = Vector({1, -1, 2, 0.5});
@@ -74,7 +74,7 @@ TEST(BatchedSystem, MergesByTheDiagonalsAndPredictsOverAllBatches) {
   for (const bool hold : {true, false}) {
     LmOptions options = Options(BatchMode::kMerge);
     options.hold_batches = hold;
-    // The clamp must not reach the small columns of one batch.
+    // The clamp must not affect the small columns of one batch.
     options.normal_system.metric.min_diagonal = 1e-30;
     Cpu backend;
     ColumnScale<Cpu> scale;

@@ -15,7 +15,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// Seven residual blocks of two parameters of five: some read together, one read by none (3).
+// Seven residual blocks with two of five parameters each. Some parameters are shared; no block uses parameter 3.
 constexpr Index kParameters = 5, kBlocks = 7;
 const std::vector<Index> kIndex{0, 1, 1, 2, 4, 0, 2, 0, 1, 4, 0, 2, 4, 1};
 
@@ -45,7 +45,7 @@ TEST(ResidualBlockLayout, MoreBatchesThanBlocksLeaveSomeEmpty) {
   }
 }
 
-// Every place in the Jacobian once, under the parameter that is read there, blocks in their order.
+// Every entry of the Jacobian appears once, at its parameter, with blocks in order.
 TEST(ResidualBlockLayout, TransposeHasEachPlaceUnderItsParameter) {
   for (const BatchSplit split : {BatchSplit::kStrided, BatchSplit::kContiguous}) {
     const Layout layout(kParameters, kBlocks, 2, kIndex, 2, split);
@@ -61,7 +61,7 @@ TEST(ResidualBlockLayout, TransposeHasEachPlaceUnderItsParameter) {
           ++places;
         }
       }
-      EXPECT_THAT(layout.transpose(batch).of(3), IsEmpty()) << "nobody reads it";
+      EXPECT_THAT(layout.transpose(batch).of(3), IsEmpty()) << "no block uses it";
     }
     EXPECT_EQ(places, kIndex.size());
   }

@@ -13,7 +13,7 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 TEST(StepDifferences, AreExactToWhatTheySay) {
-  // Slopes of very different sizes, a root, a kink, and what is not defined below 0.
+  // Slopes of very different sizes, a square root, a kink, and a function that is undefined below 0.
   const auto f = [](double t, std::span<double> out) {
     out[0] = 1e9 * std::exp(3 * t) + 1;
     out[1] = 1e-9 * std::sin(t) + 1e-12;
@@ -34,7 +34,7 @@ TEST(StepDifferences, AreExactToWhatTheySay) {
 }
 
 TEST(StepDifferences, TheRoundingOfThePlaceCounts) {
-  // 1/2 (x - 1)^2 about 1, evaluated at x = 1 + t: the slope 0, but x is rounded to 1e-8 as in float.
+  // 1/2 (x - 1)^2 around 1, evaluated at x = 1 + t: the slope is 0, but x is rounded to 1e-8, as in float.
   constexpr double kRounded = 1e-8;
   const auto f = [](double t, std::span<double> out) {
     const double x = std::nearbyint((1 + t) / kRounded + 0.3) * kRounded;

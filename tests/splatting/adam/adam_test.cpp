@@ -24,7 +24,7 @@ TEST(Adam, RatesFollowTheLayout) {
   EXPECT_EQ(RateOf(rates, splat::kSh + 3), rates.sh_rest);
 }
 
-// The first step is the rate against the sign of the gradient, whatever its size.
+// The first step has the size of the learning rate, whatever the size of the gradient.
 TEST(Adam, FirstStepIsTheRate) {
   SplatModel model;
   model.Resize(1, 3);
@@ -41,7 +41,7 @@ TEST(Adam, FirstStepIsTheRate) {
   }
 }
 
-// By four views twice the rate.
+// Four views a step: twice the learning rate.
 TEST(Adam, ByMoreViewsStepsAreLonger) {
   SplatModel model;
   model.Resize(1, 1);
@@ -54,7 +54,7 @@ TEST(Adam, ByMoreViewsStepsAreLonger) {
   }
 }
 
-// By four views they forget as by four steps of one view, and are corrected for that.
+// A step of four views decays the second moments like four steps of one view; the bias correction follows.
 TEST(Adam, SecondMomentsCountViews) {
   SplatModel model;
   model.Resize(0, 1);
@@ -73,7 +73,7 @@ TEST(Adam, SecondMomentsCountViews) {
   EXPECT_NEAR(second, 2 * LearningRates().position * first / root, 1e-4 * second);
 }
 
-// Kingma and Ba's algorithm 1 in double, for one parameter; it rests where nothing pulls.
+// Algorithm 1 of Kingma and Ba (Adam) in double, for one parameter. Zero gradients change nothing.
 class PlainAdam {
  public:
   double Step(double gradient, double rate) {
@@ -92,7 +92,7 @@ class PlainAdam {
 
 TEST(Adam, FollowsThePlainAlgorithm) {
   SplatModel model;
-  model.Resize(0, 5003);  // more than one task, and no whole number of vectors
+  model.Resize(0, 5003);  // more than one task, not a multiple of the vector width
   vesta::test::Random random(1);
   std::vector<PlainAdam> plain(model.data.size());
   std::vector<double> expected(model.data.size());
@@ -101,10 +101,10 @@ TEST(Adam, FollowsThePlainAlgorithm) {
   for (std::size_t i = 0; i < units.size(); ++i) units[i] = 0.5f + 1e-3f * static_cast<float>(i);
   adam.SetUnits(units);
   for (int step = 0; step < 50; ++step) {
-    // Gradients with a mean, so that the moved distances do not cancel.
+    // Gradients have a mean, so that steps do not cancel.
     std::vector<float> gradient = random.NormalVector<float>(model.data.size());
     for (float& value : gradient) value = 1e3f * (value + 1.5f);
-    // Whole vectors of Gaussians are not seen, and some by themselves.
+    // Some Gaussians are unseen: whole vectors of them, and single ones.
     for (std::size_t k = 0; k < gradient.size(); ++k) {
       const std::size_t i = k % 5003;
       if ((i / 100 + static_cast<std::size_t>(step)) % 3 == 0 || (i * 7 + static_cast<std::size_t>(step)) % 11 == 0) {
@@ -119,14 +119,14 @@ TEST(Adam, FollowsThePlainAlgorithm) {
       expected[k] += plain[k].Step(gradient[k], rate);
     }
     adam.Step(model, gradient.data(), model.num_attributes(), factor);
-    for (const float value : gradient) ASSERT_EQ(value, 0) << "ready for the next sum";
+    for (const float value : gradient) ASSERT_EQ(value, 0) << "zeroed for the next sum";
   }
   for (std::size_t k = 0; k < plain.size(); ++k) {
     ASSERT_NEAR(model.data[k], expected[k], 1e-5 * std::abs(expected[k])) << k;
   }
 }
 
-// Attributes past the active ones stay where they are.
+// Attributes beyond the active ones do not change.
 TEST(Adam, MovesActiveAttributesOnly) {
   SplatModel model = test::RandomModel(4, 2, 2);
   const SplatModel before = model;
@@ -140,7 +140,7 @@ TEST(Adam, MovesActiveAttributesOnly) {
   }
 }
 
-// By how much the opacity of Gaussian i moves in a step with this gradient everywhere.
+// Change of the opacity of Gaussian i in a step with this gradient everywhere.
 float MoveOfOpacity(test::ModelAdam& adam, SplatModel& model, float gradient, Index i) {
   const float before = model.attribute(splat::kOpacity)[i];
   std::vector<float> all(model.data.size(), gradient);
@@ -153,7 +153,7 @@ TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
   model.Resize(0, 2);
   test::ModelAdam adam{LearningRates()}, reference{LearningRates()};
   SplatModel same = model;
-  // Gaussian 0 is pushed one way, Gaussian 1 the other.
+  // Gaussians 0 and 1 have opposite gradients.
   std::vector<float> gradient(model.data.size());
   for (std::size_t k = 0; k < gradient.size(); ++k) gradient[k] = k % 2 == 0 ? 1.0f : -1.0f;
   for (int step = 0; step < 5; ++step) {
@@ -161,7 +161,7 @@ TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
     adam.Step(model, copy.data(), model.num_attributes(), 1);
     reference.Step(same, another.data(), same.num_attributes(), 1);
   }
-  // 1 keeps its moments twice, 0 comes without.
+  // Gaussian 1 is copied twice with its moments, Gaussian 0 without.
   adam.Rearrange({1, 0, 1}, {true, false, true});
   model = InOrder(std::move(model), {1, 0, 1});
   model.count = 3;
@@ -173,7 +173,7 @@ TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
   reference.Step(same, as_little.data(), same.num_attributes(), 1);
   for (int a = 0; a < model.num_attributes(); ++a) {
     EXPECT_EQ(model.attribute(a)[0], same.attribute(a)[1]);
-    EXPECT_NE(model.attribute(a)[1], same.attribute(a)[0]) << "starts without moments";
+    EXPECT_NE(model.attribute(a)[1], same.attribute(a)[0]) << "the copy starts without moments";
     EXPECT_EQ(model.attribute(a)[2], same.attribute(a)[1]);
     EXPECT_NE(model.attribute(a)[0], before.attribute(a)[0]);
   }
@@ -186,7 +186,7 @@ TEST(Adam, ResetForgetsOneAttribute) {
   MoveOfOpacity(adam, model, 1.0f, 0);
   adam.Reset(splat::kOpacity);
   const SplatModel before = model;
-  // Where the first pull is forgotten the second one acts alone; elsewhere it has to overcome the first.
+  // After the reset, only the second gradient acts on the opacity. Other attributes still have momentum of the first.
   const double opacity = MoveOfOpacity(adam, model, -1.0f, 0) / LearningRates().opacity;
   const double mean = (model.attribute(splat::kMean)[0] - before.attribute(splat::kMean)[0]) / LearningRates().position;
   EXPECT_GT(mean, 0);
@@ -209,7 +209,7 @@ TEST(Adam, UnseenParametersStayForever) {
   test::ModelAdam adam{LearningRates()};
   for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
   EXPECT_EQ(model.data, before.data);
-  // And those that are no longer seen rest.
+  // Parameters that are no longer seen stop moving.
   MoveOfOpacity(adam, model, 1e-3f, 0);
   for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
   before = model;

@@ -16,7 +16,7 @@
 namespace vesta::gs {
 namespace {
 
-// All of kBlockSize rows; of a size that the compiler does not know, as it would unroll every product.
+// kBlockSize rows. Dynamic sizes, because the compiler would unroll every product of fixed ones.
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
@@ -30,7 +30,7 @@ Matrix RandomMatrix(vesta::test::Random& random) {
 
 Matrix RandomRotation(vesta::test::Random& random) { return vesta::test::Orthonormal(RandomMatrix(random)); }
 
-// The arrays of some Gaussians, at first without moments.
+// The arrays of `n` Gaussians, initially without moments.
 struct Blocks {
   explicit Blocks(Index n)
       : count(n),
@@ -97,11 +97,11 @@ class BlockAdam : public testing::TestWithParam<Isa> {
   AdamKernels kernels_ = AdamKernelsFor(GetParam());
 };
 
-// Of those of the next test: a whole vector of 16, and one among seen ones.
+// Unseen Gaussians of the next test: a whole vector of 16, and one among seen ones.
 bool IsUnseen(Index i) { return i == 3 || i / 16 == 1; }
 
 TEST_P(BlockAdam, AStepIsTheFormulaInTheBasis) {
-  constexpr Index kCount = 37;  // no whole number of vectors
+  constexpr Index kCount = 37;  // not a multiple of the vector width
   vesta::test::Random random(3);
   Blocks blocks(kCount);
   std::vector<float> units(kCount);
@@ -156,8 +156,8 @@ TEST_P(BlockAdam, AStepIsTheFormulaInTheBasis) {
   }
 }
 
-// A few turns from any basis lead to the eigenvectors, and the second moments to the eigenvalues, over twelve decades
-// of the scale of C and six of its condition.
+// From any basis, a few rotations converge to the eigenvectors of C, and the second moments to its eigenvalues. This
+// holds for scales of C over twelve decades and condition numbers over six.
 TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
   constexpr Index kCount = 35;
   vesta::test::Random random(4);
@@ -184,7 +184,7 @@ TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
   }
 }
 
-// C of a Gaussian that was never seen is 0; of one seen once it has one direction.
+// C is 0 for a Gaussian that was never seen, and has rank 1 for one seen once.
 TEST_P(BlockAdam, TurnsSurviveSingularCovariances) {
   Blocks blocks(2);
   const Vector g = Vector::LinSpaced(kBlockSize, 1, 11);
@@ -200,8 +200,8 @@ TEST_P(BlockAdam, TurnsSurviveSingularCovariances) {
 INSTANTIATE_TEST_SUITE_P(Isas, BlockAdam, testing::ValuesIn(vesta::test::CpuIsas()),
                          [](const auto& isa) { return "Isa" + std::to_string(static_cast<int>(isa.param)); });
 
-// Adam on one Gaussian, its geometry's rates all 1, with gradients R A z for random z, whose covariance is far from
-// diagonal. Returns the way of the eleven parameters in the last steps, turned back by R.
+// Adam on one Gaussian with all geometric learning rates 1. Gradients are R A z for random z, and their covariance is
+// far from diagonal. Returns the total of the last steps, rotated back by R.
 Vector WayUnder(SecondMoment metric, const Matrix& r) {
   LearningRates rates;
   rates.position = rates.log_scale = rates.quaternion = rates.opacity = 1;
@@ -226,7 +226,7 @@ Vector WayUnder(SecondMoment metric, const Matrix& r) {
   return r.transpose() * way;
 }
 
-// The metric knows no axes: if the gradients are turned, so are the steps.
+// The block metric is independent of the axes: rotated gradients give rotated steps.
 TEST(BlockAdamSteps, TurnWithTheGradients) {
   vesta::test::Random random(6);
   const Matrix turn = RandomRotation(random);
@@ -236,7 +236,7 @@ TEST(BlockAdamSteps, TurnWithTheGradients) {
   EXPECT_GT((WayUnder(SecondMoment::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
 }
 
-// The host asks by chunk, a device by view.
+// The host tests each chunk (IsTurned), a device each view (FirstTurned); both agree.
 TEST(BlockAdamSteps, ChunksAreTurnedWithTheSameViews) {
   for (const Index views : {1, 4, 25, 60}) {
     for (Index seen = views; seen < views + 60; ++seen) {
@@ -249,7 +249,7 @@ TEST(BlockAdamSteps, ChunksAreTurnedWithTheSameViews) {
   }
 }
 
-// Each basis is turned once in kTurnEvery views, however many a step is by.
+// Each basis is rotated once every kTurnEvery views, for any number of views a step.
 TEST(BlockAdamSteps, BasesAreTurnedAsViewsAreSeen) {
   constexpr Index kChunks = kTurnEvery + 3;
   const auto turned_after = [](int views, int steps) {
@@ -300,15 +300,15 @@ TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {
   adam.Step(model, pull.data(), model.num_attributes(), 1);
   reference.Step(same, same_pull.data(), same.num_attributes(), 1);
   for (int a = 0; a < model.num_attributes(); ++a) {
-    // But for rounding: a Gaussian may be in a vector or at the end of the array.
+    // Up to rounding: a Gaussian may be in a full vector or at the end of the array.
     EXPECT_NEAR(model.attribute(a)[0], same.attribute(a)[39], 1e-6) << a;
     EXPECT_NEAR(model.attribute(a)[1], same.attribute(a)[3], 1e-6) << a;
-    EXPECT_NE(model.attribute(a)[2], model.attribute(a)[1]) << "starts without moments";
+    EXPECT_NE(model.attribute(a)[2], model.attribute(a)[1]) << "the copy starts without moments";
     EXPECT_NE(model.attribute(a)[1], before.attribute(a)[1]) << a;
   }
 }
 
-// Over so many pieces that the first ones go before the last ones are made.
+// The array is moved in so many pieces that the first are freed before the last are allocated.
 TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
   constexpr Index kOld = 5000, kNew = 6100;
   std::vector<float> flat(static_cast<std::size_t>(BlockArraySize(kOld)));
@@ -317,7 +317,7 @@ TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
   const HostBuffer<float> given_back = bases.Flat();
   EXPECT_EQ(std::vector<float>(given_back.begin(), given_back.end()), flat);
   const auto old_number = [&](int number, Index i) { return flat[static_cast<std::size_t>(BlockEntry(number, i))]; };
-  // Mostly in order, as clones beside their origin are, with some from far.
+  // Mostly in order, as clones are next to their original; some come from far away.
   vesta::test::Random random(9);
   std::vector<std::uint32_t> source;
   std::vector<std::uint8_t> keep;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adam and density control on the models of the host, as tests like to call them.
+// Adam and density control for host models, with an interface for tests.
 #pragma once
 
 #include <vector>
@@ -43,7 +43,7 @@ class ModelAdam {
   splat::ModelLayout layout_;
 };
 
-// What the Adam stage does with a plan.
+// Densifies as the Adam stage does.
 inline void Densify(DensityControl<Host>& control, SplatModel& model, ModelAdam& adam, int iteration) {
   const DensityPlan<Host> plan = control.Decide(model.data.data(), model.count);
   if (plan.changes) {

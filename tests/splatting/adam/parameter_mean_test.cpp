@@ -15,7 +15,7 @@ namespace {
 using test::ShortTraining;
 using test::TrainingScene;
 
-// The weight of term t of T: (k + 1) / (t + k), times what each later term leaves of it.
+// The weight of term t of T: (k + 1) / (t + k), reduced by each later term.
 double Weight(int t, int terms) {
   constexpr double k = ParameterMean<CpuBackend<float>>::kExponent;
   double weight = (k + 1) / (t + k);
@@ -46,14 +46,14 @@ TEST(ParameterMean, IsThatOfAllSinceTheStart) {
   EXPECT_EQ(mean.value()[0], 5);
 }
 
-// The rows of a training without a mean hold the parameters of each iteration.
+// With averaging off, the history rows contain the parameters of each iteration.
 TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   constexpr int kIterations = 60;
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(kIterations, 0);
   options.adam.evaluations = kIterations;
   options.adam.averaging_fraction = 0;
-  options.pruning.prune_unseen = false;  // the rows are of all Gaussians
+  options.pruning.prune_unseen = false;  // so that rows contain all Gaussians
   std::map<int, std::vector<float>> iterates;
   TrainCallbacks callbacks;
   callbacks.evaluated = [&](const HistoryRow& row, const splat::Model<float>& x) {

@@ -8,7 +8,7 @@
 namespace vesta::gs {
 namespace {
 
-// Iteration `it` of n.
+// The span of iteration `it` of n.
 StageSpan Span(int it, int n = 100) { return {(it - 1.0) / n, 1.0 * it / n}; }
 
 TEST(AdamSchedule, RatesDecayGeometrically) {
@@ -23,10 +23,10 @@ TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
   EXPECT_FALSE(Averages(adam, Span(70), 70));
   EXPECT_TRUE(Averages(adam, Span(75), 75));
   EXPECT_FALSE(Averages(adam, Span(76), 76));
-  EXPECT_TRUE(Averages(adam, {0.98, 1}, 88)) << "the last always";
+  EXPECT_TRUE(Averages(adam, {0.98, 1}, 88)) << "always in the last iteration";
   AdamOptions of_several = adam;
   of_several.batch_size = 2;
-  EXPECT_TRUE(Averages(of_several, Span(76), 76)) << "of four views";
+  EXPECT_TRUE(Averages(of_several, Span(76), 76)) << "every other iteration";
   EXPECT_FALSE(Averages(of_several, Span(75), 75));
   of_several.batch_size = 8;
   EXPECT_TRUE(Averages(of_several, Span(77), 77));
@@ -49,7 +49,7 @@ TEST(AdamSchedule, BandsComeOneByOne) {
   EXPECT_EQ(ActiveShDegree(0, 3, Span(1)), 3);
 }
 
-// However many iterations a stage has, and however unevenly they advance it, each multiple of a part is reached once.
+// Each multiple of a fraction is crossed exactly once, for any number of iterations and uneven steps.
 TEST(StageSpan, ReachesEachPartOnce) {
   for (const int n : {20, 100, 137, 4000}) {
     int times = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What no photograph tells of splats and views at once: images stay as they are along it, and the prior holds it.
+// The gauge freedoms of Gaussians and cameras together: they do not change the images, and only the prior fixes them.
 #include <gtest/gtest.h>
 
 #include "kernels/math/quaternion.h"
@@ -10,12 +10,12 @@
 namespace vesta::gs {
 namespace {
 
-// Of constant colours, which turn with nothing, over black, which no gain changes.
+// Constant colours, because rotations would change others; a black background, which no gain changes.
 struct GaugeSetup : test::JointSetup<double> {
   GaugeSetup() : JointSetup({true, true}, 3, 20, 0, 21) { options.splats.background = {0, 0, 0}; }
 };
 
-// The world turned by `turn`, shifted, and grown by exp(growth), and each camera so that it sees the same.
+// Tangent of a similarity of the world (rotation `turn`, shift, scale exp(growth)) with all cameras following.
 HostBuffer<double> SimilarityStep(const GaugeSetup& setup, const JointLayout& layout, const std::array<double, 3>& turn,
                                   const std::array<double, 3>& shift, double growth) {
   HostBuffer<double> v(layout.num_tangent());
@@ -53,7 +53,7 @@ HostBuffer<double> SimilarityStep(const GaugeSetup& setup, const JointLayout& la
   return v;
 }
 
-// All splats brighter in one channel, and that gain of all views lower.
+// Tangent that brightens all Gaussians in one channel and lowers that gain of all views.
 HostBuffer<double> BrighterStep(const GaugeSetup& setup, const JointLayout& layout, int channel) {
   HostBuffer<double> v(layout.num_tangent());
   const Index n = setup.model.count;
@@ -98,7 +98,7 @@ TEST(JointGauge, ImagesStayAndThePriorHolds) {
   }
 }
 
-// A similarity of a finite size leaves what the photographs cost; the prior alone tells it apart.
+// A finite similarity does not change the cost of the photographs; only the prior changes.
 TEST(JointGauge, OnlyThePriorTellsWhereTheWorldIs) {
   GaugeSetup setup;
   const JointLayout layout = setup.Make().layout();
@@ -108,7 +108,8 @@ TEST(JointGauge, OnlyThePriorTellsWhereTheWorldIs) {
     setup.options.prior.weight = weight;
     return setup.Make().Cost(x);
   };
-  // A shift and growth are exact along their tangents; the mean shifts first and grows by exp after.
+  // Shift and growth separately: a linear step is exact for each, with log1p(growth) for the log-scale.
+  // exp.
   constexpr double kGrowth = 0.1;
   HostBuffer<double> v = SimilarityStep(setup, layout, {0, 0, 0}, {0.2, -0.1, 0.3}, 0);
   setup.Make().Plus(backend, setup.x, v, moved);

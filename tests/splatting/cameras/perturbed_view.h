@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views whose pose is known, and is not the one they state.
+// Views whose true pose is known and differs from the given pose.
 #pragma once
 
 #include <cmath>
@@ -13,14 +13,14 @@
 
 namespace vesta::gs::test {
 
-// A ring of views with images of the model.
+// A ring of views with renderings of the model as images.
 inline Scene RingWithImages(const SplatModel& model, int views, int width, int height) {
   Scene scene = RingOfCameras(views, width, height, true);
   RenderTruth(model, 0, &scene);
   return scene;
 }
 
-// A motion about a random axis, and along another one.
+// A rotation by `degrees` about a random axis, and a shift by `length` along another.
 inline splat::CameraMotion RandomMotion(double degrees, double length, std::uint64_t seed) {
   vesta::test::Random random(seed);
   splat::PoseTangent xi;
@@ -34,14 +34,14 @@ inline splat::CameraMotion RandomMotion(double degrees, double length, std::uint
   return splat::Compose(xi, {});
 }
 
-// The view at a pose moved by `motion`, with the image from where it was.
+// The view with its pose moved by `motion`, and the image of the old pose.
 inline View PerturbedView(const View& view, const splat::CameraMotion& motion) {
   View moved = MovedView(view, motion);
   moved.image = view.image;
   return moved;
 }
 
-// The largest distance in pixels between where two views of one camera see the model's means.
+// The largest distance in pixels between projections of a mean of the model in views a and b.
 inline double LargestShift(const SplatModel& model, const View& a, const View& b) {
   double largest = 0;
   for (Index i = 0; i < model.count; ++i) {
@@ -63,7 +63,7 @@ inline double LargestShift(const SplatModel& model, const View& a, const View& b
   return largest;
 }
 
-// The scene with each camera off by so much (RandomMotion), another way each.
+// The scene with each camera perturbed by another RandomMotion of this size.
 inline Scene WithCamerasOff(const Scene& truth, double degrees, double shift) {
   Scene scene = truth;
   for (std::size_t v = 0; v < scene.views.size(); ++v) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model in front of one camera, and density control that is told how hard each Gaussian is pulled.
+// A model in front of one camera, and density control with given screen-space gradients.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,18 +21,18 @@ struct DensityScene {
   SplatModel model;
   splat::SplatView<float> view;
   splat::ViewWorkspace<float> workspace;
-  std::vector<splat::SplatTangent<float>> cotangents;  // by rank, of the last view shown
+  std::vector<splat::SplatTangent<float>> cotangents;  // by rank, of the last view observed
 
   explicit DensityScene(Index count, std::uint64_t seed = 1) : model(RandomModel(count, 1, seed)) {}
 
-  // Shows `control` a view of the model in which Gaussian i is pulled by pull[i], normalised device coordinates, along
-  // the image's rows.
+  // Shows `control` a view of the model. The gradient of Gaussian i is pull[i] along the image rows, in normalised
+  // device coordinates.
   void Observe(DensityControl<Host>& control, const std::vector<float>& pull) {
     view.Build(ToKernelModel(model), ToPosedCamera(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
     cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});
     for (Index i = 0; i < model.count; ++i) {
       const std::int32_t rank = view.rank_of()[i];
-      ASSERT_GE(rank, 0) << "Gaussian " << i << " is out of sight";
+      ASSERT_GE(rank, 0) << "Gaussian " << i << " is not visible";
       const splat::Splat<float>& splat = view.splats()[rank];
       const float by_u = static_cast<float>(kLossScale / 32) * pull[static_cast<std::size_t>(i)];
       float* w = cotangents[static_cast<std::size_t>(rank)].w;

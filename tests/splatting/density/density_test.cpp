@@ -25,7 +25,7 @@ constexpr float kStrong = 1e-3f, kWeak = 1e-5f;
 
 std::vector<float> Pulls(Index count, float pull) { return std::vector<float>(static_cast<std::size_t>(count), pull); }
 
-// Between the two pulls.
+// Between the weak and the strong gradient.
 constexpr double kGradientThreshold = 2e-4;
 
 DensityOptions OptionsThatClone() {
@@ -42,7 +42,7 @@ DensityOptions OptionsThatSplit() {
   return options;
 }
 
-// Densifies once after every Gaussian was pulled by so much.
+// Densifies once after a view in which the Gaussians have these gradients.
 void DensifyOnce(DensityScene& scene, const DensityOptions& options, const std::vector<float>& pull,
                  double extent = 1) {
   DensityControl<Host> control(options, extent, kSeed);
@@ -52,7 +52,7 @@ void DensifyOnce(DensityScene& scene, const DensityOptions& options, const std::
   test::Densify(control, scene.model, adam, 1);
 }
 
-// Mean of Gaussian i.
+// The mean of Gaussian i.
 std::array<float, 3> MeanOf(const SplatModel& model, Index i) {
   return {model.attribute(0)[i], model.attribute(1)[i], model.attribute(2)[i]};
 }
@@ -71,7 +71,7 @@ TEST(Density, ThresholdIsOnTheMeanOverObservations) {
   test::ModelAdam adam{LearningRates()};
   DensityControl<Host> more(OptionsThatClone(), 1, kSeed);
   more.Forget(4);
-  // Mean 1.75e-4, then, with another observation, 2.5e-4: over the threshold of 2e-4.
+  // The mean is 1.75e-4; another observation raises it to 2.5e-4, above the threshold of 2e-4.
   for (DensityControl<Host>* each : {&control, &more}) {
     scene.Observe(*each, Pulls(4, 1.5e-4f));
     scene.Observe(*each, Pulls(4, 2.0e-4f));
@@ -81,13 +81,13 @@ TEST(Density, ThresholdIsOnTheMeanOverObservations) {
   scene.Observe(more, Pulls(4, 4.0e-4f));
   test::Densify(more, scene.model, adam, 1);
   EXPECT_EQ(scene.model.count, 8);
-  // What was observed is forgotten.
+  // Densification resets the observations.
   test::Densify(more, scene.model, adam, 2);
   EXPECT_EQ(scene.model.count, 8);
 }
 
-// On the optical axis of a camera that is not rotated, and with colours that do not depend on the direction, the mean's
-// x and y act through the screen mean alone, by f / z pixels a unit.
+// On the optical axis of an unrotated camera, with colours independent of direction, x and y of the mean act only
+// through the screen position. Their derivative is f / z pixels per unit.
 TEST(Density, Grad2dIsTheGradientByTheScreenMean) {
   DensityScene scene(1);
   View& camera = scene.scene.views[0];
@@ -127,7 +127,7 @@ TEST(Density, ClonesKeepTheJointOpacityAndAllElse) {
   ASSERT_EQ(scene.model.count, 2 * kCount);
   for (Index i = 0; i < kCount; ++i) {
     for (int a = 0; a < before.num_attributes(); ++a) {
-      EXPECT_EQ(scene.model.attribute(a)[2 * i], scene.model.attribute(a)[2 * i + 1]) << "side by side";
+      EXPECT_EQ(scene.model.attribute(a)[2 * i], scene.model.attribute(a)[2 * i + 1]) << "clones are adjacent";
       EXPECT_TRUE(a == splat::kOpacity || scene.model.attribute(a)[2 * i] == before.attribute(a)[i]);
     }
     const double each = OpacityOf(scene.model, 2 * i), joint = 1 - (1 - each) * (1 - each);
@@ -135,7 +135,7 @@ TEST(Density, ClonesKeepTheJointOpacityAndAllElse) {
   }
 }
 
-// A logit that training has driven far out has no room in float for its exponential.
+// exp of an extreme logit overflows in float.
 TEST(Density, ClonesOfOpaqueGaussiansStayFinite) {
   DensityScene scene(1);
   for (const float logit : {40.0f, 100.0f, 300.0f}) {
@@ -162,7 +162,7 @@ TEST(Density, SplitsShrinkAndScatter) {
     for (int k = 0; k < 3; ++k) {
       EXPECT_NEAR(scene.model.attribute(splat::kLogScale + k)[child],
                   before.attribute(splat::kLogScale + k)[parent] - std::log(1.6), 1e-6);
-      // The offset along principal axis k, in standard deviations.
+      // The offset along principal axis k in standard deviations.
       double along = 0;
       for (int r = 0; r < 3; ++r) {
         along += R[3 * r + k] * (scene.model.attribute(r)[child] - before.attribute(r)[parent]);
@@ -176,7 +176,7 @@ TEST(Density, SplitsShrinkAndScatter) {
     }
     EXPECT_NE(MeanOf(scene.model, child), MeanOf(scene.model, child ^ 1));
   }
-  // 240 samples of a standard normal distribution: the mean square is 1 up to 4 times its deviation of 0.09.
+  // 240 standard normal samples: the mean square is 1 within 4 standard deviations of 0.09.
   EXPECT_NEAR(squares / (6 * kCount), 1, 0.36);
 }
 
@@ -187,7 +187,7 @@ TEST(Density, SplitsWhatIsLargeAndClonesWhatIsSmall) {
     scene.model.attribute(splat::kLogScale + k)[1] = std::log(k == 1 ? 0.021f : 0.001f);
   }
   const SplatModel before = scene.model;
-  DensifyOnce(scene, {}, Pulls(2, kStrong), 2);  // at 1 % of an extent of 2
+  DensifyOnce(scene, {}, Pulls(2, kStrong), 2);  // the limit is 1 % of an extent of 2
   ASSERT_EQ(scene.model.count, 4);
   EXPECT_EQ(MeanOf(scene.model, 0), MeanOf(before, 0));
   EXPECT_EQ(MeanOf(scene.model, 1), MeanOf(before, 0));
@@ -215,7 +215,7 @@ TEST(Density, CapIsHardAndGoesToTheStrongest) {
     if (is_cloned) cloned.push_back(i);
     at += is_cloned ? 2 : 1;
   }
-  EXPECT_EQ(cloned, (std::vector<Index>{1, 4, 7})) << "pulled by 8, 9 and 10";
+  EXPECT_EQ(cloned, (std::vector<Index>{1, 4, 7})) << "the largest gradients, 8, 9 and 10";
   for (int round = 2; round < 5; ++round) {
     scene.Observe(control, Pulls(scene.model.count, kStrong));
     test::Densify(control, scene.model, adam, round);
@@ -233,7 +233,7 @@ TEST(Density, RoomThatWasNotThereIsNotForgotten) {
   std::string saved;
   ArchiveWriter writer([&](std::string_view bytes) { saved += bytes; });
   before.Visit(writer);
-  for (const Index most : {kCount + 2, kCount + 8}) {  // the options of now
+  for (const Index most : {kCount + 2, kCount + 8}) {  // limits of the resumed run
     DensityScene scene(kCount);
     options.max_gaussians = most;
     DensityControl<Host> control(options, 1, kSeed);
@@ -246,12 +246,12 @@ TEST(Density, RoomThatWasNotThereIsNotForgotten) {
   }
 }
 
-// What is pruned makes room.
+// Pruned Gaussians free places for new ones.
 TEST(Density, PrunesTheTransparentAndTheHuge) {
   DensityScene scene(5);
   scene.model.attribute(splat::kOpacity)[1] = -5.4f;                // opacity 0.0045
   scene.model.attribute(splat::kOpacity)[4] = -5.2f;                // 0.0055
-  scene.model.attribute(splat::kLogScale + 2)[3] = std::log(0.9f);  // of an extent of 2
+  scene.model.attribute(splat::kLogScale + 2)[3] = std::log(0.9f);  // exceeds the limit for an extent of 2
   DensityOptions options = OptionsThatClone();
   options.prune_scale3d = 0.4;
   options.max_gaussians = 5;
@@ -290,7 +290,7 @@ TEST(Density, ResetLowersOpacities) {
   EXPECT_NEAR(OpacityOf(model, 2), 0.01, 1e-8);
 }
 
-// Adam goes on with the model it is left with: the halves of a clone move alike.
+// Adam's moments follow their Gaussians: old ones keep moving by momentum, new ones follow the new gradient.
 TEST(Density, MomentsFollowTheModel) {
   DensityScene scene(4);
   test::ModelAdam adam{LearningRates()};
@@ -306,7 +306,7 @@ TEST(Density, MomentsFollowTheModel) {
   adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
   for (Index i = 0; i < 6; ++i) {
     const bool is_new = i == 1 || i == 5;
-    EXPECT_EQ(MeanOf(scene.model, i)[0] > MeanOf(before, i)[0], is_new) << "the new ones start without moments";
+    EXPECT_EQ(MeanOf(scene.model, i)[0] > MeanOf(before, i)[0], is_new) << "new Gaussians start without moments";
   }
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using test::MadeUpViews;
 
-// What an iteration learns.
+// The sums over the views of an iteration.
 struct Learned {
   std::vector<float> gradient, pull;
   std::vector<int> seen;
@@ -29,12 +29,12 @@ class ViewGradients : public testing::Test {
  protected:
   using Sum = SumOfViews<Host>;
 
-  // The views' gradients pass through one array, which is left as it was found.
+  // All views reuse one gradient array, which is zeroed after each.
   static void Add(const MadeUpViews& all, int k, Sum& sum) {
     const MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
     std::vector<float> gradient = view.gradient;
     sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
-    EXPECT_EQ(gradient, std::vector<float>(gradient.size())) << "is zero for the next view";
+    EXPECT_EQ(gradient, std::vector<float>(gradient.size())) << "zeroed for the next view";
   }
   static Learned Finish(const MadeUpViews& all, Sum& sum, DensityControl<Host>& density) {
     Learned learned;
@@ -60,7 +60,7 @@ class ViewGradients : public testing::Test {
   }
 };
 
-// The tree in plain loops over dense arrays.
+// Reference: the summation tree in plain loops over dense arrays.
 Learned Plain(const MadeUpViews& all, std::size_t begin, std::size_t end) {
   if (end - begin == 1) {
     const MadeUpViews::View& view = all.views[begin];
@@ -105,7 +105,7 @@ TEST_F(ViewGradients, AreTheSameBitsInAnyOrder) {
   for (const std::vector<int>& order : {std::vector{3, 2, 1, 0}, {1, 2, 0, 3}, {2, 0, 3, 1}}) {
     EXPECT_EQ(InOrder(all, order), expected);
   }
-  // As it would not be one after the other.
+  // Sequential addition would give other bits.
   Learned chain = Plain(all, 0, 1);
   for (std::size_t k = 1; k < 4; ++k) {
     const Learned next = Plain(all, k, k + 1);
@@ -119,7 +119,7 @@ std::vector<unsigned char> BytesOf(ViewGradient<Host>& term) {
   return {bytes.begin(), bytes.end()};
 }
 
-// Two shares of two, each by itself, and sent as bytes.
+// Two ranks sum two views each, and exchange their sums as bytes.
 TEST_F(ViewGradients, AreTheSameBitsInShares) {
   const MadeUpViews all(4);
   Sum whole;
@@ -137,7 +137,7 @@ TEST_F(ViewGradients, AreTheSameBitsInShares) {
   EXPECT_EQ(Finish(all, whole, density), InOrder(all, {0, 1, 2, 3}));
 }
 
-// The same sums are used for one iteration after the other.
+// The sums are reused for successive iterations.
 TEST_F(ViewGradients, LeaveNothingBehind) {
   const MadeUpViews first(5), then(3, splat::NumAttributes(2));
   Sum sum;
@@ -154,7 +154,7 @@ TEST_F(ViewGradients, HoldWhatIsSeen) {
   gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
   ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
-  EXPECT_EQ(term.blocks(), 3) << "of five, two of which are out of sight";
+  EXPECT_EQ(term.blocks(), 3) << "of five blocks, two are not visible";
   EXPECT_LE(term.rows(), 3 * all.layout.MostRows());
   EXPECT_NEAR(static_cast<double>(BytesOf(term).size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
 
@@ -175,7 +175,7 @@ TEST_F(ViewGradients, Grad2dIsLeftOutWhereNobodyNeedsIt) {
   EXPECT_EQ(learned.gradient, InOrder(all, {0, 1}).gradient);
 }
 
-// Nothing is added where there is nothing to add to.
+// A single view is used in place, without addition.
 TEST_F(ViewGradients, OfOneViewStayWhereTheyAre) {
   const MadeUpViews all(1);
   Sum sum;

@@ -11,9 +11,9 @@ namespace vesta::gs {
 namespace {
 
 constexpr int kWidth = 24, kHeight = 18;
-constexpr double kGrey = 102.0 / 255;  // the background, which is all that a model behind the cameras shows
+constexpr double kGrey = 102.0 / 255;  // the background, which alone is visible if the model is behind the cameras
 
-// Views that see nothing but the background, the last `tests` of them test views.
+// Views of the background only; the last `tests` are test views.
 Scene FlatScene(const std::vector<double>& truths, int tests) {
   Scene scene = test::RingOfCameras(static_cast<int>(truths.size()), kWidth, kHeight, false);
   for (std::size_t v = 0; v < truths.size(); ++v) {
@@ -35,8 +35,8 @@ Evaluation Evaluate(const SplatModel& model, const Scene& scene) {
   return renderer.Evaluate(model, scene);
 }
 
-// SSIM of two flat images: with g the part of the 11 x 11 window (sigma 1.5) inside the image, the means are g a and
-// g b, the variances (g - g^2) a^2 and (g - g^2) b^2, the covariance (g - g^2) a b.
+// SSIM of two flat images a and b. Let g be the part of the 11 x 11 window (sigma 1.5) inside the image. Means are g a
+// and g b, variances (g - g^2) a^2 and (g - g^2) b^2, and the covariance (g - g^2) a b.
 double FlatSsim(double a, double b) {
   double weights[11], total = 0;
   for (int k = 0; k < 11; ++k) total += weights[k] = std::exp(-(k - 5) * (k - 5) / 4.5);
@@ -64,7 +64,7 @@ TEST(Evaluate, FlatImagesHaveKnownQuality) {
   const double psnr = -20 * std::log10(kGrey - truth), ssim = FlatSsim(kGrey, truth);
   for (const Quality& quality : {e.train, e.test}) {
     EXPECT_NEAR(quality.psnr, psnr, 1e-5);
-    // D2 of a flat window in float: photometric_formula.h.
+    // tolerance for D2 of a flat window in float: photometric_formula.h
     EXPECT_NEAR(quality.ssim, ssim, 3e-6);
     EXPECT_EQ(quality.views, 1);
   }
@@ -81,7 +81,8 @@ TEST(Evaluate, MeansAreOverViews) {
   EXPECT_NEAR(e.test.psnr, -20 * std::log10(kGrey - other), 1e-5);
 }
 
-// Of seven training views three, the last of each run: 2, 4 and 6; the test view, which comes last, always.
+// Three of seven training views are measured: the last of each run (2, 4 and 6). Test views (here the last) are always
+// measured.
 TEST(Evaluate, LooksAtSomeTrainingViewsEvenlySpread) {
   std::vector<double> truths(8, 2.0 / 255);
   for (const std::size_t measured : {2, 4, 6}) truths[measured] = 92.0 / 255;
@@ -102,7 +103,7 @@ TEST(MeasuredViews, AreAllWhereThereAreNoMore) {
   EXPECT_EQ(AreMeasured({.most_trained = 1}, scene.views), (std::vector<bool>{false, false, true, true}));
 }
 
-// Pixels that do not count are as if they were not there, for flat images to the last digits.
+// Masked pixels are ignored; for flat images the result is nearly exact.
 TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
   const double truth = 51.0 / 255;
   Scene scene = FlatScene({truth, truth}, 1);
@@ -111,7 +112,7 @@ TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
     for (int i = 0; i < kWidth * kHeight; ++i) {
       const bool counts = i % kWidth < 8;
       view.image.mask.push_back(counts ? 1 : 0);
-      // What stands there has no part in the error.
+      // Masked pixels have arbitrary colours.
       for (int c = 0; c < 3 && !counts; ++c) view.image.plane(c)[i] = static_cast<float>(i % 7) / 7;
     }
   }
@@ -121,11 +122,11 @@ TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
     EXPECT_LT(quality.ssim, 1);
     EXPECT_NEAR(quality.ssim, all.ssim, 0.15);
   }
-  // But for the 8 bits of what windows see beyond the border.
+  // Up to 8-bit rounding in windows across the mask border.
   EXPECT_NEAR(e.cost, 0.8 * (kGrey - truth) + 0.2 * (1 - e.train.ssim), 1e-4);
 }
 
-// Quality is that of 8-bit images, the cost that of the images themselves.
+// PSNR and SSIM use 8-bit images, the cost uses the float images.
 TEST(Evaluate, QualityIsQuantisedAndTheCostIsNot) {
   const double truth = kGrey + 0.4 / 255;
   const Evaluation e = Evaluate(NothingToSee(), FlatScene({truth}, 0));
@@ -220,7 +221,7 @@ TEST(Pinhole, IsTheViewsCamera) {
   }
 }
 
-// 1 % of the extent: nearer Gaussians are not drawn.
+// The near plane is at 1 % of the extent.
 TEST(Pinhole, NearPlaneFollowsTheExtent) {
   Scene scene = test::RingOfCameras(4, 40, 30, false);
   scene.extent = 50;

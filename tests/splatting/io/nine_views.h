@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A COLMAP scene in a folder: 9 photographs of 60 x 40 by one camera.
+// A folder with a COLMAP scene: nine photographs of 60 x 40 pixels by one camera.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace vesta::gs {
 
 class NineViews : public testing::Test {
  protected:
-  // Photographs are named BEFORE, their number, AFTER.
+  // The name of a photograph is `before`, its number, `after`.
   NineViews(const std::string& before, const std::string& after) : model_(ExampleModel()) {
     const ColmapImage image = model_.images[0];
     model_.images.clear();

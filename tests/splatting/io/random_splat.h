@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A splat as a training may leave it, for formats that have no numbers for just any.
+// A splat with values like those after training, because compact formats have limited ranges.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,8 @@
 
 namespace vesta::gs {
 
-// Means within a few units, standard deviations of e^-6 to e^-1, quaternions of any length, harmonics within 0.95.
+// Means within a few units, standard deviations from e^-6 to e^-1, unnormalised quaternions, SH coefficients within
+// 0.95.
 inline SplatModel RandomSplat(int degree, Index count) {
   std::mt19937 random(5);
   const auto uniform = [&](double low, double high) {
@@ -31,7 +32,7 @@ inline SplatModel RandomSplat(int degree, Index count) {
   return model;
 }
 
-// Between the rotations of Gaussian i of one and j of the other, radians.
+// Angle between the rotations of Gaussian i of a and j of b, radians.
 inline double AngleBetween(const SplatModel& a, Index i, const SplatModel& b, Index j) {
   double product = 0, a2 = 0, b2 = 0;
   for (int k = splat::kQuaternion; k < splat::kOpacity; ++k) {
@@ -45,7 +46,7 @@ inline double Opacity(const SplatModel& model, Index i) {
   return 1 / (1 + std::exp(-static_cast<double>(model.attribute(splat::kOpacity)[i])));
 }
 
-// The largest difference of Gaussians i of an attribute: order[i] of the one, i of the other; an empty order: in order.
+// The largest difference of an attribute between Gaussian order[i] of a and i of b. An empty order is the identity.
 inline double LargestDifference(const SplatModel& a, const std::vector<Index>& order, const SplatModel& b,
                                 int attribute) {
   double largest = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encoders of image files that the library itself never writes.
+// Encoders for image formats that the library only reads.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace vesta::gs {
 
-// `color_type` of libpng (PNG_COLOR_TYPE_*); `rows` packed as the format has them. A palette image takes its three
-// colours from PaletteColors(), the third half transparent.
+// `color_type` of libpng (PNG_COLOR_TYPE_*), `rows` packed as in the file. A palette image uses the three colours of
+// PaletteColors(), the third half transparent.
 struct PngSource {
   int width = 0, height = 0, color_type = 0, bit_depth = 8;
   bool interlaced = false;
@@ -26,8 +26,8 @@ struct JpegSource {
 };
 std::string EncodeJpeg(const JpegSource& source);
 
-// Tags as libtiff names them; `bytes` interleaved, samples of 16 bits in the machine's order. samples: 1 grey, 3 RGB,
-// one more has `extra_kind` (EXTRASAMPLE_*). With tile > 0 it is in tiles of that side.
+// Tags as in libtiff; `bytes` interleaved, 16-bit samples in native order. samples: 1 grey, 3 RGB; an additional one
+// has `extra_kind` (EXTRASAMPLE_*). tile: side of the tiles, 0 for strips.
 struct TiffSource {
   int width = 0, height = 0, samples = 3, bits = 8;
   int compression = 1, photometric = 2, sample_format = 1, extra_kind = -1, tile = 0;
@@ -36,13 +36,13 @@ struct TiffSource {
 };
 std::string EncodeTiff(const TiffSource& source);
 
-// Without loss; channels: 3 RGB, 4 RGBA.
+// Lossless. channels: 3 RGB, 4 RGBA.
 std::string EncodeWebp(int width, int height, int channels, const std::vector<std::uint8_t>& bytes);
 
-// A smooth colourful JPEG.
+// A smooth colour image as JPEG.
 std::string ExampleJpeg(int width, int height, bool progressive = false);
 
-// The JPEG with an EXIF segment that states the orientation.
+// The JPEG with an EXIF segment that contains the orientation.
 std::string WithOrientation(const std::string& jpeg, int orientation, bool big_endian = false);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A splat of random but usable values.
+// A splat with random valid values.
 #pragma once
 
 #include <cmath>

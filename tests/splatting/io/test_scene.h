@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small COLMAP model with awkward numbers, and a scene folder around it.
+// A small COLMAP model with unusual numbers, and a scene folder for it.
 #pragma once
 
 #include <string>

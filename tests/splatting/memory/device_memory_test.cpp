@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the planner foresees of the memory of a GPU, against what is allocated on one that is emulated.
+// The planned memory of a GPU, compared with the allocations on an emulated one.
 #include "kernels/core/device_memory.h"
 
 #include <gmock/gmock.h>
@@ -28,11 +28,11 @@ const test::MemoryCase kCases[] = {
     {"adam_by_parameters", 1500, 32, 24,
      [](TrainOptions& o) {
        o.adam.iterations = 6, o.adam.second_moment = SecondMoment::kDiagonal, o.lm.iterations = 0;
-       // In so few iterations the mean would begin after the bands are gone, and the largest of all not be there at
-       // once.
+       // With so few iterations, averaging would begin after bands are removed, and the planned peak would never be
+       // reached.
        o.pruning = PruningOptions::None();
      }},
-    // Pruned to half, whose places others take: the old bases and the new ones, and few pixels.
+    // Half the Gaussians are pruned and replaced by new ones, so the old and new bases exist together. Few pixels.
     {"adam_that_densifies", 1500, 16, 12,
      [](TrainOptions& o) {
        o.adam.iterations = 2, o.lm.iterations = 0;
@@ -61,11 +61,11 @@ TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
   const TrainResult result = test::MemoryRun(GetParam(), 1, 1).Run(DeviceStages());
   EXPECT_THAT(result.notes, testing::IsEmpty());
   EXPECT_NEAR(result.memory.device_predicted_mib / result.memory.device_peak_mib, 1.04, 0.1)
-      << result.memory.device_predicted_mib << " MiB foreseen, " << result.memory.device_peak_mib << " counted";
+      << result.memory.device_predicted_mib << " MiB predicted, " << result.memory.device_peak_mib << " counted";
 }
 
-// Where not all views fit they are built anew, one at a time, which changes no number: chosen beforehand, or found out
-// on the way.
+// If not all views fit, they are rebuilt one at a time, which changes no result. This is planned, or decided when
+// memory runs out.
 TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   Scene scene = test::RingOfCameras(8, 48, 32, false);
   const SplatModel model = test::RandomModel(60, 1, 5);
@@ -86,7 +86,7 @@ TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   EXPECT_EQ(planned.model.data, whole.model.data);
   EXPECT_NE(planned.model.data, model.data);
   StageRunners stages = DeviceStages();
-  stages.device_memory = {};  // as if all had been thought to fit
+  stages.device_memory = {};  // no estimate, so the plan assumes that all fits
   options.lm.jacobian = JacobianKind::kCachedViews;
   const TrainResult found_out = Refine(scene, model, options, {}, {}, stages);
   EXPECT_THAT(found_out.notes, testing::ElementsAre(test::IsNote(notes::kLmByOneView)));
@@ -114,22 +114,22 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
   };
   const double splat = sizeof(splat::Splat<float>), tangent = sizeof(splat::SplatTangent<float>),
                gram = sizeof(splat::SplatGram<float>), wide = 4 / 64.0;
-  // 20 truths; an image, its gradient, three slopes; an image and a truth of the evaluation.
+  // 20 target images; an image, its gradient, three slopes; an image and a target of the evaluation.
   EXPECT_NEAR(added(&ViewCounts::pixels, adam), 12 * (20 + 5 + 2), 1e-6);
   EXPECT_NEAR(added(&ViewCounts::tiles, adam), 8 * 2, 1e-6);
   EXPECT_NEAR(added(&ViewCounts::splats, adam), 2 * (splat + 8) + 8 + 1.125 * tangent, 1e-6);
   EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * (8 + wide) + 1.125 * (20 + tangent) + 0.25, 1e-6);
-  // All views, or one of them.
+  // All views in memory, or one.
   for (const auto& [jacobian, views] : {std::pair(JacobianKind::kCachedViews, 20), {JacobianKind::kOnTheFly, 1}}) {
-    // 20 truths; of each view three images; two that H works in; three slopes, one blurred. No image of an evaluation:
-    // the peak is where Gram matrices are measured.
+    // 20 target images; three images per view; two for products with H; three slopes, one blurred. No evaluation image,
+    // because the peak is during the Gram matrices.
     EXPECT_NEAR(added(&ViewCounts::pixels, lm(jacobian)), 12 * (20 + 3 * views + 2 + 4), 1e-6);
     EXPECT_NEAR(added(&ViewCounts::tiles, lm(jacobian)), 8 * views, 1e-6);
     EXPECT_NEAR(added(&ViewCounts::splats, lm(jacobian)), views * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
     EXPECT_NEAR(added(&ViewCounts::pairs, lm(jacobian)), (8 + wide) * views + 1.125 * (20 + tangent + gram) + 0.25,
                 1e-6);
   }
-  // Of few pairs and many pixels it is at an evaluation.
+  // With few pairs and many pixels, the peak is during an evaluation.
   const auto of_few = [&](double pixels) {
     return lm(JacobianKind::kCachedViews)(MadeUp({.pixels = pixels, .tiles = 800, .splats = 1.5e3, .pairs = 1e4}));
   };
@@ -148,20 +148,20 @@ TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
   };
   EXPECT_EQ(plan(1.1 * whole).jacobian, JacobianKind::kCachedViews);
   EXPECT_EQ(plan(1.1 * whole).bytes, whole);
-  // Some is left for what is not counted.
+  // A reserve remains for memory that is not counted.
   for (const double free_bytes : {1.01 * whole, 1.07 * least}) {
     EXPECT_EQ(plan(free_bytes).jacobian, JacobianKind::kOnTheFly);
     EXPECT_EQ(plan(free_bytes).bytes, least);
   }
   EXPECT_THROW(plan(1.01 * least), Error);
-  // The budget is of the GPU: what the host holds does not count.
+  // The budget applies to the GPU; host memory does not count.
   options.memory = {.budget_gib = 1.001 * whole / kGib};
   EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kCachedViews);
   options.memory.budget_gib = 0.8 * whole / kGib;
   EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kOnTheFly);
-  // More than is free helps nothing.
+  // A budget above the free memory does not help.
   EXPECT_THROW(plan(1.01 * least), Error);
-  // Of merged batches one is held at a time, where that helps.
+  // With merged batches, one batch is in memory at a time if that helps.
   options.memory.budget_gib = 0;
   options.lm.batches = 4, options.lm.merge_batches = true;
   const double of_all = DeviceLmBytes(scene, options.lm, true), of_one = DeviceLmBytes(scene, options.lm, false);
@@ -187,7 +187,7 @@ TEST(DeviceMemoryPlan, SaysInOneLineWhatToDo) {
   };
   EXPECT_THAT(planning({.budget_gib = 0.05}, kGib), ThrowsError(kOutOfMemory, "--memory_budget=0.05", "--device=cpu"));
   EXPECT_THAT(planning({}, 0.05 * kGib), ThrowsError(kOutOfMemory, "0.05", "--device=cpu"));
-  // And it would do.
+  // The suggested budget suffices.
   const std::optional<Error> error = ErrorOf(planning({.budget_gib = 0.05}, kGib));
   ASSERT_TRUE(error);
   EXPECT_NO_THROW(planning({.budget_gib = test::FirstGib(error->what())}, 10 * kGib)());

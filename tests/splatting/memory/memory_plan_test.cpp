@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The planner's sums against memory that is counted as it is allocated, and what it chooses.
+// The planned memory, compared with counted allocations, and the choices of the plan.
 #include "splatting/memory/memory_plan.h"
 
 #include <gmock/gmock.h>
@@ -29,14 +29,14 @@ const test::MemoryCase kCases[] = {
      [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }},
     {"lm_with_cameras", 300, 320, 240, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPose; }},
     {"lm_with_exposures", 3000, 96, 72, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPoseAndExposure; }},
-    {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
+    {"cached_views", 4000, 64, 48, [](TrainOptions&) {}},
     {"whole_gradient", 4000, 64, 48, [](TrainOptions& o) { o.lm.gradient_shrinkage = 0; }},
-    {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
+    {"cached_views_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
     {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache32; }},
     {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},
-    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly; }},
-    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly; }},
-    {"rebuild_in_batches", 300, 320, 240,
+    {"on_the_fly", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly; }},
+    {"on_the_fly_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly; }},
+    {"on_the_fly_in_batches", 300, 320, 240,
      [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kOnTheFly, o.lm.batches = 2; }},
     {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
@@ -62,10 +62,10 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
   const TrainResult result = run.Run();
   const double counted = memory.peak_bytes() / kMib;
   EXPECT_NEAR(result.memory.predicted_mib / counted, 1, 0.1)
-      << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
+      << result.memory.predicted_mib << " MiB predicted, " << counted << " counted";
   if (options.memory.budget_gib > 0) {
     EXPECT_LE(counted, 1024 * options.memory.budget_gib);
-    EXPECT_EQ(result.memory.jacobian, JacobianKind::kOnTheFly) << "so that the budget has an effect";
+    EXPECT_EQ(result.memory.jacobian, JacobianKind::kOnTheFly) << "the budget must have an effect";
   }
 }
 
@@ -75,7 +75,7 @@ TEST(StageBytes, BandsThatGaussiansLackTakeNone) {
   scene.layout = splat::LayoutOfBands({20000, 8000, 4000, 4000});
   const double less = sizeof(float) * (9.0 * 12000 + 36.0 * 16000);
   EXPECT_EQ(VectorBytes(scene), all - less);
-  // Parameters and two moments at least.
+  // At least the parameters and two moments.
   EXPECT_LE(AdamBytes(scene, TrainOptions()), adam - 3 * less);
   EXPECT_EQ(VectorBytes(scene.Scaled(40000)), 2 * VectorBytes(scene));
 }
@@ -93,7 +93,7 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
   const double with_cache = LmBytes(scene, options.lm, true), without = LmBytes(scene, recompute, true),
                least = LmBytes(scene, rebuild, true);
   EXPECT_GT(with_cache, without + 20 * 8e6 * 8);
-  EXPECT_GT(without, least + 19 * 2e5 * 36) << "three images of each view";
+  EXPECT_GT(without, least + 19 * 2e5 * 36) << "three images per view";
   double held_mib = 0;
   const auto plan = [&](double gib) {
     options.memory.budget_gib = gib;
@@ -110,10 +110,10 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
     EXPECT_EQ(smaller.bytes, least);
   }
   EXPECT_THROW(plan(Gib(least) * 0.999), Error);
-  // What the process holds already counts.
+  // Memory already in use counts.
   held_mib = 100;
   EXPECT_EQ(plan(Gib(without) * 1.001).jacobian, JacobianKind::kOnTheFly);
-  // Without a budget too a machine that is nearly full gets the frugal way, and no refusal.
+  // Without a budget, a nearly full machine also selects the frugal method, and refuses nothing.
   StageMemory machine;
   for (const auto& [share, expected] : {std::pair(1.001 * with_cache, JacobianKind::kCache16),
                                         {1.001 * without, JacobianKind::kCachedViews},
@@ -128,7 +128,7 @@ TEST(MemoryPlan, ProcessesOfOneMachineShareWhatItHasFree) {
   setenv("OMPI_COMM_WORLD_SIZE", "8", 1), setenv("OMPI_COMM_WORLD_LOCAL_SIZE", "4", 1);
   const double shared = HostMemory({}, 0).comfortable_bytes;
   unsetenv("OMPI_COMM_WORLD_SIZE"), unsetenv("OMPI_COMM_WORLD_LOCAL_SIZE");
-  // Other programs take and give memory meanwhile.
+  // Tolerance: other programs change the free memory meanwhile.
   EXPECT_GT(alone / shared, 3);
   EXPECT_LT(alone / shared, 5);
 }
@@ -142,14 +142,14 @@ TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
   EXPECT_THAT(plan, ThrowsError(kOutOfMemory, "--memory_budget=0.05"));
   EXPECT_THAT([&] { PlanGaussians(MadeUp(), options, HostMemory(options.memory, held_mib)); },
               ThrowsError(kOutOfMemory, "--memory_budget=0.05"));
-  // The budget that the message asks for is enough.
+  // The budget that the message suggests is enough.
   const std::optional<Error> error = ErrorOf(plan);
   ASSERT_TRUE(error);
   options.memory.budget_gib = test::FirstGib(error->what());
   EXPECT_NO_THROW(plan());
 }
 
-// What LM has room for by holding one batch at a time is not refused before it.
+// The number of Gaussians is not limited if LM fits with one batch in memory.
 TEST(MemoryPlan, GaussiansAreForLmAtItsMostFrugal) {
   TrainOptions options;
   options.lm.iterations = 8, options.lm.batches = 4, options.lm.merge_batches = true;
@@ -176,7 +176,7 @@ TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
   EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, true), 0.5 * (1 << 30));
   options.density.enabled = false;
   EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory, 0)), 20000)
-      << "without densification there are as many as there are";
+      << "without densification the number does not change";
 }
 
 }  // namespace

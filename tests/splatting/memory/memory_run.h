@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short runs whose memory is counted.
+// Short runs that measure memory.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace vesta::gs::test {
 
-// A scene of few pixels and more parameters, or the other way round.
+// A scene with few pixels and many parameters, or the reverse.
 struct MemoryCase {
   const char* name;
   Index gaussians;
@@ -22,7 +22,7 @@ struct MemoryCase {
 };
 inline void PrintTo(const MemoryCase& c, std::ostream* os) { *os << c.name; }
 
-// Some iterations of LM, unless the case has it otherwise; the case's part of Adam, and no densification.
+// A few LM iterations unless the case changes that; the Adam part of the case; no densification.
 struct MemoryRun {
   Scene scene;
   SplatModel model;
@@ -41,13 +41,13 @@ struct MemoryRun {
     c.apply(options);
   }
 
-  // Train makes its model, from as many points.
+  // Train creates its own model from the same number of points.
   TrainResult Run(const StageRunners& stages = HostStages()) const {
     return options.adam.runs() ? Train(scene, options, {}, {}, stages) : Refine(scene, model, options, {}, {}, stages);
   }
 };
 
-// The first amount that a message states in GiB.
+// The first amount in GiB in a message.
 inline double FirstGib(const std::string& message) {
   std::smatch found;
   EXPECT_TRUE(std::regex_search(message, found, std::regex("([0-9.]+) GiB"))) << message;

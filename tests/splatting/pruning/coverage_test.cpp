@@ -18,7 +18,7 @@ std::vector<Coverage> Measure(const SplatModel& model, const Scene& scene) {
   return MeasureCoverage(ToKernelModel(model), TrainingViewsOf(scene, {0, 0, 0}));
 }
 
-// One Gaussian so far above the middle, with these standard deviations.
+// One Gaussian at height y above the centre, with these standard deviations.
 SplatModel OneAt(double y, double deviation) {
   SplatModel model = test::RandomModel(1, 0, 5);
   for (int k = 0; k < 3; ++k) {
@@ -28,11 +28,11 @@ SplatModel OneAt(double y, double deviation) {
   return model;
 }
 
-// The sum over the pixels, whose centres see the falloff.
+// `shown` is the sum of the falloff over pixel centres.
 TEST(Coverage, ShownIsTheIntegralOfTheFalloff) {
   const Scene scene = test::RingOfCameras(5, 80, 60, false);
   SplatModel model = test::RandomModel(30, 0, 8);
-  for (Index i = 0; i < model.count; ++i) model.attribute(splat::kMean)[i] *= 2;  // some at the border and beyond
+  for (Index i = 0; i < model.count; ++i) model.attribute(splat::kMean)[i] *= 2;  // some lie outside the images
   const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
   std::vector<double> sums(30);
   for (const View* view : judges.views) {
@@ -57,7 +57,7 @@ TEST(Coverage, ShownIsTheIntegralOfTheFalloff) {
     EXPECT_NEAR(support[i].shown, sums[i], 0.01 * sums[i] + 1e-5) << i;
     at_border += sums[i] > 0 && sums[i] < 3 * support[i].body ? 1 : 0;
   }
-  EXPECT_GT(at_border, 2) << "that the images cut";
+  EXPECT_GT(at_border, 2) << "Gaussians cut by the image border";
 }
 
 TEST(Coverage, BodyIsWhatTheNearestCameraCouldSee) {
@@ -65,12 +65,12 @@ TEST(Coverage, BodyIsWhatTheNearestCameraCouldSee) {
   constexpr double kFocal = 1.5 * 80, kDistance = 3;
   const double expected = 2 * std::numbers::pi * 0.04 * 0.04 * (kFocal / kDistance) * (kFocal / kDistance) / (80 * 60);
   EXPECT_NEAR(Measure(OneAt(0, 0.04), scene)[0].body, expected, 1e-6 * expected);
-  EXPECT_EQ(Measure(OneAt(0, 100), scene)[0].body, 1) << "the whole image at most";
+  EXPECT_EQ(Measure(OneAt(0, 100), scene)[0].body, 1) << "at most the whole image";
 }
 
 TEST(Coverage, WantsWhereNoViewLooks) {
   const Scene scene = test::RingOfCameras(4, 80, 60, false);
-  EXPECT_FALSE(Measure(OneAt(0, 0.3), scene)[0].IsUnderObserved()) << "in the middle";
+  EXPECT_FALSE(Measure(OneAt(0, 0.3), scene)[0].IsUnderObserved()) << "in the middle of the scene";
   // Far outside all images.
   EXPECT_TRUE(Measure(OneAt(4, 0.3), scene)[0].IsUnderObserved());
   EXPECT_FALSE(Measure(OneAt(4, 0.001), scene)[0].IsUnderObserved()) << "too small to hide anything";
@@ -82,7 +82,7 @@ TEST(Coverage, UnderObservedIsWhatIsMeasuredOfEach) {
   for (Index i = 0; i < model.count; ++i) {
     model.attribute(splat::kMean)[i] *= 4;
     model.attribute(splat::kMean + 1)[i] *= 4;
-    // Small ones among them.
+    // Some of them are small.
     for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[i] -= i % 3 == 0 ? 4 : 0;
   }
   const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
@@ -107,7 +107,7 @@ TEST(Coverage, UnderObservedIsWhatIsMeasuredOfEach) {
 
 constexpr Index kCount = 300;
 
-// What Gaussian 7 of a ball of them becomes: so far off the middle along y, with this deviation and opacity.
+// A ball of Gaussians in which Gaussian 7 is at distance y from the centre, with this deviation and opacity.
 SplatModel WithOneAt(double y, double deviation, double opacity) {
   SplatModel model = test::RandomModel(kCount, 0, 4);
   for (int k = 0; k < 3; ++k) {
@@ -139,7 +139,7 @@ TEST(Floaters, HugeIsWhatReachesAroundAll) {
   const FloaterCount count = FindFloaters(WithOneAt(0, 2, 0.5), nullptr);
   EXPECT_EQ(count.huge, 1);
   EXPECT_FALSE(Keeps(count, 7));
-  // A sky is large and far away.
+  // A sky is large but far away, so it is kept.
   EXPECT_EQ(FindFloaters(WithOneAt(50, 20, 0.5), nullptr).huge, 0);
 }
 
@@ -148,14 +148,14 @@ TEST(Floaters, IsolatedIsFarFromAllForItsSize) {
   const FloaterCount count = FindFloaters(WithOneAt(6, 0.05, 0.5), nullptr);
   EXPECT_EQ(count.isolated, 1);
   EXPECT_FALSE(Keeps(count, 7));
-  EXPECT_EQ(FindFloaters(WithOneAt(6, 2, 0.5), nullptr).isolated, 0) << "it reaches the others";
+  EXPECT_EQ(FindFloaters(WithOneAt(6, 2, 0.5), nullptr).isolated, 0) << "it overlaps the others";
 }
 
 TEST(Floaters, UnsupportedIsWhatNoViewShows) {
   const Scene scene = test::RingOfCameras(6, 60, 40, false);
   const ScoringViews judges = TrainingViewsOf(scene, {0, 0, 0});
   EXPECT_EQ(FindFloaters(test::RandomModel(kCount, 0, 4), &judges).unsupported, 0);
-  const SplatModel model = WithOneAt(4.5, 0.9, 0.5);  // above the images of all cameras
+  const SplatModel model = WithOneAt(4.5, 0.9, 0.5);  // above all images
   EXPECT_EQ(FindFloaters(model, nullptr).kept.size(), static_cast<std::size_t>(kCount));
   const FloaterCount count = FindFloaters(model, &judges);
   EXPECT_EQ(count.unsupported, 1);

@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kDegree = 2;
 
-// A model that is not what its photographs show. Gaussians 0, 3, 6, ... look alike from all sides, the others very
-// different.
+// A model that differs from its photographs. Gaussians 0, 3, 6, ... have the same colour in all directions, the others
+// very different ones.
 struct Fit {
   Scene scene = test::RingOfCameras(10, 48, 36, true);
   SplatModel model = test::RandomModel(30, kDegree, 3);
@@ -49,7 +49,7 @@ TEST(ShRemovalCost, IsTheRiseOfTheCostAtTheLowerDegree) {
       Fit lower = fit;
       lower.Lower(worth, i, degree);
       const double rise = lower.Cost() - worth.cost();
-      // SSIM's part is known by a quadratic alone.
+      // The SSIM part is only a quadratic approximation.
       EXPECT_NEAR(worth.Rise(i, degree), rise, 0.3 * std::abs(rise) + 5e-4 * worth.cost()) << i << " " << degree;
       compared += std::abs(rise) > 0.003 * worth.cost() ? 1 : 0;
     }
@@ -81,7 +81,7 @@ TEST(ShRemovalCost, WhatLooksAlikeFromAllSidesLosesNothing) {
   }
 }
 
-// From one side the functions are all the same.
+// Seen from one side only, the SH basis functions are indistinguishable.
 TEST(ShRemovalCost, SeenFromOneSideTheLowestStandsInForAll) {
   Fit fit;
   View only = fit.scene.views[1];

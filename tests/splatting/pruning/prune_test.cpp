@@ -17,7 +17,7 @@
 namespace vesta::gs {
 namespace {
 
-// Photographs of a model, which has ten Gaussians more that hardly show.
+// Photographs of a model to which ten nearly invisible Gaussians were added.
 struct Padded {
   static constexpr Index kNeeded = 30, kAll = 40;
   Scene scene = test::RingOfCameras(8, 48, 36, true);
@@ -59,7 +59,7 @@ TEST(Keepers, AreAsManyAsAskedForInTheirOrder) {
 TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   Padded padded;
   for (View& view : padded.scene.views) {
-    for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;  // so that there is a cost
+    for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;  // makes the cost positive
   }
   const splat::Model<float> model = ToKernelModel(padded.model);
   const auto kept = [&](double aic_weight, std::uint64_t round) {
@@ -68,7 +68,7 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   const RemovalCost worth = MeasureRemovalCost(model, padded.Judges());
   std::vector<double> rise = worth.rise;
   std::ranges::sort(rise);
-  // Between the tenth and the eleventh.
+  // A weight between the scores of the 10th and 11th Gaussian.
   const double aic_weight = (rise[9] + rise[10]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
   ASSERT_GT(aic_weight, 0);
   std::set<Index> gone;
@@ -82,9 +82,9 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   }
   EXPECT_EQ(gone.size(), 10U);
   for (const Index i : gone) EXPECT_LE(worth.rise[static_cast<std::size_t>(i)], rise[9]);
-  EXPECT_NEAR(went, 4, 1) << "two fifths of them at a time";
+  EXPECT_NEAR(went, 4, 1) << "two fifths of them in each round";
   EXPECT_EQ(kept(aic_weight, 1), kept(aic_weight, 1));
-  EXPECT_EQ(kept(1e12, 1).size(), 30U) << "no more than a quarter at a time";
+  EXPECT_EQ(kept(1e12, 1).size(), 30U) << "at most a quarter per round";
   EXPECT_EQ(kept(-1e12, 1).size(), 40U);
 }
 
@@ -93,16 +93,16 @@ TEST(Prune, ToACount) {
   const PruneResult result = padded.PruneTo({.count = Padded::kNeeded, .max_rise = {}});
   EXPECT_EQ(result.model.count, Padded::kNeeded);
   EXPECT_EQ(result.rounds, 1);
-  EXPECT_LT(result.cost_after, 0.01 * result.cost_before) << "what was too much is gone";
+  EXPECT_LT(result.cost_after, 0.01 * result.cost_before) << "the added Gaussians are removed";
   for (int a = 0; a < padded.model.num_attributes(); ++a) {
     for (Index i = 0; i < Padded::kNeeded; ++i) {
-      ASSERT_EQ(result.model.attribute(a)[i], padded.model.attribute(a)[i]) << "as they were";
+      ASSERT_EQ(result.model.attribute(a)[i], padded.model.attribute(a)[i]) << "the needed ones are unchanged";
     }
   }
   EXPECT_EQ(padded.PruneTo({.count = 1000, .max_rise = {}}).model.data, padded.model.data);
   const PruneResult one = padded.PruneTo({.count = 0, .max_rise = {}});
-  EXPECT_EQ(one.model.count, 1) << "never none";
-  EXPECT_GT(one.rounds, 8) << "a quarter at a time";
+  EXPECT_EQ(one.model.count, 1) << "one always remains";
+  EXPECT_GT(one.rounds, 8) << "at most a quarter per round";
 }
 
 TEST(Prune, AicWeightRisesGradually) {
@@ -117,7 +117,7 @@ TEST(Prune, AicWeightRisesGradually) {
 TEST(Prune, ToARise) {
   const Padded padded;
   Index last = Padded::kAll;
-  // Photographs of other colours, so that there is a cost.
+  // Photographs with other colours, so that the cost is positive.
   Padded other = padded;
   for (View& view : other.scene.views) {
     for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;
@@ -145,18 +145,18 @@ TEST(PruningSchedule, TheSamePartGoesEachTime) {
     if (Prunes(pruning, span)) left.emplace_back(it, CountAfter(pruning, span, 1000));
   }
   EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}}));
-  EXPECT_FALSE(Prunes(PruningOptions::None(), {0.69, 0.7})) << "unless it is asked for";
+  EXPECT_FALSE(Prunes(PruningOptions::None(), {0.69, 0.7})) << "not if disabled";
   EXPECT_TRUE(LowersDegrees({}, {0.59, 0.6}));
   EXPECT_FALSE(LowersDegrees({}, {0.61, 0.62})) << "once";
-  EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "not in the first iterations";
+  EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "after the first interval";
   EXPECT_FALSE(LowersDegrees(PruningOptions::None(), {0.59, 0.6}));
   EXPECT_TRUE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8}))
-      << "over the end, in few steps";
+      << "the last step crosses the end";
   EXPECT_THAT([] { CheckTogether(PruningOptions{.keep_fraction = 0.5, .begin = 0.9}); },
               ThrowsError(kBadArgument, "pruning.begin=0.9", "pruning.end=0.8"));
   EXPECT_FALSE(Prunes({.keep_fraction = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1}))
-      << "nothing would train on";
-  EXPECT_EQ(CountAfter({.keep_fraction = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
+      << "no training would follow";
+  EXPECT_EQ(CountAfter({.keep_fraction = 1e-9}, {0.9, 1}, 1000), 1) << "always at least one";
 }
 
 TEST(PruningSchedule, CoverageIsAskedForTwice) {
@@ -170,8 +170,8 @@ TEST(PruningSchedule, CoverageIsAskedForTwice) {
   };
   EXPECT_THAT(asked({}), testing::ElementsAre(30, 40));
   EXPECT_THAT(asked({.prune_unseen = false}), testing::IsEmpty());
-  EXPECT_THAT(asked({.begin = 0, .end = 0.5}), testing::ElementsAre(25)) << "the first iteration is no change";
-  EXPECT_THAT(asked({.begin = 0.5, .end = 1}), testing::ElementsAre(25)) << "after the last nothing is trained";
+  EXPECT_THAT(asked({.begin = 0, .end = 0.5}), testing::ElementsAre(25)) << "not in the first iteration";
+  EXPECT_THAT(asked({.begin = 0.5, .end = 1}), testing::ElementsAre(25)) << "not after the last iteration";
 }
 
 }  // namespace

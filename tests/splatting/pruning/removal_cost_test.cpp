@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<double, 3> kBackground = {0, 0, 0};
 
-// A model that is not what its photographs show, every fifth of them a test view.
+// A model that differs from its photographs; every fifth is a test view.
 struct Fit {
   Scene scene = test::RingOfCameras(10, 48, 36, true);
   SplatModel model = test::RandomModel(40, 1, 3);
@@ -36,7 +36,7 @@ TEST(RemovalCost, CostIsThatOfTheTrainingViews) {
   for (View& view : fit.scene.views) {
     if (!view.is_trained()) view.image.rgb.assign(view.image.rgb.size(), 0.5f);
   }
-  EXPECT_EQ(fit.Measure().cost, cost) << "test views have no say";
+  EXPECT_EQ(fit.Measure().cost, cost) << "test views do not count";
 }
 
 TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
@@ -49,14 +49,14 @@ TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
     const double rise = fit.Measure().cost - worth.cost;
     logit[i] = before;
     const double said = worth.rise[static_cast<std::size_t>(i)];
-    // SSIM's part is known by a quadratic alone, and most of them are large.
+    // The SSIM part is only a quadratic approximation, and most rises are large.
     EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * worth.cost) << i;
     compared += std::abs(rise) > 0.01 * worth.cost ? 1 : 0;
   }
   EXPECT_GT(compared, 20) << "that matter";
 }
 
-// Whole views left out, and halves: what is seen there alone is worth nothing.
+// Masks over the right half of each view, or over all of it: masked pixels do not contribute.
 TEST(RemovalCost, PixelsThatDoNotCountHaveNoSay) {
   Fit fit;
   const RemovalCost whole = fit.Measure();

@@ -17,7 +17,7 @@ namespace {
 
 const Camera kCamera{40, 30, {50, 50, 20, 15}};
 
-// Cameras on a circle of radius 3, one above the point that they look at, off the origin.
+// Cameras on a circle of radius 3, one unit above the point they look at, away from the origin.
 Scene Circle(int views, double part_of_turn) {
   Scene scene;
   for (int i = 0; i < views; ++i) {
@@ -54,7 +54,7 @@ TEST(Orbit, BeginsAtTheFirstCameraAndSaysWhatNobodyHasSeen) {
   EXPECT_NEAR(orbit.unseen_degrees, 360 - 81, 1);
 }
 
-// One stray camera changes nothing much.
+// One distant camera has little effect.
 TEST(Orbit, IsAtTheMedianDistance) {
   Scene scene = Circle(9, 1);
   scene.views.push_back(LookingAt(kCamera, {5, 60, 30}, {5, 1, 2}, {0, 0, 1}));
@@ -72,7 +72,7 @@ TEST(Orbit, OfNothingIsAnError) {
 
 View At(const Point3& center) { return LookingAt(kCamera, center, {0, 0, 0}, {0, -1, 0}); }
 
-// So many cameras on a circle of radius 3, at such angles, which look at its middle.
+// `count` cameras on a circle of radius 3, spaced by `angle`, that look at its centre.
 std::vector<View> Arc(int count, double angle, double height) {
   std::vector<View> views;
   views.reserve(static_cast<std::size_t>(count));
@@ -80,7 +80,7 @@ std::vector<View> Arc(int count, double angle, double height) {
   return views;
 }
 
-// NaN where one is.
+// The summed absolute difference of two poses; NaN if a value is NaN.
 double Difference(const View& a, const View& b) {
   double sum = 0;
   for (std::size_t k = 0; k < 9; ++k) sum += std::abs(a.rotation[k] - b.rotation[k]);
@@ -97,7 +97,7 @@ TEST(PathThrough, StepsAreOfLengthsAndAngles) {
   EXPECT_NEAR(StepBetween(view, moved, 2), 0.5, 1e-12);
 }
 
-// Keys equally far apart are met where the frames divide the way.
+// Equidistant keys are hit exactly when the number of frames divides evenly.
 TEST(PathThrough, MeetsTheKeys) {
   const std::vector<View> keys = Arc(5, 0.7, 0.5);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 41);
@@ -105,18 +105,19 @@ TEST(PathThrough, MeetsTheKeys) {
   for (std::size_t i = 0; i < keys.size(); ++i) EXPECT_LT(Difference(path[10 * i], keys[i]), 1e-9) << i;
 }
 
-// Between keys of a circle it is near the circle, and looks at its middle: what a way of straight pieces is not.
+// Between keys on a circle the path stays near the circle and looks at its centre, unlike a path of straight segments.
 TEST(PathThrough, IsRoundBetweenKeysOfACircle) {
   const std::vector<View> keys = Arc(9, 0.4, 0);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 81);
-  for (std::size_t k = 10; k < 71; ++k) {  // the first and last piece have no neighbour on one side
+  for (std::size_t k = 10; k < 71; ++k) {  // the first and last segments lack a neighbour
     const auto center = CameraCenter(path[k]);
-    EXPECT_NEAR(std::hypot(center[0], center[2]), 3, 0.003) << "the chords' middles are at " << 3 * std::cos(0.2);
+    EXPECT_NEAR(std::hypot(center[0], center[2]), 3, 0.003)
+        << "the middles of the chords are at radius " << 3 * std::cos(0.2);
     EXPECT_NEAR(InCamera(path[k], {0, 0, 0})[0], 0, 0.005);
   }
 }
 
-// Keys at unequal distances: no frame jumps.
+// For unequally spaced keys, no frame jumps.
 TEST(PathThrough, GoesAtEqualSpeed) {
   const std::vector<View> keys = {At({3, 0, 0}), At({3, 0, 0.1}), At({3, 0, 2}), At({2.9, 0, 2.1}), At({0, 0, 3})};
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 200);
@@ -128,7 +129,7 @@ TEST(PathThrough, GoesAtEqualSpeed) {
   EXPECT_LT(longest / shortest, 3);
 }
 
-// Half of the rotations have a quaternion of the other sign.
+// Half of the rotations have quaternions of the opposite sign.
 TEST(PathThrough, TurnsTheShortWay) {
   const std::vector<View> keys = Arc(13, 0.5, 0);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 121);
@@ -146,7 +147,7 @@ TEST(PathThrough, OneKeyOrTheSameTwiceStays) {
   }
 }
 
-// A grid of 5 x 5 cameras in the plane z = 1 that look along z: 4 wide, 2 high.
+// A grid of 5 x 5 cameras in the plane z = 1 that look along z; 4 wide, 2 high.
 Scene Grid() {
   Scene scene;
   for (int i = 0; i < 25; ++i) {
@@ -175,7 +176,7 @@ TEST(Spiral, StaysAmongTheCamerasAndLooksAtOnePoint) {
   EXPECT_NEAR(highest, 1, 0.02);
 }
 
-// A walk: never past what is looked at, which would turn the camera round.
+// Cameras along a walk. The spiral does not pass the point it looks at, because the camera would turn around.
 TEST(Spiral, StaysBeforeWhatItLooksAt) {
   Scene scene = Grid();
   for (std::size_t i = 0; i < 25; ++i) scene.views[i].translation[2] = -static_cast<double>(i);
@@ -224,7 +225,8 @@ TEST(Tour, JumpsAreReordered) {
   EXPECT_THAT(visited, testing::AnyOf(all, backwards)) << "once around";
 }
 
-// From each to the nearest leaves the middle of a row one way, and has to come back for the rest; the first stays.
+// A nearest-neighbour tour starts from the middle of the row to one side and must return for the rest. It is shortened,
+// and the first view stays first.
 TEST(Tour, IsUntangled) {
   std::vector<View> row(6);
   const double at[6] = {0, 1, -1.1, 3.3, -3.4, 7.9};

@@ -21,7 +21,7 @@ TEST(Look, TargetIsInTheMiddleAndUpIsUp) {
   EXPECT_NEAR(at[1], 0, 1e-12);
   EXPECT_NEAR(at[2], std::hypot(3, 4, 2), 1e-12);
   EXPECT_NEAR(above[0], 0, 1e-12);
-  EXPECT_LT(above[1], 0) << "y is down";
+  EXPECT_LT(above[1], 0) << "the y axis points down";
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(CameraCenter(view)[k], center[k], 1e-12);
 }
 
@@ -56,7 +56,8 @@ TEST(Look, ParallelAxesLookAsFarAsTheMedianDepth) {
   EXPECT_NEAR(MeanDirection(scene.views)[2], 1, 1e-12);
 }
 
-// Cameras on a quarter of a circle that look down on its middle: their own up leans, what their rows lie in does not.
+// Cameras on a quarter circle that look down at its centre. Their own up vectors lean, but the plane of their image
+// rows is level.
 TEST(Look, UpOfLevelCamerasIsVertical) {
   std::vector<View> views;
   for (int i = 0; i < 10; ++i) {
@@ -64,12 +65,12 @@ TEST(Look, UpOfLevelCamerasIsVertical) {
     views.push_back(LookingAt(kCamera, {3 * std::cos(angle), 3 * std::sin(angle), 2}, {0, 0, 0}, {0, 0, 1}));
   }
   EXPECT_GT(UpOf(views)[2], 0.999);
-  // All alike, their own up is all there is.
+  // For identical cameras, only their own up vector remains.
   const std::vector<View> one(3, views[0]);
   EXPECT_NEAR(UpOf(one)[2], 3 / std::sqrt(13.0), 1e-9);
 }
 
-// From above, at all turns: no direction in the image is up for all.
+// Cameras that look down with all rotations have no common up direction in the image.
 TEST(Look, UpOfCamerasThatLookDownIsBehindThem) {
   std::vector<View> views;
   for (int i = 0; i < 8; ++i) {

@@ -39,7 +39,7 @@ SplatModel ModelOf(const std::vector<Disc>& discs) {
       const auto at = static_cast<std::size_t>(k);
       model.attribute(splat::kMean + k)[i] = static_cast<float>(discs[d].mean[at]);
       model.attribute(splat::kLogScale + k)[i] = static_cast<float>(std::log(discs[d].deviation[at]));
-      model.attribute(splat::kSh + 3 + k)[i] = 3;  // colours that depend on the direction, and are below 0 in some
+      model.attribute(splat::kSh + 3 + k)[i] = 3;  // direction-dependent colours, negative in some directions
     }
     for (int k = 0; k < 4; ++k) {
       model.attribute(splat::kQuaternion + k)[i] = static_cast<float>(discs[d].quaternion[static_cast<std::size_t>(k)]);
@@ -49,8 +49,8 @@ SplatModel ModelOf(const std::vector<Disc>& discs) {
   return model;
 }
 
-// Discs side by side that cover the plane through (0, 0, 5) whose normal is (0, -sin, -cos) of the tilt, towards a
-// camera at the origin that looks along z.
+// Adjacent discs that cover the plane through (0, 0, 5) with normal (0, -sin, -cos) of the tilt. The camera is at the
+// origin and looks along z.
 SplatModel Plane(double tilt) {
   std::vector<Disc> discs;
   for (int i = -40; i <= 40; ++i) {
@@ -64,7 +64,7 @@ SplatModel Plane(double tilt) {
   return ModelOf(discs);
 }
 
-// By the plane's equation.
+// Depth from the equation of the plane.
 double DepthOfPlane(double tilt, std::size_t pixel) {
   const std::size_t row = pixel / kSide;
   const double v = (static_cast<double>(row) + 0.5 - kSide / 2.0) / 60;
@@ -89,13 +89,14 @@ TEST(Surface, NormalsOfAPlaneAreKnown) {
     const NormalImage image = SurfaceRenderer(0.01).Normals(Plane(tilt), ViewAlongZ());
     for (std::size_t p = 0; p < kSide * kSide; ++p) {
       EXPECT_NEAR(static_cast<double>(image.normals[p]), 0, 1e-4);
-      EXPECT_NEAR(static_cast<double>(image.normals[kSide * kSide + p]), std::sin(tilt), 1e-4) << "y is up";
+      EXPECT_NEAR(static_cast<double>(image.normals[kSide * kSide + p]), std::sin(tilt), 1e-4)
+          << "the y axis points up";
       EXPECT_NEAR(static_cast<double>(image.normals[2 * kSide * kSide + p]), std::cos(tilt), 1e-4);
     }
   }
 }
 
-// Both are of the camera, wherever it stands: from the side of the plane the normal is to the right.
+// Depth and normal are in camera coordinates. A camera at the side sees the plane's normal point to the right.
 TEST(Surface, IsSeenFromTheCamera) {
   const View aside = LookingAt(kCamera, {-4, 0, 1}, {0, 0, 5}, {0, -1, 0});
   const SplatModel plane = Plane(0);
@@ -108,7 +109,7 @@ TEST(Surface, IsSeenFromTheCamera) {
   EXPECT_NEAR(static_cast<double>(renderer.Normals(plane, behind).normals[2 * kSide * kSide + kMiddle]), 1, 1e-4);
 }
 
-// Weights are those of colours: a half transparent one in front of another.
+// Depth is blended with the weights of colour: one half-transparent disc in front of another.
 TEST(Surface, DepthIsTheMeanByWeight) {
   const std::array<double, 3> wide{2, 2, 0.01};
   const SplatModel model = ModelOf({{{0, 0, 2}, wide, {1, 0, 0, 0}, 0.6}, {{0, 0, 4}, wide, {1, 0, 0, 0}, 0.5}});
@@ -116,7 +117,7 @@ TEST(Surface, DepthIsTheMeanByWeight) {
   EXPECT_NEAR(static_cast<double>(image.depth[kMiddle]), (0.6 * 2 + 0.4 * 0.5 * 4) / (0.6 + 0.4 * 0.5), 1e-4);
 }
 
-// Of the first one that leaves less than half of the light, also where two together do.
+// The median depth is the depth of the first Gaussian behind which less than half of the light remains.
 TEST(Surface, MedianDepthIsThatOfOneGaussian) {
   const std::array<double, 3> wide{2, 2, 0.01};
   SurfaceRenderer renderer(0.01);
@@ -128,8 +129,8 @@ TEST(Surface, MedianDepthIsThatOfOneGaussian) {
   };
   EXPECT_NEAR(depth(0.6, 0.5), 2, 1e-5);
   EXPECT_NEAR(depth(0.4, 0.5), 4, 1e-5);
-  EXPECT_NEAR(depth(0.2, 0.3), 5, 1e-5) << "0.8 times 0.7 times 0.6 are less than a half, without the last more";
-  EXPECT_EQ(depth(0.05, 0.05), 0) << "more than half is background";
+  EXPECT_NEAR(depth(0.2, 0.3), 5, 1e-5) << "0.8 * 0.7 is more than 0.5, and 0.8 * 0.7 * 0.6 less";
+  EXPECT_EQ(depth(0.05, 0.05), 0) << "more than half of the light is background";
 }
 
 TEST(Surface, IsNoneWhereHalfIsBackground) {
@@ -144,7 +145,7 @@ TEST(Surface, IsNoneWhereHalfIsBackground) {
   for (const float depth : renderer.Depth(beside, ViewAlongZ()).depth) EXPECT_EQ(depth, 0);
 }
 
-// A ball and a needle in front of a disc have a say in its depth, and none in its normal.
+// A sphere and a needle in front of a disc contribute to the depth but not to the normal.
 TEST(Surface, BallsAndNeedlesHaveNoNormal) {
   const SplatModel model = ModelOf({{{0, 0, 2}, {1, 1, 1}, {0.9, 0.3, 0.1, 0}, 0.4},
                                     {{0, 0, 3}, {3, 0.5, 0.5}, {0.9, 0, 0.2, 0.1}, 0.4},
@@ -162,7 +163,7 @@ TEST(SurfaceColors, NearIsLighterThanFarAndNothingIsBlack) {
   EXPECT_EQ(Sum(image, 0), 0);
   for (std::size_t p = 1; p < 4; ++p) EXPECT_GT(Sum(image, p), Sum(image, p + 1)) << p;
   EXPECT_GT(Sum(image, 4), 0);
-  // The middle of the scale: the third of five colours.
+  // The middle of the scale is the third of five colours.
   EXPECT_FLOAT_EQ(image.plane(1)[2], 0.52f);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras that are found along on a GPU, as on the host, and where its memory runs out on the way. On a device that is
-// emulated.
+// Camera optimisation on an emulated GPU: it agrees with the host, and survives when device memory runs out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +25,7 @@ using testing::Contains;
 using testing::IsEmpty;
 using vesta::test::LimitedDeviceMemory;
 
-// Views whose cameras, exposures and lens are off.
+// Perturbs the cameras, the exposures and the lens.
 Scene CamerasOff(Scene scene) {
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const auto role = scene.views[v].role;
@@ -53,13 +52,13 @@ double Distance(const splat::CameraMotion& a, const splat::CameraMotion& b) {
   return std::sqrt(sum);
 }
 
-// Cameras that are off, and photographs of which one is larger than the others.
+// Perturbed cameras; one photograph is larger than the others.
 struct OffScene {
   SplatModel model = test::RandomModel(60, 1, 7);
   Scene scene = test::RingWithImages(model, 8, 56, 42);
 
   OffScene() {
-    scene.views[2] = test::RingWithImages(model, 8, 128, 128).views[2];  // large enough for a coarse one
+    scene.views[2] = test::RingWithImages(model, 8, 128, 128).views[2];  // large enough for half resolution
     scene = CamerasOff(std::move(scene));
   }
 };
@@ -85,7 +84,7 @@ TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
                        Refine(off.scene, off.model, options, {}, {}));
 }
 
-// By LM, at once with the splats.
+// Cameras and Gaussians jointly in LM.
 TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
   const OffScene off;
   TrainOptions options = FindingCameras();
@@ -97,7 +96,7 @@ TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
                        Refine(off.scene, off.model, options, {}, {}));
 }
 
-// Poses alone, by LM, of a splat that is right.
+// LM of camera poses, starting from the true splat.
 class JointLmOnDevice : public testing::Test {
  protected:
   JointLmOnDevice() {
@@ -137,8 +136,8 @@ TEST_F(JointLmOnDevice, GoesOnFromACheckpoint) {
   }
 }
 
-// Memory that was thought to suffice does not: what was found by the iterations that were finished is kept, cameras and
-// all, wherever in the next one it ends.
+// Device memory runs out although the plan expected it to suffice. The result of the finished iterations is kept,
+// including cameras, wherever in the next iteration this happens.
 TEST_F(JointLmOnDevice, EndsWithWhatItHas) {
   std::vector<int> ends;
   for (const Index room : {-1000, 100000, 200000, 300000}) {
@@ -163,14 +162,15 @@ TEST_F(JointLmOnDevice, EndsWithWhatItHas) {
   EXPECT_EQ(ends.back(), 2);
 }
 
-// A curvature is a late peak of memory. Without room for one more the training goes on, and cameras are found.
+// Computing camera curvatures needs the most memory, late in the run. Without that memory the training continues with
+// the old curvatures and still finds the cameras.
 TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
   const SplatModel model = test::RandomModel(60, 1, 7);
   const Scene scene = CamerasOff(test::RingWithImages(model, 8, 56, 42));
   TrainOptions options = FindingCameras();
   TrainCallbacks callbacks;
   callbacks.progress = [](const TrainProgress& p) {
-    // All views have been through, so that what else needs memory has it.
+    // Every view was processed once, so all other memory is allocated.
     if (p.iteration == 8) vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
   };
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
@@ -180,7 +180,7 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
 }
 
-// The last that there was room for are of images of half the size.
+// The last curvatures that fitted into memory are of half-resolution images; they are rescaled to full resolution.
 TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
   const SplatModel model = test::RandomModel(60, 1, 7);
   const Scene scene = CamerasOff(test::RingWithImages(model, 8, 112, 96));
@@ -202,7 +202,7 @@ TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
     const splat::CameraMotion &found = limited.cameras[v].motion, &expected = whole.cameras[v].motion;
     off += Distance(found, expected), moved += Distance(expected, {});
   }
-  EXPECT_LT(off, 0.3 * moved) << "steps that are four times as long overshoot";
+  EXPECT_LT(off, 0.3 * moved) << "without rescaling, steps are four times too long";
 }
 
 }  // namespace

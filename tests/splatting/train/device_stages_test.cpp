@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stages of a GPU where its memory runs out on the way: the run goes on with what it has. On a device that is
-// emulated.
+// Training on an emulated GPU whose memory runs out: the run continues with the memory it has.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +35,7 @@ TrainOptions AdamAlone() {
   return options;
 }
 
-// Trains with ample memory until `when` says of an iteration of Adam that from then on there is only what is in use.
+// Trains with ample memory until `when` is true for an Adam iteration. From then on the device has no free memory.
 template <class When>
 TrainResult TrainUntilFull(const Scene& scene, const TrainOptions& options, const When& when) {
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
@@ -52,7 +51,7 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   const TrainOptions options = AdamAlone();
   const TrainResult ample = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_THAT(ample.notes, IsEmpty());
-  // With what was before the last growth, which it kept on the GPU.
+  // Includes the copy of the state before the last growth, which is on the GPU.
   EXPECT_NEAR(ample.memory.device_predicted_mib / ample.memory.device_peak_mib, 1.04, 0.1);
   Index before = 0;
   int last = 0;
@@ -61,7 +60,7 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
     last = std::max(last, p.iteration);
     return p.iteration == 15;
   });
-  ASSERT_GT(ample.model.count, before) << "so that memory has an effect";
+  ASSERT_GT(ample.model.count, before) << "the memory limit must have an effect";
   EXPECT_THAT(full.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack), test::IsNote(notes::kAdamWithoutMean)));
   EXPECT_EQ(last, kIterations);
   EXPECT_EQ(full.history.back().iteration, kIterations);
@@ -69,12 +68,12 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   EXPECT_NEAR(full.history.back().train.psnr, ample.history.back().train.psnr, 2);
 }
 
-// What was before a growth stays on the GPU where that has room beyond what was planned for, and takes nothing from it
-// where it has not. To go back to it gives the same bits either way.
+// The copy of the state before densification stays on the GPU if there is memory beyond the plan, and on the host
+// otherwise. Rolling back gives the same bits either way.
 TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
-  // Views without memory after the growth at iteration 20.
+  // Two kernel launches fail for lack of memory after the densification at iteration 20.
   const auto train_until = [&](double budget_gib) {
     TrainOptions limited = options;
     limited.memory.budget_gib = budget_gib;
@@ -89,7 +88,7 @@ TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
   const TrainResult roomy = train_until(0);
   EXPECT_THAT(roomy.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack, "20")));
   constexpr double kMibPerGib = 1024;
-  // The copy, of three vectors and the bases, is more than what is left of this.
+  // The remainder of this budget is too small for the copy of three vectors and the bases.
   const double budget = 1.01 * roomy.memory.device_peak_mib / kMibPerGib * 0.85;
   const TrainResult tight = train_until(budget);
   EXPECT_THAT(tight.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack, "20")));
@@ -98,13 +97,13 @@ TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
   EXPECT_EQ(tight.model.data, roomy.model.data);
 }
 
-// Who goes is judged on the host, by the model on the GPU.
+// The host scores the Gaussians of the model on the GPU.
 TEST(DeviceStages, PrunesAsTheHostDoes) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
   options.density.enabled = false;
   options.pruning = {.keep_fraction = 0.5, .begin = 0.5, .end = 0.7, .every = 0.1};
-  options.adam.averaging_fraction = 0.8;  // there is a mean by then, which is not who is judged
+  options.adam.averaging_fraction = 0.8;  // averaging has begun by then; scores use the model itself
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   const TrainResult on_gpu = Train(scene, options, {}, {}, DeviceStages());
   const TrainResult on_host = Train(scene, options, {}, {});
@@ -113,7 +112,7 @@ TEST(DeviceStages, PrunesAsTheHostDoes) {
   EXPECT_NEAR(on_gpu.history.back().train.psnr, on_host.history.back().train.psnr, 0.3);
 }
 
-// Half of every photograph is wrecked, and does not count: both see nothing of that.
+// Half of every photograph is corrupted and masked out. Neither host nor device may use it.
 TEST(DeviceStages, MasksHoldAsOnTheHost) {
   Scene scene = test::TrainingScene();
   for (View& view : scene.views) {
@@ -136,7 +135,7 @@ TEST(DeviceStages, MasksHoldAsOnTheHost) {
 }
 
 TEST(DeviceStages, AdamEndsWithItsModelWhereMemoryRunsOut) {
-  // One view is larger than all before it.
+  // The last view is larger than all others.
   Scene scene = test::RingOfCameras(8, 24, 16, false);
   Scene large = test::RingOfCameras(8, 96, 64, false);
   scene.views.back() = large.views.back();
@@ -151,7 +150,7 @@ TEST(DeviceStages, AdamEndsWithItsModelWhereMemoryRunsOut) {
   EXPECT_EQ(last.stage, Stage::kAdam);
   EXPECT_GT(last.iteration, 0);
   EXPECT_LT(last.iteration, 8);
-  // The model is the one that these iterations made.
+  // The model is the result of exactly these iterations.
   EXPECT_EQ(result.model.data, [&] {
     TrainCallbacks callbacks;
     int done = 0;
@@ -165,9 +164,9 @@ TEST(DeviceStages, ALaunchWithoutMemoryIsTriedAgainOrEndsAdam) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
   options.density.enabled = false;
-  options.adam.evaluations = 1;  // at the end: an evaluation without room is the host's
+  options.adam.evaluations = 1;  // at the end: the host takes over an evaluation that does not fit
   const TrainResult ample = Train(scene, options, {}, {}, DeviceStages());
-  constexpr int kInTheMidst = 700;  // some 20 an iteration
+  constexpr int kInTheMidst = 700;  // about 20 launches an iteration
   vesta::test::FailLaunches(kInTheMidst, 1);
   const TrainResult once = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_THAT(once.notes, IsEmpty());
@@ -182,7 +181,7 @@ TEST(DeviceStages, AdamRunsOnTheCpuWhereNothingFits) {
   const Scene scene = test::TrainingScene();
   const TrainOptions options = AdamAlone();
   StageRunners stages = DeviceStages();
-  stages.device_memory = {};  // as if all had been thought to fit
+  stages.device_memory = {};  // the plan then assumes that all fits
   const LimitedDeviceMemory limited(device::BytesInUse() + 1000);
   const TrainResult result = Train(scene, options, {}, {}, stages);
   EXPECT_THAT(result.notes, ElementsAre(test::IsNote(notes::kAdamOnCpu)));
@@ -213,11 +212,11 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   evaluate();
   EXPECT_EQ(downloads, 0);
   const std::size_t before = device::BytesInUse();
-  // Room for the first of it.
+  // Memory for only a part of the evaluation.
   const LimitedDeviceMemory limited(before + 20000);
   const Evaluation found = evaluate(), expected = session.history().Evaluate(ToKernelModel(model));
   EXPECT_EQ(downloads, 1);
-  EXPECT_EQ(device::BytesInUse(), before) << "what was begun is given back";
+  EXPECT_EQ(device::BytesInUse(), before) << "the partial allocations are freed";
   EXPECT_EQ(found.cost, expected.cost);
   EXPECT_EQ(found.test.ssim, expected.test.ssim);
 }
@@ -238,7 +237,7 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   const TrainResult planned = Train(scene, options, {}, {}, stages);
   EXPECT_THAT(planned.lm_left_out, HasSubstr("of the GPU"));
   EXPECT_EQ(planned.history.back().iteration, 20);
-  // The same found out on the way only.
+  // The same if LM finds out only when it allocates.
   vesta::test::SetDeviceMemory(vesta::test::kAmpleDeviceMemory);
   stages.device_memory = {};
   const TrainResult found = Train(scene, options, {}, {}, stages);
@@ -248,7 +247,7 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   EXPECT_EQ(found.model.data, planned.model.data);
 }
 
-// What was done before a break is not done again.
+// LM iterations before a checkpoint are kept and not repeated.
 TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(20, 4);
@@ -260,7 +259,7 @@ TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
   const auto train = [&](const TrainCallbacks& callbacks) { return Train(scene, options, {}, callbacks, stages); };
   const Checkpoint saved = test::StoppedAt(2, train, Stage::kLm);
   ASSERT_EQ(saved.iteration(), 2);
-  stages.device_memory = {};  // by which it would be planned
+  stages.device_memory = {};  // no estimate, so the plan assumes that LM fits
   const auto lm = stages.lm;
   stages.lm = [&](TrainingSession& session, SplatModel& model) {
     vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);

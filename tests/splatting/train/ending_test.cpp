@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a training ends: by time, by a target, and what it says of its end before.
+// How a training ends: by time limit or target PSNR. Also its prediction of the end.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(1000, 5);
   options.time_limit = 10;
-  // Loading alone has taken longer.
+  // Loading alone exceeded the time limit.
   const TrainResult result = Train(scene, options, {.seconds = 20}, {});
   EXPECT_TRUE(result.stopped);
   ASSERT_EQ(result.history.size(), 1u);
@@ -29,7 +29,8 @@ TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
   ExpectLastRowIsOf(result, scene, {0, 0, 0});
 }
 
-// What it is for, also where an iteration takes several views: the fear of what changes will take must not end it.
+// The time limit is used, also with several views per iteration: an overestimated cost of pruning must not end the
+// training early.
 TEST(Trainer, AShortTimeLimitIsUsed) {
   const Scene scene = TrainingScene();
   for (const int views : {1, 6}) {
@@ -45,7 +46,7 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   Scene scene = TrainingScene();
   HoldOut(&scene.views);
   TrainOptions options = ShortTraining(200, 3);
-  options.target_psnr = 1;  // less than at the start
+  options.target_psnr = 1;  // reached from the start
   const TrainResult early = Train(scene, options, {}, {});
   ASSERT_EQ(early.history.size(), 1u);
   EXPECT_EQ(early.history[0].stage, Stage::kAdam) << "LM does not run";
@@ -58,7 +59,7 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   const TrainResult all = Train(scene, options, {}, {});
   EXPECT_EQ(all.history.back().stage, Stage::kLm);
   EXPECT_THAT(all.notes, testing::Contains(test::IsNote(notes::kMissesTarget, "99.00")));
-  // What is held out takes no part.
+  // Held-out views do not affect the training.
   for (View& view : scene.views) {
     if (view.role != ViewRole::kHeldOut) continue;
     for (float& value : view.image.rgb) value = 1 - value;
@@ -66,7 +67,7 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   EXPECT_EQ(Train(scene, options, {}, {}).model.data, all.model.data);
 }
 
-// To foresee leaves no trace in what is trained.
+// Predicting the end does not change the training.
 TEST(Trainer, ForeseesItsEnd) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(200, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings that take Gaussians out on the way.
+// Trainings that prune Gaussians.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -10,7 +10,7 @@
 namespace vesta::gs {
 namespace {
 
-// A model of twice as many as it needs.
+// The model has twice as many Gaussians as needed.
 TEST(Pruning, TakesGaussiansOutByAndBy) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(80, 0);

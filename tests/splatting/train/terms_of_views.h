@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients and pulls of views that are made up: of Gaussians of different degrees, of which each view sees some.
+// Synthetic per-view gradients of a model with several SH degrees. Each view sees some of the Gaussians.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct MadeUpViews {
     std::vector<std::int32_t> rank_of;
     std::vector<splat::Splat<float>> splats;
     std::vector<splat::SplatTangent<float>> cotangents;
-    std::vector<float> gradient;  // laid out as the model
+    std::vector<float> gradient;  // in the layout of the model
     ViewCost cost;
 
     density::Grad2dView pulls() const { return {rank_of.data(), splats.data(), cotangents.data(), 32, 24}; }
@@ -25,7 +25,7 @@ struct MadeUpViews {
   term::Layout layout;
   std::vector<View> views;
 
-  // attributes: in use, at most all. gaussians: no whole number of blocks.
+  // attributes: number in use. gaussians: not a multiple of the block size.
   explicit MadeUpViews(int count, int attributes = splat::NumAttributes(3), Index gaussians = 75) {
     std::vector<std::uint8_t> degrees;
     for (Index i = 0; i < gaussians; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
@@ -36,7 +36,7 @@ struct MadeUpViews {
   Index gaussians() const { return layout.model.count; }
 
  private:
-  // Sees none of some blocks, and some of the others.
+  // A view that sees no Gaussian of some blocks, and some Gaussians of the others.
   View Make(int v, vesta::test::Random& random) const {
     View view;
     view.rank_of.assign(static_cast<std::size_t>(gaussians()), -1);

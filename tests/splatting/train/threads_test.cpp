@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same bits for any number of threads.
+// Results are bit-identical for any number of threads.
 #include <gtest/gtest.h>
 
 #include <utility>
@@ -17,7 +17,7 @@ namespace {
 
 using vesta::test::ExpectSameForAnyThreads;
 
-// Evaluated once on the way.
+// With an evaluation during the training.
 TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
   TrainOptions options = test::ShortTraining(adam_iterations, lm_iterations);
   options.adam.evaluations = 2;
@@ -68,7 +68,7 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
   ExpectSameForAnyThreads([&] {
     scene.model = before;
     DensityOptions options;
-    options.grow_grad2d = 2e-4;  // low enough for some Gaussians to be cloned and split
+    options.grow_grad2d = 2e-4;  // so low that some Gaussians are cloned and split
     options.grow_scale3d = 0.1;
     options.max_gaussians = kCount + 3000;
     DensityControl<Host> control(options, 1, 5);
@@ -107,7 +107,7 @@ TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
   });
 }
 
-// Terms of many tasks.
+// Large enough for many parallel tasks.
 TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
   const test::MadeUpViews all(3, splat::NumAttributes(3), 20000);
   ExpectSameForAnyThreads([&] {
@@ -134,7 +134,7 @@ TEST(GsThreads, TrainingBySeveralViewsIsTheSameOnAnyNumber) {
   options.adam.iterations = 150;
   ExpectSameForAnyThreads([&] {
     const TrainResult result = Train(scene, options, {}, {});
-    EXPECT_GT(result.model.count, 60) << "densification is part of it";
+    EXPECT_GT(result.model.count, 60) << "includes densification";
     return result.model.data;
   });
 }
@@ -144,7 +144,7 @@ TEST(GsThreads, TrainingIsTheSameOnAnyNumber) {
   const TrainOptions options = ShortTraining(50, 2);
   ExpectSameForAnyThreads([&] {
     const TrainResult result = Train(scene, options, {}, {});
-    EXPECT_GT(result.model.count, 60) << "densification is part of it";
+    EXPECT_GT(result.model.count, 60) << "includes densification";
     return result.model.data;
   });
 }

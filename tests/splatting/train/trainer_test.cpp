@@ -27,7 +27,7 @@ void ExpectUsable(const SplatModel& model) {
   for (const float value : model.data) ASSERT_TRUE(std::isfinite(value));
 }
 
-// One training that several tests look at.
+// One training, shared by several tests.
 class FullTraining : public testing::Test {
  protected:
   static constexpr int kAdam = 250, kLm = 6;
@@ -69,7 +69,7 @@ TEST_F(FullTraining, AdamImprovesByDecibels) {
   EXPECT_GT(after.train.psnr, before.train.psnr + 5);
   EXPECT_GT(after.test.psnr, before.test.psnr + 5);
   EXPECT_LT(after.cost, before.cost / 2);
-  EXPECT_GT(run_.result.model.count, start.count) << "densification added none";
+  EXPECT_GT(run_.result.model.count, start.count) << "densification added no Gaussian";
   EXPECT_LE(run_.result.model.count, 100);
 }
 
@@ -135,7 +135,7 @@ TEST_F(FullTraining, ResultIsTheLastState) {
   ExpectLastRowIsOf(run_.result, run_.scene, {0, 0, 0});
 }
 
-// Every choice of the LM stage lowers the cost of a model that Adam has left halfway.
+// Each option of the LM stage lowers the cost of a model that is half trained.
 TEST(Trainer, EveryLmVariantDescends) {
   const Scene scene = TrainingScene();
   const SplatModel start = Train(scene, ShortTraining(80, 0), {}, {}).model;
@@ -151,7 +151,7 @@ TEST(Trainer, EveryLmVariantDescends) {
   for (const StepRule rule : {StepRule::kCeres, StepRule::k3dgsLmV2, StepRule::k3dgsLmCode}) {
     check(ToString(rule), [&](LmStageOptions& lm) { lm.damping_update = rule; });
   }
-  // Another scale than that of the rates: from where 3DGS-LM starts.
+  // Scaled by diag(J^T J), so λ starts where 3DGS-LM starts.
   check("diag", [](LmStageOptions& lm) { lm.damping = LmDamping::kDiagonal, lm.initial_lambda = 1; });
   check("jacobi", [](LmStageOptions& lm) { lm.preconditioner = LmPreconditioner::kJacobi; });
   check("line search", [](LmStageOptions& lm) { lm.line_search = true; });
@@ -160,7 +160,7 @@ TEST(Trainer, EveryLmVariantDescends) {
   check("more batches than views", [](LmStageOptions& lm) { lm.batches = 1000; });
 }
 
-// Test images are evaluated and not used for training.
+// Test images are evaluated but not used for training.
 TEST(Trainer, TestImagesDoNotChangeTheModel) {
   const TrainOptions options = ShortTraining(40, 2);
   Scene scene = TrainingScene();
@@ -188,10 +188,10 @@ TEST(Trainer, SeedDecidesTheModel) {
   EXPECT_NE(Train(scene, options, {}, {}).model.data, one.data);
 }
 
-// Both views of a scene of two, an iteration: their order, which is all that the seed decides, no longer counts.
+// With both training views in each iteration, the order of views, and so the seed, has no effect.
 TEST(Trainer, ViewsOfAnIterationCountAlike) {
   Scene scene = TrainingScene();
-  scene.views.resize(3);  // the first is a test view
+  scene.views.resize(3);  // view 0 is a test view
   TrainOptions options = ShortTraining(20, 0);
   options.density.enabled = false;
   const auto model = [&](std::uint64_t seed, int views) {
@@ -213,7 +213,7 @@ TEST(Trainer, AsManyRowsAsAskedFor) {
   for (int i = 0; i < 4; ++i) EXPECT_EQ(result.history[static_cast<std::size_t>(i)].iteration, 10 * (i + 1));
 }
 
-// Fresh clones and halves render badly for some iterations: a row there would be of no use.
+// New clones and splits render badly for some iterations, so rows are recorded before densification.
 TEST(Trainer, RowsOfTheHistoryAreOfBeforeDensification) {
   TrainOptions options = ShortTraining(40, 0);
   options.adam.evaluations = 2;
@@ -233,7 +233,7 @@ TEST(Trainer, StopEndsEarlyWithAModel) {
     int reports = 0;
     TrainCallbacks callbacks;
     callbacks.progress = [&](const TrainProgress&) { ++reports; };
-    // Asked before the iteration is reported in one stage and after it in the other.
+    // Adam calls `stop` before it reports an iteration, LM after.
     callbacks.stop = [&] { return reports >= stop_after; };
     const TrainResult result = Train(scene, ShortTraining(kAdam, 5), {}, callbacks);
     EXPECT_TRUE(result.stopped);
@@ -256,13 +256,13 @@ TEST(Trainer, AdamsResultIsHandedOutBeforeLm) {
   adam_alone.lm.iterations = 0;
   EXPECT_EQ(handed_out.data, Train(scene, adam_alone, {}, {}).model.data);
   EXPECT_EQ(handed_out.background[0], 0.25f);
-  // Where it cannot be kept LM is left out, and it is the result.
+  // If the callback throws, LM is skipped and Adam's result is returned.
   callbacks.before_lm = [](const SplatModel&) { throw Error(kOutOfMemory, "no room"); };
   const TrainResult result = Train(scene, options, {}, callbacks);
   EXPECT_EQ(result.lm_left_out, "no room");
   EXPECT_EQ(result.history.back().stage, Stage::kAdam);
   EXPECT_EQ(result.model.data, handed_out.data);
-  // Without LM there is nothing to hand out before it.
+  // Without LM the callback is not called.
   EXPECT_EQ(Train(scene, adam_alone, {}, callbacks).lm_left_out, "");
 }
 
@@ -278,7 +278,7 @@ TEST(Trainer, OptionsOfLmThatCannotBeFollowedAreNoted) {
   EXPECT_THAT(Train(scene, options, {}, {}).notes, testing::Contains(test::IsNote(notes::kLmLowersNothing)));
 }
 
-// Of 27 and 28 views, four are for testing.
+// Of 27 and 28 views, four are test views.
 TEST(Trainer, ColoursBearWhatTheTrainingViewsDo) {
   TrainOptions options = ShortTraining(2, 0);
   options.sh_degree.reset();
@@ -303,7 +303,7 @@ TEST(Trainer, NumberOfGaussiansIsLimitedFromTheStart) {
     const TrainResult result = Train(scene, options, {}, {});
     for (const HistoryRow& row : result.history) {
       EXPECT_LE(row.gaussians, densifies ? 25 : 60);
-      EXPECT_TRUE(densifies || row.gaussians == 60) << "a fixed model keeps its Gaussians";
+      EXPECT_TRUE(densifies || row.gaussians == 60) << "without densification the number stays";
     }
     EXPECT_EQ(result.model.count, result.history.back().gaussians);
   }
@@ -323,14 +323,14 @@ TEST(Trainer, RefineWithoutIterationsReturnsTheModel) {
   const SplatModel model = test::RandomModel(10, 2, 8);
   const TrainResult result = Refine(scene, model, ShortTraining(0, 0), {}, {});
   EXPECT_EQ(result.model.data, model.data);
-  EXPECT_EQ(result.model.sh_degree, 2) << "not the one of the options";
+  EXPECT_EQ(result.model.sh_degree, 2) << "the SH degree of the model, not of the options";
   EXPECT_TRUE(result.lm_report.empty());
   ASSERT_EQ(result.history.size(), 1u);
   EXPECT_EQ(result.history[0].stage, Stage::kLm);
   ExpectLastRowIsOf(result, scene, {0, 0, 0});
 }
 
-// A model that is no good any more, here of one Gaussian that is not a number, is returned as it came.
+// A model that is unusable, here with one NaN Gaussian, is returned unchanged.
 TEST(Trainer, RefineSurvivesAModelThatIsNotANumber) {
   const Scene scene = TrainingScene();
   SplatModel model = test::RandomModel(1, 1, 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who watches a training, and holds it, changes nothing of what comes out of it.
+// A viewer that watches or pauses a training does not change its result.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -26,7 +26,7 @@ class Watch : public testing::Test {
     options.density.opacity_reset_every = 0.4;
     return options;
   }
-  // Asks for a checkpoint and the model after so many iterations of the stage, and waits there a few times.
+  // Requests a checkpoint and the model after this iteration of the stage, and pauses there briefly.
   TrainCallbacks AsksAt(Stage stage, int iteration) {
     TrainCallbacks callbacks;
     callbacks.checkpoint.path = path_;
@@ -66,7 +66,7 @@ TEST_F(Watch, ChangesNoBitAndSavesWhatGoesOnToTheSameBits) {
     shown_.clear(), saved_.clear();
     const TrainResult watched = Train(scene_, options, {}, AsksAt(stage, iteration));
     EXPECT_EQ(watched.model.data, alone.model.data);
-    ASSERT_EQ(shown_.size(), 1u) << "while it waits the model stays what it is";
+    ASSERT_EQ(shown_.size(), 1u) << "the model does not change during a pause";
     ASSERT_EQ(saved_.size(), 1u);
     EXPECT_EQ(saved_[0], std::pair(iteration, std::string()));
 
@@ -77,7 +77,7 @@ TEST_F(Watch, ChangesNoBitAndSavesWhatGoesOnToTheSameBits) {
   }
 }
 
-// At the iteration at which a training stops that saves at no intervals.
+// On request, a checkpoint is saved when the training stops, even without intervals.
 TEST_F(Watch, SavesWhereTheTrainingStops) {
   const TrainOptions options = Options();
   const TrainResult alone = Train(scene_, options, {}, {});
@@ -107,7 +107,7 @@ TEST_F(Watch, TellsWhyNothingIsSaved) {
   const TrainResult result = Train(scene_, Options(), {}, AsksAt(Stage::kAdam, 10));
   ASSERT_EQ(saved_.size(), 1u);
   EXPECT_NE(saved_[0].second.find("no such folder"), std::string::npos) << saved_[0].second;
-  EXPECT_FALSE(result.stopped) << "the training goes on";
+  EXPECT_FALSE(result.stopped) << "the training continues";
 }
 
 TEST_F(Watch, PauseIsNoTimeOfTheTraining) {
@@ -127,7 +127,7 @@ TEST_F(Watch, PauseIsNoTimeOfTheTraining) {
   EXPECT_EQ(session.EvalSeconds(), 0);
 }
 
-// Nor is what is done in it. The state says as much.
+// Work done during a pause is not counted as training time, also in the checkpoint.
 TEST_F(Watch, WhatIsDoneInAPauseIsNoTimeOfTheTraining) {
   TrainCallbacks callbacks;
   callbacks.checkpoint.path = path_;
@@ -141,12 +141,12 @@ TEST_F(Watch, WhatIsDoneInAPauseIsNoTimeOfTheTraining) {
   EXPECT_LT(ReadCheckpoint(path_).run.seconds, 5.1);
 }
 
-// As the trainer gives them back, in the middle of the stage.
+// The viewer gets the same cameras as the checkpoint.
 TEST_F(Watch, IsShownTheCamerasToo) {
   TrainOptions options = Options();
   options.lm.iterations = 0;
   Train(scene_, options, {}, AsksAt(Stage::kAdam, 40));
-  EXPECT_TRUE(cameras_.empty()) << "they stay where they are";
+  EXPECT_TRUE(cameras_.empty()) << "cameras are not optimised";
   options.cameras.refine = CameraChoice::kPose;
   const TrainResult result = Train(scene_, options, {}, AsksAt(Stage::kAdam, 40));
   ASSERT_EQ(cameras_.size(), result.cameras.size());
@@ -160,7 +160,7 @@ TEST_F(Watch, IsShownTheCamerasToo) {
   EXPECT_TRUE(has_moved);
 }
 
-// Of another training than the options say, and damaged.
+// A damaged checkpoint.
 TEST_F(Watch, ShowsNoModelOfABrokenState) {
   Train(scene_, Options(), {}, AsksAt(Stage::kAdam, 40));
   Checkpoint checkpoint = ReadCheckpoint(path_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a GPU, its kernels run on the host thread by thread, against the cache of the host.
+// The GPU kernels of the cached Jacobian, run on the host thread by thread, agree with the host's cache.
 #include "kernels/gaussian_splatting/cache/cache_blocks.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ Products<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in, 
   return out;
 }
 
-// As DeviceJacobianCache does it; what nobody has written is NaN, or bits that are all ones.
+// Runs the kernels like DeviceJacobianCache. Unwritten memory is NaN or has all bits set.
 template <class E, class S>
 Products<S> RunBlocks(const RasterScene<S>& of, ThreadOrder order) {
   const DeviceLists<S>& lists = of.lists;
@@ -88,7 +88,7 @@ Products<S> RunBlocks(const RasterScene<S>& of, ThreadOrder order) {
   return out;
 }
 
-// Entries of 16 bits are rounded from numbers that differ in the last place of a double: seldom to another neighbour.
+// 16-bit entries are rounded from numbers that differ in the last place of a double, so few round to another neighbour.
 template <class E>
 void ExpectHost(const RasterScene<double>& of, CacheFormat format, double tolerance) {
   const Products<double> expected = RunHost(of.rendered, of.in, format);
@@ -104,7 +104,8 @@ TEST_P(CacheBlocks, DoubleAgreesWithTheHost) {
   ExpectHost<Half>(of, CacheFormat::kHalf, 1e-5);
 }
 
-// A missing barrier makes the result depend on which thread runs first. The products are adjoint, with 16 bits too.
+// A missing barrier would make the result depend on which thread runs first. The products are also adjoint, even with
+// 16 bits.
 TEST_P(CacheBlocks, ResultsDoNotDependOnTheOrderOfThreadsAndAreAdjoint) {
   const RasterScene<float> of{test::RandomScene(GetParam(), 17)};
   const Products<float> expected = RunBlocks<Half>(of, ThreadOrder::kForward);

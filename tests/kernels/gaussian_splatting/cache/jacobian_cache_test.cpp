@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the cached Jacobian: against those that recompute it, and against each other.
+// Products with the cached Jacobian agree with products that recompute it, and with each other.
 #include "kernels/gaussian_splatting/cache/jacobian_cache.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ double RelativeDistance(const std::vector<S>& a, const std::vector<S>& b) {
   return std::sqrt(difference / square);
 }
 
-// What the recomputing adjoint loses behind little transmittance (jacobian_test.cpp) it loses in this comparison too.
+// The comparison includes the precision that the recomputing adjoint loses behind little transmittance
+// (jacobian_test.cpp).
 template <class S>
 void ExpectProductsOfRecomputation(const Scene& scene, double tolerance) {
   RenderedView<S> rendered(scene);
@@ -68,7 +69,7 @@ void ExpectAdjoint(const Scene& scene, CacheFormat format, double tolerance) {
   EXPECT_LE(test::AdjointGap(u, rendered.ApplyJ(v), jtu, v), tolerance) << "all";
   const std::vector<S> jv = rendered.ApplyJ(v);
   EXPECT_LE(test::AdjointGap(jv, jv, rendered.ApplyJT(jv), v), tolerance) << "u = J v";
-  // The cached form takes no difference of the whole image and its front part, so single Gaussians need no allowance.
+  // The cache does not subtract the front part from the whole image, so single Gaussians need no extra tolerance.
   for (int i = 0; i < scene.count; i += std::max(1, scene.count / 12)) {
     std::vector<S> one(v.size());
     for (int a = 0; a < NumAttributes(scene.sh_degree); ++a) {
@@ -91,7 +92,7 @@ TEST_P(Cache, ProductsAreAdjoint) {
   }
 }
 
-// The images of the unit tangents of one splat: columns of the raster's Jacobian.
+// The images of the unit tangents of one splat: columns of the raster Jacobian.
 template <class S>
 std::vector<std::vector<S>> ColumnsOf(const RenderedView<S>& rendered, const JacobianCache<S>& cache,
                                       const TileBins& bins, Index rank) {
@@ -105,7 +106,7 @@ std::vector<std::vector<S>> ColumnsOf(const RenderedView<S>& rendered, const Jac
   return columns;
 }
 
-// The stated bound, entry by entry. A column of a colour has the splat's shares of the pixels.
+// Checks the documented bound for every entry. A column of a colour holds the splat's weights at the pixels.
 TEST_P(Cache, HalfPrecisionIsWithinItsBound) {
   const Scene scene = test::RandomScene(GetParam(), 93);
   const RenderedView<double> rendered(scene);
@@ -158,7 +159,7 @@ TEST_P(Cache, InstructionSetsAgree) {
     for (const Isa isa : test::CpuIsas()) {
       SCOPED_TRACE(IsaName(isa));
       const auto [d_image, flat] = products(isa);
-      // An entry may round to either of two neighbours, and a decision at a threshold may flip.
+      // An entry may round to either of two neighbours, and a decision at a threshold may change.
       const double tolerance = format == CacheFormat::kFull ? 1e-4 : 1e-3;
       EXPECT_LE(RelativeDistance(d_image, expected.first), tolerance);
       EXPECT_LE(RelativeDistance(flat, expected.second), tolerance);

@@ -33,7 +33,7 @@ TEST(Layout, LeavesOutWhatGaussiansLack) {
   EXPECT_FALSE(layout.is_uniform());
   const int degrees[] = {3, 2, 2, 2, 1, 1, 1, 0, 0, 0};
   for (int i = 0; i < 10; ++i) EXPECT_EQ(layout.DegreeOf(i), degrees[i]);
-  EXPECT_EQ(LayoutOfBands({10, 7, 0, 0}).sh_degree, 1) << "the highest that there is";
+  EXPECT_EQ(LayoutOfBands({10, 7, 0, 0}).sh_degree, 1) << "the highest degree in use";
   EXPECT_EQ(LayoutOfBands({10, 7, 0, 0}).Offset(kMaxAttributes), 10 * 14 + 7 * 9);
   EXPECT_EQ(LayoutOfBands({10, 10, 10, 0}), (ModelLayout{.count = 10, .sh_degree = 2}));
 }
@@ -51,14 +51,14 @@ TEST(Layout, ImpossibleOnesAreNone) {
   }
 }
 
-// The first Gaussians that have band 0, 1, 2, 3. Borders between degrees are multiples of no vector; one of the scenes
-// has more Gaussians than one task takes.
+// Numbers of Gaussians with band 0, 1, 2, 3. Borders between degrees are not multiples of the vector width; one scene
+// has more Gaussians than a single task.
 struct Bands {
   std::int64_t with_band[kMaxShDegree + 1];
 };
 class Degrees : public testing::TestWithParam<Bands> {
  protected:
-  // That of zeros where the other lacks numbers, and the other.
+  // The scene with zeros in the missing bands, and the scene with mixed degrees.
   std::pair<test::Scene, test::Scene> Scenes(int active) const {
     const auto& with_band = GetParam().with_band;
     test::SceneOptions options;
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(Bands, Degrees,
                          testing::Values(Bands{{40, 0, 0, 0}}, Bands{{4, 3, 2, 1}}, Bands{{40, 29, 17, 5}},
                                          Bands{{40, 40, 11, 11}}, Bands{{2500, 2100, 1061, 1027}}));
 
-// Sums over bands end in terms of zero, which change nothing.
+// Sums over bands end in zero terms, so results are bit-identical.
 template <class S>
 void ExpectOperatorsOfZeros(const test::Scene& with_zeros, const test::Scene& mixed) {
   test::RenderedView<S> zeros(with_zeros), found(mixed);
@@ -87,7 +87,7 @@ void ExpectOperatorsOfZeros(const test::Scene& with_zeros, const test::Scene& mi
   EXPECT_TRUE(found.image == zeros.image);
   test::Random random(91);
   const auto v = random.NormalVector<S>(found.x.size()), u = random.NormalVector<S>(found.image.size());
-  // As many attributes as the other has.
+  // Pads with zeros to the number of attributes of the other scene.
   const auto padded = [&](std::vector<S> values) {
     values = test::WithZeros(values, layout);
     values.resize(zeros.x.size());
@@ -104,7 +104,7 @@ void ExpectOperatorsOfZeros(const test::Scene& with_zeros, const test::Scene& mi
   const std::vector<S> gram = found.Gram(omega), of_zeros = zeros.Gram(omega);
   const auto blocks = static_cast<std::ptrdiff_t>(kGeometry * (kGeometry + 1) / 2 * layout.count);
   EXPECT_TRUE(std::equal(gram.begin(), gram.begin() + blocks, of_zeros.begin()));
-  // The diagonal of the colours, behind zeros for the geometry's.
+  // The diagonal of the colours, after zeros for the attributes of the geometry.
   std::vector<S> diagonal(static_cast<std::size_t>(kSh * layout.count));
   diagonal.insert(diagonal.end(), of_zeros.begin() + blocks, of_zeros.end());
   diagonal = cut(diagonal);

@@ -14,7 +14,7 @@
 namespace vesta::splat {
 namespace {
 
-// One Gaussian in camera coordinates x / z, y / z, z, and how it looks.
+// One Gaussian: its camera coordinates x / z, y / z, z and its shape.
 struct Case {
   const char* name;
   double x_over_z, y_over_z, z;
@@ -25,13 +25,13 @@ void PrintTo(const Case& c, std::ostream* os) { *os << c.name; }
 
 class Projection : public testing::TestWithParam<Case> {
  protected:
-  // Parameters of trial `seed` of the case, in front of view_.
+  // Creates the parameters of trial `seed`, in front of view_.
   void Make(int seed) {
     test::Random random(static_cast<std::uint64_t>(seed));
     view_ = test::RandomView(random, 64, 48);
     camera_ = ConstantsOf<Pinhole<double>>(view_);
     const Case& c = GetParam();
-    // 1 stands for the border of the clamp.
+    // A share of 1 is the border of the clamp.
     const auto place = [&](double share, double lo, double hi) { return share < 0 ? -share * lo : share * hi; };
     const double t[3] = {place(c.x_over_z, camera_.lens.x_lo, camera_.lens.x_hi) * c.z - view_.T[0],
                          place(c.y_over_z, camera_.lens.y_lo, camera_.lens.y_hi) * c.z - view_.T[1], c.z - view_.T[2]};
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, Projection, testing::ValuesIn(kCases),
 
 constexpr int kTrials = 30;
 
-// The whitened form of types.h is the quadratic form of the conic: equal exponents at pixels within four sigmas.
+// The whitened form of types.h equals the quadratic form of the conic: equal exponents at pixels within four sigmas.
 TEST_P(Projection, WhitenedFormIsTheConic) {
   for (int trial = 0; trial < kTrials; ++trial) {
     Make(trial);
@@ -80,7 +80,8 @@ TEST_P(Projection, WhitenedFormIsTheConic) {
     const SplatShape<double> shape = Project(camera_, p_ + kMean, p_ + kLogScale, p_ + kQuaternion, state);
     EXPECT_NEAR(shape.u, conic.u, 1e-12 * (1 + std::abs(conic.u)));
     EXPECT_NEAR(shape.v, conic.v, 1e-12 * (1 + std::abs(conic.v)));
-    // The textbook's determinant A C - B^2 loses this factor; where it is large it is the reference that is wrong.
+    // The textbook's determinant A C - B^2 loses this factor in precision; a large factor makes the reference
+    // inaccurate.
     const double condition = state.C * conic.c;
     if (condition > 100) continue;
     test::Random random(static_cast<std::uint64_t>(trial));
@@ -104,7 +105,7 @@ TEST_P(Projection, AdjointAgreesWithJets) {
   }
 }
 
-// The tangent of the kernels, by Dual, is the Jet's.
+// The kernels' tangent, computed with Dual, equals the Jets'.
 TEST_P(Projection, DualAgreesWithJets) {
   using D = Dual<double>;
   for (int trial = 0; trial < kTrials; ++trial) {
@@ -126,7 +127,7 @@ TEST_P(Projection, DualAgreesWithJets) {
   }
 }
 
-// The textbook's conic, differentiated by Jets: the whitened tangent moves the exponent of a pixel as it does.
+// The whitened tangent changes the exponent of a pixel like the textbook's conic, differentiated with Jets.
 TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
   for (int trial = 0; trial < kTrials; ++trial) {
     Make(trial);
@@ -158,7 +159,7 @@ TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
   }
 }
 
-// Exactly on the clamp, where both one-sided derivatives are right, tangent and adjoint must take the same one.
+// Exactly on the clamp both one-sided derivatives are valid; tangent and adjoint must use the same one.
 TEST(ProjectionOnTheClamp, TangentAndAdjointTakeTheSameSide) {
   PosedCamera view{};
   for (int i = 0; i < 9; ++i) view.R[i] = i % 4 == 0 ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images against the slow reference.
+// Rendered images agree with the slow reference.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,8 +39,8 @@ TEST_P(Rendering, DoubleIsTheReference) {
   }
 }
 
-// In float a decision may fall the other way where it is within rounding of its threshold. Those pixels are few, and
-// what a decision moves is bounded: the floor drops a weight under 1/255, the stop one under 0.99 * 0.01.
+// In float a decision may change if it is within rounding of its threshold. Such pixels are few, and their errors are
+// bounded: the floor drops a weight below 1/255, the stop one below 0.99 * 0.01.
 TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
   constexpr double kBand = 1e-3, kTolerance = 1e-4, kFlip = 0.012;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -64,13 +64,13 @@ TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
   }
 }
 
-// The scenes do what their names say, so the operators' tests on them mean something.
+// Checks that the scenes match their names, so that the tests of the operators on them are meaningful.
 TEST_P(Rendering, CountsWhatIsVisited) {
   const Scene scene = test::RandomScene(GetParam(), 4);
   const reference::Image<double> expected = reference::Render(scene);
   const std::int64_t blended = std::accumulate(expected.blended.begin(), expected.blended.end(), std::int64_t{0});
   const VisitCounts exact = RenderedView<double>(scene).view.CountVisits();
-  // A pixel is a vector of its own in double.
+  // In double a vector holds one pixel.
   EXPECT_EQ(exact.pixels, blended);
   EXPECT_EQ(exact.useful, blended);
   const RenderedView<float> rendered(scene);
@@ -111,7 +111,7 @@ TEST(Rendering, WithoutGaussiansIsTheBackground) {
   }
 }
 
-// Equal depths: the Gaussian of lower index is in front.
+// With equal depths, the Gaussian with the lower index is in front.
 TEST(Rendering, EqualDepthsKeepTheOrderOfIndices) {
   SceneOptions options;
   options.sh_degree = 0, options.count = 12, options.sigma_min = 5, options.border = 0;
@@ -127,7 +127,7 @@ TEST(Rendering, EqualDepthsKeepTheOrderOfIndices) {
   for (int i = 0; i < scene.count; ++i) EXPECT_EQ(rendered.view.rank_of()[i], i);
 }
 
-// One Gaussian, and a camera at the origin that looks along z: focal lengths 30 pixels.
+// One Gaussian, and a camera at the origin that looks along z, with focal lengths of 30 pixels.
 Scene OneGaussianOnTheAxis() {
   SceneOptions options;
   options.count = 1, options.sh_degree = 0, options.aspect_max = 1;
@@ -142,15 +142,15 @@ Scene OneGaussianOnTheAxis() {
   return scene;
 }
 
-// A large Gaussian whose mean leaves the image to one side, at one depth: seen, then beyond the guard band not, though
-// its ellipse, linear about the mean, still covers the image.
+// A large Gaussian whose mean moves sideways out of the image at constant depth. It is visible up to the guard band but
+// not beyond, although its linearised ellipse still covers the image.
 TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
   Scene scene = OneGaussianOnTheAxis();
-  // Flat along the axis, since a deep Gaussian there is not seen for another reason.
+  // Flat along the axis, because a deep Gaussian would be culled for another reason.
   for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 2 ? 0.01 : 20.0);
   for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = k == 0 ? 1 : 0;
   scene.At(kOpacity, 0) = 3;
-  // At depth 1 the mean lies at the pixel that its coordinate says.
+  // At depth 1 the mean projects to this pixel.
   const auto seen_at = [&](int axis, double pixel) {
     const double centre[2] = {scene.view.lens.cx, scene.view.lens.cy};
     for (int k = 0; k < 2; ++k) scene.At(kMean + k, 0) = k == axis ? (pixel - centre[k]) / 30 : 0;
@@ -167,12 +167,12 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
   }
 }
 
-// A Gaussian that is deep for its distance is seen within the image and up to the clamp, and farther out it is not, to
-// any side; one that is shallower by a little is.
+// A Gaussian that is deep relative to its distance is rendered inside the image and up to the clamp, but not farther
+// out, on any side. One that is slightly shallower is rendered there too.
 TEST(Rendering, DeepGaussiansBesideTheImageAreNotSeen) {
   Scene scene = OneGaussianOnTheAxis();
   scene.At(kOpacity, 0) = 3;
-  // Turned by half a right angle about y: two of the axes share the depth.
+  // Rotated by 45 degrees about y, so that two of the axes share the depth.
   const double turn[4] = {std::cos(std::numbers::pi / 8), 0, std::sin(std::numbers::pi / 8), 0};
   for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = turn[k];
   constexpr double kDepth = 3;
@@ -187,7 +187,7 @@ TEST(Rendering, DeepGaussiansBesideTheImageAreNotSeen) {
   const int size[2] = {scene.view.width, scene.view.height};
   for (const int axis : {0, 1}) {
     for (const bool is_far_side : {false, true}) {
-      // So many images beyond the border.
+      // Distance beyond the border in image sizes.
       const auto pixel = [&](double beyond) { return (is_far_side ? 1 + beyond : -beyond) * size[axis]; };
       EXPECT_TRUE(seen_at(axis, pixel(0.14), 1.2));
       EXPECT_FALSE(seen_at(axis, pixel(0.16), 1.2));
@@ -211,8 +211,8 @@ TEST(Rendering, LowerActiveDegreeIgnoresTheBandsAbove) {
   }
 }
 
-// A parameter that is not a number leaves its Gaussian out and touches nothing else; infinite and enormous ones leave
-// everything finite. In both precisions, in products with J and its transpose as well.
+// A NaN parameter removes its Gaussian and affects nothing else; infinite and enormous ones keep everything finite.
+// Checked in both precisions, also for products with J and its transpose.
 template <class S>
 void CheckPoison() {
   SceneOptions options;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every lens model of the list, and one that is not in it and has its derivatives from dual numbers.
+// Every lens model of the list, and one outside the list whose derivatives come from dual numbers.
 #include "kernels/gaussian_splatting/lenses/models.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Without perspective, and with distortion: the length r of (x, y) becomes r + k r^3. Depth has no part in it.
+// A lens without perspective, with distortion: the length r of (x, y) becomes r + k r^3, independent of the depth.
 template <class S>
 struct Telecentric : DualLens<Telecentric<S>, S> {
   static constexpr const char* kName = "TELECENTRIC";
@@ -48,7 +48,7 @@ struct Model {
 template <template <class> class... M>
 testing::Types<Model<M>..., Model<Telecentric>> Tested(LensList<M...>);
 
-// A Gaussian that the lens shows, in front of a random view.
+// A Gaussian that is visible through the lens, in front of a random view.
 template <class M>
 class Lenses : public testing::Test {
  protected:
@@ -72,7 +72,7 @@ class Lenses : public testing::Test {
 
   PosedCamera view_;
   CameraConstants<double, Double> camera_;
-  double u_, v_, t_[3];  // the mean in the image and in camera coordinates
+  double u_, v_, t_[3];  // mean in the image and in camera coordinates
   double p_[kParameters];
 };
 using TestedModels = decltype(Tested(LensModels()));
@@ -125,7 +125,7 @@ TYPED_TEST(Lenses, AdjointOfTheProjectionAgreesWithJets) {
   }
 }
 
-// The splat moves with the lens (lens_motion.h) as Jets of the projection say.
+// The derivative with respect to the lens (lens_motion.h) agrees with Jets of the projection.
 TYPED_TEST(Lenses, DerivativeByTheLensAgreesWithJets) {
   using Jet = ceres::Jet<double, kLensTangent>;
   using L = typename TypeParam::template In<Jet>;
@@ -152,7 +152,7 @@ TYPED_TEST(Lenses, DerivativeByTheLensAgreesWithJets) {
   }
 }
 
-// A view whose camera names the model, from its pixels to its Gaussians and back.
+// Complete views with the lens model: the products with the Jacobian are adjoint.
 TYPED_TEST(Lenses, ProductsOfAViewAreAdjoint) {
   const int place = PlaceOf(LensModels(), TestFixture::Double::kName);
   if (place < 0) return;
@@ -178,7 +178,7 @@ TEST(LensModels, AreFoundByName) {
   EXPECT_EQ(name(1), "TELECENTRIC");
 }
 
-// A Gaussian that moves along the optical axis of such a lens does not change.
+// A Gaussian that moves along the optical axis of a telecentric lens looks the same.
 TEST(Telecentric, DepthHasNoPartInTheProjection) {
   PosedCamera pose{};
   for (int i = 0; i < 9; ++i) pose.R[i] = i % 4 == 0 ? 1 : 0;

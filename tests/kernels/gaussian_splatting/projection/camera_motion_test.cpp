@@ -20,7 +20,7 @@ PoseTangent RandomTangent(test::Random& random, double size) {
   return xi;
 }
 
-// exp(rotation) t + translation, by Ceres.
+// exp(rotation) t + translation, with Ceres.
 void Carry(const PoseTangent& xi, double t[3]) {
   double turned[3];
   ceres::AngleAxisRotatePoint(xi.v, t, turned);
@@ -89,8 +89,7 @@ TEST(CameraMotion, KnowsItsAngle) {
   EXPECT_NEAR(Compose(xi, {}).Angle(), 0.25, 1e-14);
 }
 
-// A camera that moves sees what it would see if all Gaussians moved the other way; colours that do not depend on
-// direction.
+// Moving the camera gives the same image as moving all Gaussians by the inverse, if colours do not depend on direction.
 TEST(CameraMotion, OfTheCameraIsTheInverseOfAllGaussians) {
   test::SceneOptions options;
   options.sh_degree = 0;
@@ -99,7 +98,7 @@ TEST(CameraMotion, OfTheCameraIsTheInverseOfAllGaussians) {
   const CameraMotion motion = Compose(RandomTangent(random, 0.1), {});
   test::Scene moved_camera = scene, moved_gaussians = scene;
   moved_camera.view = Moved(scene.view, motion);
-  // In the world mu goes to R^T (R_M (R mu + T) + t_M - T).
+  // A mean mu in the world becomes R^T (R_M (R mu + T) + t_M - T).
   double turn[9], world[9], camera_to_world[9];
   RotationFromQuaternion(motion.quaternion, turn);
   const double* R = scene.view.R;

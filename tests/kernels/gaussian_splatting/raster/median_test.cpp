@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands where half of the light is gone, against sums of weights.
+// The value at which half of the light is absorbed agrees with sums of weights.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ std::vector<S> MedianValues(const SplatView<S>& view, MedianKernel<S> kernel,
   return planes;
 }
 
-// Of each splat its rank from 1 on, and twice and three times as much.
+// Per splat the values 1, 2 and 3 times its rank, counted from 1.
 template <class S>
 std::vector<SplatTangent<S>> Communicator(const SplatView<S>& view) {
   std::vector<SplatTangent<S>> values(static_cast<std::size_t>(view.num_splats()));
@@ -36,11 +36,11 @@ std::vector<SplatTangent<S>> Communicator(const SplatView<S>& view) {
 }
 
 struct Expected {
-  std::vector<int> rank;       // from 1 on, 0: none
-  std::vector<double> margin;  // how near to a half the light is before or behind that splat
+  std::vector<int> rank;       // counted from 1; 0: none
+  std::vector<double> margin;  // how close the absorbed light before or behind that splat is to one half
 };
 
-// The light that is gone behind the first n splats is the sum of their weights, an image of white splats.
+// The light absorbed by the first n splats is the sum of their weights, which is an image of white splats.
 Expected BySumsOfWeights(const SplatView<double>& view) {
   const auto pixels = static_cast<std::size_t>(view.num_pixels());
   Expected expected{std::vector<int>(pixels), std::vector<double>(pixels, 1)};
@@ -73,7 +73,7 @@ TEST_P(Median, IsTheSplatWhereHalfIsGone) {
     const std::size_t plane = i / pixels;
     ASSERT_EQ(found[i], expected.rank[i % pixels] * static_cast<double>(plane + 1)) << "entry " << i;
   }
-  if (rendered.rank_of() != in_float.rank_of()) return;  // what is far off is seen by one of them alone
+  if (rendered.rank_of() != in_float.rank_of()) return;  // a distant splat is visible in only one of the precisions
   for (const Isa isa : test::CpuIsas()) {
     const std::vector<float> same = MedianValues(in_float.view, FloatMedianKernelFor(isa), Communicator(in_float.view));
     for (std::size_t i = 0; i < same.size(); ++i) {

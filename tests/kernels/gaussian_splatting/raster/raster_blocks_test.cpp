@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of a GPU, run on the host thread by thread, against the passes of the host.
+// The raster kernels of the GPU, run on the host thread by thread, agree with the host's passes.
 #include "kernels/gaussian_splatting/raster/raster_blocks.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class RasterBlocks : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, RasterBlocks, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-// What the four kernels give, the sums of pairs added up by splat.
+// Results of the four kernels, with sums of pairs accumulated per splat.
 template <class S>
 struct Results {
   std::vector<S> image, d_image, cotangents, grams;
@@ -109,13 +109,13 @@ void ExpectNear(const Results<double>& found, const Results<double>& expected, d
   EXPECT_LT(Error(found.grams, expected.grams), tolerance);
 }
 
-// The same formulas in double: what differs is the order of sums.
+// The formulas are the same in double; only the order of sums differs.
 TEST_P(RasterBlocks, DoubleAgreesWithTheHost) {
   const RasterScene<double> of{test::RandomScene(GetParam(), 5)};
   ExpectNear(RunBlocks(of, ThreadOrder::kForward), RunHost(of), 1e-11);
 }
 
-// A missing barrier makes the result depend on which thread runs first.
+// A missing barrier would make the result depend on which thread runs first.
 TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
   const RasterScene<float> of{test::RandomScene(GetParam(), 6)};
   const Results<float> expected = RunBlocks(of, ThreadOrder::kForward);
@@ -128,7 +128,7 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
   }
 }
 
-// Of every splat and tile: each warp with a pixel that the splat reaches is concerned, and most of the others are not.
+// For every splat and tile, each warp with a pixel that the splat reaches is marked, and most other warps are not.
 TEST_P(RasterBlocks, SplatsConcernTheWarpsOfTheirPixels) {
   Index concerned = 0, reached = 0;
   for (const std::uint64_t seed : {9, 10, 11}) {
@@ -154,7 +154,7 @@ TEST_P(RasterBlocks, SplatsConcernTheWarpsOfTheirPixels) {
   EXPECT_LE(static_cast<double>(concerned), 1.2 * static_cast<double>(reached));
 }
 
-// Splats over the whole image, among others: their tiles are listed and their records added up by blocks.
+// Some splats cover the whole image: blocks list their tiles and accumulate their records.
 TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   const RasterScene<double> of{test::RandomScene(
       {.width = 200, .height = 150, .count = 60, .sh_degree = 0, .sigma_min = 3, .sigma_max = 90}, 12)};
@@ -174,7 +174,7 @@ TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   EXPECT_EQ(again.grams, found.grams);
 }
 
-// Of a splat over half a million tiles, in float: equal terms, whose rounding goes one way.
+// A splat with half a million tiles, in float: equal terms, which all round in the same direction.
 TEST(WideSplats, SumsOfManyTermsKeepTheirDigits) {
   constexpr int kN = sizeof(SplatTangent<float>) / sizeof(float);
   constexpr Index kEntries = 500000;
@@ -189,7 +189,7 @@ TEST(WideSplats, SumsOfManyTermsKeepTheirDigits) {
   for (const float sum : sums) EXPECT_NEAR(sum / (kEntries * double{0.1f}), 1, 1e-4);
 }
 
-// More rows of tiles than a block has threads.
+// More rows of tiles than threads in a block.
 TEST(WideSplats, AreListedInATallImage) {
   constexpr int kHeight = (kWideThreads + 44) * kTileSize;
   const RasterScene<double> of{test::RandomScene(

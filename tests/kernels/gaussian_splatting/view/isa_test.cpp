@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of every instruction set this CPU has, against the baseline's.
+// The kernels of every instruction set of this CPU agree with the baseline.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,13 +17,13 @@ namespace {
 using test::Scene;
 using test::SceneOptions;
 
-// All results of one instruction set on a scene, from tile lists that are the same for all of them.
+// All results of one instruction set on a scene, with the same tile lists for all instruction sets.
 struct Results {
   std::vector<std::uint32_t> keys;
   std::vector<float> splats, tangents, image, d_image, cotangents, g, grams, blocks;
 };
 
-// Kernels under test take their inputs from `shared`, so that a difference shows where it arises.
+// Each kernel takes its inputs from `shared`, so that a difference is detected where it arises.
 Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& shared) {
   const ProjectKernels<float>& project = FloatProjectKernelsFor(isa, scene.active_sh_degree);
   const RasterKernels<float>& raster = FloatRasterKernelsFor(isa);
@@ -82,7 +82,7 @@ Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& sha
 
   r.g.resize(shared.x.size());
   project.adjoint(model, scene.view, 0, model.count, rank_of, moves.data(), r.g.data());
-  // A Gram matrix that is one: the moments of a single pixel at (p, q) = (0.7, -0.4).
+  // The Gram matrix of a single pixel at (p, q) = (0.7, -0.4).
   std::vector<SplatGram<float>> splat_grams(moves.size());
   for (SplatGram<float>& gram : splat_grams) {
     for (int a = 0; a < 5; ++a) {
@@ -99,7 +99,7 @@ Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& sha
   return r;
 }
 
-// Entries agree to `tolerance` of the largest of their vector, all but a few that hang on a flipped decision.
+// Entries agree to `tolerance` of the largest entry, except for a few that depend on a changed decision.
 void ExpectNear(const std::vector<float>& a, const std::vector<float>& b, double tolerance, int flips,
                 const char* what) {
   ASSERT_EQ(a.size(), b.size()) << what;

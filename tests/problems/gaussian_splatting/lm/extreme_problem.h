@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splatting problems at the limits of images and cameras, and what is checked of each in every precision and memory
-// space.
+// Splatting problems with extreme images and cameras, and checks of them for every precision and memory space.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,7 +28,7 @@ struct ExtremeProblem {
   const char* name;
   int width, height, views;
   void (*change)(Scene& scene);
-  bool fits = false;  // the start renders to the truth
+  bool fits = false;  // the start renders exactly to the truth
 };
 inline void PrintTo(const ExtremeProblem& c, std::ostream* os) { *os << c.name; }
 
@@ -61,7 +60,7 @@ inline constexpr ExtremeProblem kExtremeProblems[] = {
     {"PrincipalPointOutside", 24, 20, 2, [](Scene& scene) { SetLens(scene, 36, 28, -4); }},
 };
 
-// The problem of a case: the images of a random model after the change, and another model as the start.
+// The problem of a case: images of a random model after the change, and another model as the start.
 template <class S>
 RingProblem<S> ProblemOf(const ExtremeProblem& c) {
   Scene scene = RingOfCameras(c.views, c.width, c.height, false);
@@ -90,7 +89,7 @@ std::vector<typename B::Scalar> OnHost(B& backend, const typename B::Vector& v) 
   return values;
 }
 
-// Solves from ring.x, in place. Whatever happens, the x that comes back is finite and no worse.
+// Solves from ring.x, in place. The resulting x must be finite, and its cost not higher than at the start.
 template <class B>
 LmSummary SolveAndCheck(RingProblem<typename B::Scalar>& ring, const LmStageOptions& lm) {
   B backend;
@@ -116,7 +115,7 @@ inline LmStageOptions FewIterations() {
   return lm;
 }
 
-// The cost, its gradient, the curvature and its diagonal are finite and those of one quadratic.
+// Cost, gradient, curvature and its diagonal must be finite and belong to the same quadratic model.
 template <class B>
 void CheckOperators(const ExtremeProblem& c) {
   using S = typename B::Scalar;
@@ -144,11 +143,11 @@ void CheckOperators(const ExtremeProblem& c) {
       vesta::test::AdjointGap(OnHost(backend, w), OnHost(backend, Hv), OnHost(backend, Hw), OnHost(backend, v));
   EXPECT_LE(gap, (std::is_same_v<S, double> ? 1e-11 : 1e-4));
   if (c.fits) {
-    // At the least cost there is, where roots and weights are singular. A device renders to other bits than the host,
-    // which made the truth.
+    // At the minimum of the cost, where square roots and weights are singular. The truth was rendered on the host; a
+    // device renders slightly different bits.
     EXPECT_LE(backend.MaxAbs(gradient), (std::is_same_v<B, CpuBackend<S>> ? 0 : 1e-3));
   } else if constexpr (std::is_same_v<B, CpuBackend<double>>) {
-    // Colours move no threshold.
+    // Changing colours crosses no threshold.
     std::fill_n(v.begin(), splat::kSh * kExtremeCount, 0);
     EXPECT_LE((GradientError<B>(backend, problem, x, v, 1e-6)), 1e-5);
   }

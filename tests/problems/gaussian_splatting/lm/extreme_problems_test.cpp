@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem at the limits of images, cameras and steps: its operators are finite and those of one
-// quadratic, and a solve ends in a status with a model that is finite and no worse.
+// The splatting problem with extreme images, cameras and steps. Its operators stay finite and consistent with one
+// quadratic model. A solve ends in a valid status with a finite model that is not worse than the start.
 #include <limits>
 
 #include "tests/problems/gaussian_splatting/host_vectors.h"
@@ -35,7 +35,7 @@ class ExtremeSteps : public testing::Test {
 using Scalars = testing::Types<double, float>;
 TYPED_TEST_SUITE(ExtremeSteps, Scalars);
 
-// Half of the Gaussians at a limit: a solve moves them or leaves them, and makes nothing worse.
+// Half of the Gaussians have an extreme value. A solve may move them or not, but must not increase the cost.
 TYPED_TEST(ExtremeSteps, StartsWithGaussiansAtTheirLimits) {
   struct Limit {
     const char* name;
@@ -78,7 +78,8 @@ TYPED_TEST(ExtremeSteps, DampingAtItsUpperBound) {
   this->Solve(this->ring_, lm);
 }
 
-// Behind all cameras, transparent, and not finite: their columns are zero, and they stay as they are, to the bit.
+// Gaussians behind all cameras, transparent ones and ones with parameters that are not finite have zero columns, and a
+// solve leaves them bit-identical.
 TYPED_TEST(ExtremeSteps, GaussiansThatNobodySeesStay) {
   using S = TypeParam;
   for (const LmDamping damping : {LmDamping::kLearningRates, LmDamping::kDiagonal}) {
@@ -107,7 +108,7 @@ TYPED_TEST(ExtremeSteps, NobodySeesAnything) {
   EXPECT_EQ(ToVector(this->ring_.x), ToVector(before));
 }
 
-// A pixel that is no number ends the solve before it begins, with the x that was given.
+// A NaN or infinite pixel ends the solve before the first iteration and leaves x unchanged.
 TYPED_TEST(ExtremeSteps, PixelsThatAreNotFiniteAreRefused) {
   using S = TypeParam;
   HostBuffer<S> before;
@@ -119,8 +120,8 @@ TYPED_TEST(ExtremeSteps, PixelsThatAreNotFiniteAreRefused) {
   }
 }
 
-// Any step, also one after which exp of the scales, the squares of quaternions and sums overflow, leads to a cost that
-// can be compared: at worst that of a model without the Gaussians that are not finite.
+// Every step has a cost that is not NaN, even if exp of the scales, the squares of quaternions or sums overflow. At
+// worst it is the cost of the model without the Gaussians that are not finite.
 TYPED_TEST(ExtremeSteps, StepsThatOverflowHaveACost) {
   using S = TypeParam;
   SplatProblem<CpuBackend<S>> problem = this->ring_.Make();
@@ -135,7 +136,7 @@ TYPED_TEST(ExtremeSteps, StepsThatOverflowHaveACost) {
   }
 }
 
-// Nearly undamped steps are far too long: on the way back splats change their tiles and cross the floor of alpha.
+// Nearly undamped steps are far too long. During the line search, splats change their tiles and cross the alpha floor.
 TYPED_TEST(ExtremeSteps, LineSearchOverDecisionsDescends) {
   LmStageOptions lm = FewIterations();
   lm.initial_lambda = lm.min_lambda = 1e-12;

@@ -23,12 +23,12 @@ TEST(ViewAgreement, LeavesWhatIsUnanimousAndDropsWhatCancels) {
   EXPECT_DOUBLE_EQ(shrunk({0.1, 0.1, 0.1}, 1e6), 0.1 * 3);
   EXPECT_EQ(shrunk({1, -1}, 0.01), 0);
   EXPECT_EQ(shrunk({0, 0}, 1), 0);
-  // g = 2 of two views, squares 4: v = 2 (4 - 4 / 2) = 4 = g^2.
-  EXPECT_EQ(shrunk({0.3}, 1e6), 0.3) << "one view agrees with itself";
+  // Two views with g = 2 and a sum of squares of 4: v = 2 (4 - 4 / 2) = 4 = g^2.
+  EXPECT_EQ(shrunk({0.3}, 1e6), 0.3) << "a single view is not shrunk";
   EXPECT_DOUBLE_EQ(shrunk({2, 0}, 0.25), 1.5);
   EXPECT_EQ(shrunk({2, 0}, 1), 0);
   EXPECT_DOUBLE_EQ(shrunk({-2, 0}, 0.25), -1.5);
-  EXPECT_EQ(shrunk({1e200, 1}, 1), 1e200);  // squares beyond the range say nothing
+  EXPECT_EQ(shrunk({1e200, 1}, 1), 1e200);  // squares that overflow do not shrink the gradient
   EXPECT_TRUE(std::isnan(shrunk({std::numeric_limits<double>::quiet_NaN(), 1}, 1)));
 }
 

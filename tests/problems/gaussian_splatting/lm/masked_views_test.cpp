@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views of which not every pixel counts, in the problem of LM and in what asks for the loss of a change.
+// Masked views in the LM problem and in the loss.
 #include <gtest/gtest.h>
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
@@ -19,7 +19,8 @@ using test::RingProblem;
 
 constexpr Index kCount = 30;
 
-// Four views: half of the first two, cut slantwise, do not count, all of the third does, and nothing of the last.
+// Four views: the masks exclude half of the first two (with an oblique border), no pixel of the third, and all of the
+// last.
 struct MaskedRing {
   RingProblem<double> ring{4, kCount, 2, 30};
   std::vector<std::vector<std::uint8_t>> masks;
@@ -55,12 +56,12 @@ TEST(MaskedViews, CostLessAndNothingWhereNothingCounts) {
   const auto cost = [&](SplatProblem<B>& of, Index view) { return of.Cost(masked.ring.x, std::vector<Index>{view}); };
   EXPECT_LT(cost(problem, 0), 0.8 * cost(whole, 0));
   EXPECT_EQ(cost(problem, 2), cost(whole, 2));
-  // What |e| with its floor is at no error.
+  // The value of |e| with its floor at zero error.
   const PhotometricWeights& weights = masked.ring.options.weights;
   EXPECT_NEAR(cost(problem, 3), 40 * 30 * 3 * weights.l1 * weights.l1_floor / 2, 1e-9);
 }
 
-// Whatever is kept of a view.
+// For every way of caching a view.
 TEST(MaskedViews, HIsTheProductOfItsPartsAndSymmetric) {
   B backend;
   for (const JacobianKind kind : {JacobianKind::kCachedViews, JacobianKind::kCache32, JacobianKind::kOnTheFly}) {
@@ -81,7 +82,7 @@ TEST(MaskedViews, HIsTheProductOfItsPartsAndSymmetric) {
     linearization->ApplyJ(v, Jv);
     linearization->ApplyJT(u, JTu);
     EXPECT_NEAR(backend.Dot(Jv, u), backend.Dot(v, JTu), 1e-9 * test::Norm(Jv) * 100);
-    // Nothing of the last view, all of its numbers at the end.
+    // The last view is fully masked, so its rows, which come last, are zero.
     const Index of_view = rows / 4;
     for (Index i = rows - of_view; i < rows; ++i) {
       ASSERT_EQ(Jv[i], 0);

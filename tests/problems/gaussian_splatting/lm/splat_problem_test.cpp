@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem's operators against each other, against finite differences and against their columns.
+// The operators of the splatting problem agree with each other, with finite differences and with their columns.
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
 #include <gtest/gtest.h>
@@ -30,13 +30,13 @@ using test::RingProblem;
 using test::ToVector;
 
 constexpr Index kCount = 30;
-constexpr Index kFew = 10;  // where every parameter takes a product
+constexpr Index kFew = 10;  // for tests with a product per parameter
 constexpr int kViews = 3;
 
 template <class S>
 constexpr double kTolerance = std::is_same_v<S, double> ? 1e-12 : 1e-5;
 
-// v with the attributes [first, last] of Gaussians [begin, end) only.
+// v restricted to the attributes [first, last] of Gaussians [begin, end).
 template <class S>
 HostBuffer<S> Confined(const HostBuffer<S>& v, int first, int last, Index begin, Index end) {
   HostBuffer<S> result(v.size());
@@ -84,7 +84,7 @@ TEST(SplatProblem, JIsTheDerivativeOfTheResiduals) {
   const RingProblem<double> ring(kViews, kCount, 2, 15);
   SplatProblem<CpuBackend<double>> problem = ring.Make();
   const HostBuffer<double> v = RandomVector<double>(problem.num_parameters(), 16);
-  // So short a step that no pixel crosses the alpha floor; colours alone cross nothing.
+  // The step is so short that no pixel crosses the alpha floor; with colours alone none can.
   EXPECT_LE((TangentError<B>(backend, problem, ring.x, 0, v, 1e-8)), 1e-6);
   const HostBuffer<double> colors = Confined(v, splat::kSh, splat::kMaxAttributes, 0, kCount);
   EXPECT_LE((TangentError<B>(backend, problem, ring.x, 0, colors, 1e-4)), 1e-9);
@@ -120,7 +120,7 @@ TEST(SplatProblem, GradientIsTheDerivativeOfTheCost) {
   SplatProblem<CpuBackend<double>> problem = ring.Make();
   for (std::uint64_t seed = 31; seed < 34; ++seed) {
     const HostBuffer<double> v = RandomVector<double>(problem.num_parameters(), seed);
-    // Colours move no threshold; the other parameters do, but in so short a step no pixel crosses one.
+    // Colours cross no threshold. The other parameters could, but the step is too short.
     const HostBuffer<double> colors = Confined(v, splat::kSh, splat::kMaxAttributes, 0, kCount);
     EXPECT_LE((GradientError<B>(backend, problem, ring.x, colors, 1e-6)), 1e-6);
     const HostBuffer<double> geometry = Confined(v, 0, splat::kOpacity, 0, kCount);
@@ -140,8 +140,8 @@ std::vector<double> ExactDiagonal(LinearizationAdaptor<CpuBackend<double>>& line
   return exact;
 }
 
-// Near a fit, where LM starts. (With errors of 0.1 and more the L1 weights are small, SSIM's share of W is large, and
-// single entries of wide splats reach 4 times the exact ones.)
+// Near a fit, as at the start of LM. (With errors of 0.1 and more, the L1 weights are small and the SSIM part of W is
+// large. Single entries of wide splats are then up to 4 times the exact ones.)
 TEST(SplatProblem, DiagonalStandsInForThatOfTheWholeLoss) {
   for (const std::uint64_t seed : {41u, 42u}) {
     SCOPED_TRACE(seed);
@@ -213,7 +213,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
   all->Gradient(gradient);
   all->DiagJTJ(diagonal);
   CpuBackend<S> backend;
-  // Not more batches than views.
+  // There are never more batches than views.
   for (const int batches : {2, 3, kAll, kAll + 1}) {
     SCOPED_TRACE(batches);
     ring.options.batches.count = batches;
@@ -237,7 +237,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
   }
 }
 
-// The gradient of one view and that of all by the problem; the rule written out.
+// The reference computes the rule explicitly from the gradients of single views.
 TYPED_TEST(SplatProblemTest, RightHandSideIsShrunkWhereViewsDisagreeAndTheGradientIsNot) {
   using S = TypeParam;
   constexpr double kAll = 4, kStrength = 0.3;
@@ -270,13 +270,13 @@ TYPED_TEST(SplatProblemTest, RightHandSideIsShrunkWhereViewsDisagreeAndTheGradie
     expected[j] = static_cast<S>(-factor * sum);
     kept += factor > 0.5 ? 1 : 0, zero += sum != 0 && factor == 0 ? 1 : 0;
   }
-  // Both happen.
+  // Both cases must occur.
   EXPECT_GT(kept, 100);
   EXPECT_GT(zero, 100);
   const Both found = slopes(kStrength, 1, 0), whole = slopes(0, 1, 0);
   EXPECT_LE(Distance(found.descent, expected), 10 * kTolerance<S> * Norm(expected));
   EXPECT_LE(Distance(found.gradient, whole.gradient), 10 * kTolerance<S> * Norm(whole.gradient));
-  // One view agrees with itself.
+  // With a single view there is no shrinkage.
   Both one = slopes(kStrength, 4, 2);
   EXPECT_EQ(ToVector(one.gradient), ToVector(of_view[2]));
   CpuBackend<S>().Axpby(-1, one.gradient, 0, one.gradient);
@@ -292,13 +292,13 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   SplatProblem<CpuBackend<S>> problem = ring.Make();
   const Index n = problem.num_parameters();
   HostBuffer<S> diagonal(n), metric(n);
-  std::fill(diagonal.begin(), diagonal.end(), S(7));  // only the opacities' entries count
+  std::fill(diagonal.begin(), diagonal.end(), S(7));  // only the entries of the opacities matter
   for (Index i = 0; i < kCount; ++i) diagonal[splat::kOpacity * kCount + i] = static_cast<S>(i);
   ASSERT_TRUE(problem.DampingMetric(ring.x, diagonal, metric));
   const LearningRates& rates = ring.options.lr;
   const double c = 1.2 * 0.5 * (kCount - 1) * rates.opacity * rates.opacity;
   const auto position = [&](Index i) { return units[static_cast<std::size_t>(i)] * rates.position; };
-  const auto turn = [&](Index i) {  // of the quaternion: what the rate gives, and the way of the ends
+  const auto turn = [&](Index i) {  // quaternion: its rate, and the motion of the splat's ends
     double square = 0, sigma = 0;
     for (int a = splat::kQuaternion; a < splat::kOpacity; ++a) square += std::pow(ring.x[a * kCount + i], 2);
     for (int a = splat::kLogScale; a < splat::kQuaternion; ++a) {
@@ -324,7 +324,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsLeftToTheEngineWhereThereIsNone) {
   SplatProblem<CpuBackend<S>> problem = ring.Make();
   HostBuffer<S> diagonal(problem.num_parameters()), metric(problem.num_parameters());
   metric[3] = 5;
-  EXPECT_FALSE(problem.DampingMetric(ring.x, diagonal, metric)) << "no opacity is seen";
+  EXPECT_FALSE(problem.DampingMetric(ring.x, diagonal, metric)) << "the diagonal of all opacities is zero";
   std::fill(diagonal.begin(), diagonal.end(), std::numeric_limits<S>::quiet_NaN());
   EXPECT_FALSE(problem.DampingMetric(ring.x, diagonal, metric));
   ring.options.damping = LmDamping::kDiagonal;
@@ -333,7 +333,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsLeftToTheEngineWhereThereIsNone) {
   EXPECT_EQ(metric[3], 5);
 }
 
-// A Gaussian that is not finite in any of its parameters is left out, as if it were not in the model.
+// A Gaussian with any parameter that is not finite is ignored, as if it were not in the model.
 TYPED_TEST(SplatProblemTest, GaussiansThatAreNotFiniteAreLeftOut) {
   using S = TypeParam;
   constexpr Index kBad = 7;

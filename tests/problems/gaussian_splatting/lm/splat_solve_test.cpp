@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine on a splatting problem: a perturbed model is fitted back to its own images.
+// Levenberg-Marquardt on a splatting problem: a perturbed model is fitted to the images of the original.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -11,7 +11,7 @@
 namespace vesta::gs {
 namespace {
 
-// Images of a random model, and that model perturbed as the start.
+// Images of a random model; the start is that model, perturbed.
 struct FitBack {
   test::RingProblem<float> ring{4, 30, 1, 100};
   FitBack() {
@@ -40,7 +40,8 @@ vesta::LmOptions SplatLmOptions(StepRule rule) {
   return options;
 }
 
-// Every accepted step lowers the cost, every other one leaves it; the cost of the x returned is what is reported.
+// Accepted steps lower the cost, rejected ones leave it unchanged, and the reported final cost belongs to the returned
+// x.
 void ExpectRightHandSide(FitBack& fit, const vesta::LmOptions& options, double most_of_initial_cost) {
   SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
   CpuBackend<float> backend;
@@ -81,7 +82,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
   }
 }
 
-// The start with a Gaussian that is not finite is no worse a start: the engine solves for the others.
+// If a Gaussian is not finite at the start, the solver still optimises all others.
 TEST(SplatSolve, AGaussianThatIsNotFiniteStopsNobodyElse) {
   FitBack fit;
   fit.ring.x[4] = std::numeric_limits<float>::quiet_NaN();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of the splatting problem: each keeps what holds for its operators.
+// Every option of the splatting problem keeps the properties of its operators.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,17 +26,17 @@ using test::RandomVector;
 using test::RingProblem;
 
 constexpr Index kCount = 30;
-constexpr Index kFew = 4;  // where every parameter takes a product
+constexpr Index kFew = 4;  // for tests with a product per parameter
 
 struct Variant {
   const char* name;
   void (*apply)(SplatProblemOptions&);
 };
 const Variant kVariants[] = {
-    {"recompute", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCachedViews; }},
+    {"cached_views", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCachedViews; }},
     {"cache32", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache32; }},
     {"cache16", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache16; }},
-    {"rebuild", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kOnTheFly; }},
+    {"on_the_fly", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kOnTheFly; }},
     {"random_batches",
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kRandom, 3};
@@ -67,7 +67,7 @@ void CheckOperators(const Variant& variant, double tolerance) {
     const HostBuffer<S> Hv = ApplyH(*linearization, v), Hw = ApplyH(*linearization, w);
     EXPECT_NEAR(backend.Dot(w, Hv), backend.Dot(v, Hw), tolerance * std::sqrt(backend.Dot(Hv, Hv) * backend.Dot(w, w)));
     EXPECT_GT(backend.Dot(v, Hv), 0);
-    // The fused product is the three in a row.
+    // ApplyH equals ApplyJ, ApplyW and ApplyJT in sequence.
     EXPECT_LE(Distance(Hv, test::ApplyParts(*linearization, v)), tolerance * Norm(Hv));
     EXPECT_NEAR(linearization->Curvature(v), backend.Dot(v, Hv), tolerance * Norm(v) * Norm(Hv));
   }
@@ -78,7 +78,8 @@ TEST_P(SplatVariants, OperatorsAreAdjointAndSymmetric) {
   CheckOperators<float>(GetParam(), 1e-5);
 }
 
-// For a loss without neighbours. The Gram matrices are recomputed from the splats, so 16 bits in the products show.
+// Uses a loss without SSIM. The Gram matrices are recomputed from the splats, so 16-bit entries in the products make a
+// difference.
 TEST_P(SplatVariants, DiagonalAndBlocksAreThoseOfH) {
   using B = CpuBackend<double>;
   B backend;
@@ -120,7 +121,7 @@ TEST_P(SplatVariants, SameBitsForAnyNumberOfThreadsAndEveryTurnAlike) {
   });
 }
 
-// What is let go of once it has been given is made again.
+// Results that were released after a request are computed again when requested again.
 TEST_P(SplatVariants, GradientAndBlocksAskedForAgainAreTheSame) {
   RingProblem<float> ring(3, kCount, 2, 20);
   GetParam().apply(ring.options);
@@ -131,7 +132,7 @@ TEST_P(SplatVariants, GradientAndBlocksAskedForAgainAreTheSame) {
     HostBuffer<float> gradient(ring.x.size()), diagonal(ring.x.size());
     BlockDiagonal<CpuBackend<float>> blocks(ring.x.size(), linearization->block_groups());
     linearization->Gradient(gradient);
-    if (again == 0) linearization->DiagJTJ(diagonal);  // which the first blocks are made with
+    if (again == 0) linearization->DiagJTJ(diagonal);  // the first BlockGram reuses the result
     linearization->BlockGram(blocks);
     std::vector<float>& all = results.emplace_back(gradient.begin(), gradient.end());
     all.insert(all.end(), blocks.all_values().begin(), blocks.all_values().end());
@@ -153,13 +154,13 @@ TEST(SplatCache, GivesTheProductsOfRecomputation) {
     const auto linearization = LinearizeAt(problem, ring.x);
     const double distance = Distance(ApplyH(*linearization, v), expected) / Norm(expected);
     EXPECT_LE(distance, tolerance);
-    EXPECT_EQ(distance > 1e-7, kind == JacobianKind::kCache16) << "they are 16 bits";
+    EXPECT_EQ(distance > 1e-7, kind == JacobianKind::kCache16) << "only 16-bit entries are rounded";
     linearization->Gradient(cached_gradient);
-    EXPECT_EQ(Distance(cached_gradient, gradient), 0) << "never from the cache";
+    EXPECT_EQ(Distance(cached_gradient, gradient), 0) << "the gradient never uses the cache";
   }
 }
 
-// Views that are built anew are the same ones.
+// Views that are built again for each product equal the cached ones.
 TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
   RingProblem<float> ring(3, kCount, 2, 20);
   const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 21);
@@ -189,7 +190,7 @@ TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
   EXPECT_TRUE(results[0] == results[1]);
 }
 
-// Views of a step stand for all of them: over all draws the mean is the whole.
+// The views of a step represent all views: the mean over many draws is the full problem.
 TEST(SplatBatches, OfSomeViewsAreRightInTheMean) {
   RingProblem<double> ring(3, kCount, 0, 60);
   ring.options.weights.ssim = 0;
@@ -215,11 +216,11 @@ TEST(SplatBatches, OfSomeViewsAreRightInTheMean) {
   }
   EXPECT_LE(Distance(mean, expected), 0.05 * Norm(expected));
   EXPECT_LE(Distance(mean_gradient, gradient), 0.05 * Norm(gradient));
-  // One draw is not the whole.
+  // A single draw differs from the full problem.
   EXPECT_GE(Distance(part, gradient), 0.1 * Norm(gradient));
 }
 
-// Each option in a whole solve: never above the start, and down.
+// A solve with each option lowers the cost and never raises it above the start.
 TEST_P(SplatVariants, SolvesDescend) {
   RingProblem<float> ring(3, kCount, 1, 100);
   GetParam().apply(ring.options);

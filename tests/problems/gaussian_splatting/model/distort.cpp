@@ -11,7 +11,7 @@
 namespace vesta::gs::test {
 namespace {
 
-// Where the pinhole's image has what the camera's image has at (u, v).
+// Position in the pinhole's image of the point that the camera's image shows at (u, v).
 std::optional<std::array<double, 2>> PinholePixel(const Camera& pinhole, const Camera& camera, const Distortion& lens,
                                                   double u, double v) {
   const splat::Lens &from = camera.lens, &to = pinhole.lens;
@@ -69,7 +69,7 @@ Camera DistortedCamera(const Camera& pinhole, const Distortion& lens) {
                         {.fx = f.fx, .fy = f.fy, .cx = part * f.cx, .cy = part * f.cy}};
     if (camera.width > 0 && camera.height > 0 && SeesAll(pinhole, camera, lens)) return camera;
   }
-  Fail(kBadArgument, "the lens sees nothing of what the pinhole does; take smaller coefficients");
+  Fail(kBadArgument, "the lens sees no part of the pinhole's image; use smaller coefficients");
 }
 
 Image DistortImage(const Image& image, const Camera& pinhole, const Camera& camera, const Distortion& lens) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kNear = 0.1;
 
-// Looks along +z from `back` behind the origin; 90 degrees wide and high.
+// Looks along +z from `back` units behind the origin; 90 degrees wide and high.
 View CameraBehind(double back) {
   View view;
   view.camera = {100, 100, {50, 50, 50, 50}};
@@ -20,8 +20,8 @@ View CameraBehind(double back) {
 }
 
 TEST(LengthUnits, AreHalfTheDepthInTheNearestImageThatHoldsTheMean) {
-  // Seen by both, by the far one alone for lying beside the near one's image, by that alone for lying behind the near
-  // one, and by none.
+  // Means that are visible to both cameras; only to the far one (outside the near one's image); only to the far one
+  // (behind the near one); to none.
   const SplatModel model = test::ModelAt({{1, -1, 4}, {5, 0, 3}, {0, 0, -4}, {0, 0, -11}});
   const View at_origin = CameraBehind(0), behind = CameraBehind(10);
   const std::vector<float> units = LengthUnits(model, {&at_origin, &behind}, kNear, 7);
@@ -31,7 +31,7 @@ TEST(LengthUnits, AreHalfTheDepthInTheNearestImageThatHoldsTheMean) {
 TEST(LengthUnits, ManyViewsAreSampledEvenly) {
   std::vector<View> views;
   views.reserve(640);
-  for (int v = 0; v < 640; ++v) views.push_back(CameraBehind(v + 1));  // every tenth, from the first on
+  for (int v = 0; v < 640; ++v) views.push_back(CameraBehind(v + 1));  // every tenth is used, starting with the first
   std::vector<const View*> pointers;
   pointers.reserve(views.size());
   for (const View& view : views) pointers.push_back(&view);

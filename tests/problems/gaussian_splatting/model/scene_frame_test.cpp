@@ -10,7 +10,7 @@
 namespace vesta::gs {
 namespace {
 
-// A ring of cameras about a lattice of points of size 1, all moved.
+// A ring of cameras around a lattice of points of size 1, all translated.
 struct Moved {
   explicit Moved(const std::array<double, 3>& by) : scene(test::RingOfCameras(5, 20, 10, false)) {
     for (View& view : scene.views) {
@@ -57,7 +57,7 @@ TEST(SceneFrame, FarScenesHaveAnOriginOfTheirOwn) {
   }
 }
 
-// The size of points that are one is that of the cameras about them.
+// If all points coincide, the camera ring determines the size.
 TEST(SceneFrame, PointsThatAreOneAreNoScene) {
   for (const double distance : {200.0, 1000.0}) {
     Moved moved({0, 0, 0});
@@ -81,7 +81,7 @@ TEST(SceneFrame, ModelsGoThereAndBack) {
     MoveToScene(moved.scene, &again);
     EXPECT_EQ(again.origin, moved.scene.origin);
     for (std::size_t i = 0; i < model.data.size(); ++i) EXPECT_NEAR(again.data[i], model.data[i], tolerance);
-    // The same by a scene of the world's frame.
+    // The same through a scene in the world frame.
     MoveToScene(Scene(), &again);
     EXPECT_EQ(again.origin, (std::array<double, 3>{}));
     EXPECT_NEAR(again.attribute(splat::kMean)[0], model.attribute(splat::kMean)[0] + moved.scene.origin[0],
@@ -89,14 +89,14 @@ TEST(SceneFrame, ModelsGoThereAndBack) {
     return in_world;
   };
   EXPECT_EQ(there_and_back(50, 0).data, model.data);
-  // In the world's frame as long as floats can be.
+  // The model is in the world frame if floats can represent it.
   EXPECT_EQ(there_and_back(500, 6e-5).origin, (std::array<double, 3>{}));
   const SplatModel far = there_and_back(1e6, 0);
   EXPECT_EQ(far.origin, (std::array<double, 3>{1e6, -1e6, 0}));
   EXPECT_EQ(far.data, model.data);
 }
 
-// A view of the world's sees in the scene's frame what it saw, and is itself again in the world.
+// A view moved to the scene's frame sees the same image, and moving it back restores it.
 TEST(SceneFrame, ViewsMoveToTheSceneAndBack) {
   const double distance = 1e5;
   const Moved moved({-distance, 0, distance});

@@ -49,7 +49,7 @@ TEST(Degrees, OfFilesAreThoseOfTheHighestBandThatIsNotZero) {
   EXPECT_EQ(again.layout(), mixed.layout());
   EXPECT_EQ(again.data, mixed.data);
   EXPECT_EQ(AtStoredDegrees(mixed).data, mixed.data);
-  // In another order too.
+  // Also in another order.
   std::vector<Index> turned = {6, 5, 4, 3, 2, 1, 0};
   EXPECT_EQ(AtStoredDegrees(InOrder(whole, turned)).layout(), mixed.layout());
 }

@@ -8,7 +8,7 @@
 namespace vesta::gs {
 namespace {
 
-// As OpenCV's documentation writes them, in powers of r and sums over the coefficients.
+// The formulas of OpenCV's documentation, with powers of r and sums over the coefficients.
 std::array<double, 2> Reference(const Distortion& lens, double x, double y) {
   const double r = std::hypot(x, y);
   const auto& k = lens.radial;
@@ -55,7 +55,7 @@ TEST(Distortion, FollowsTheFormulasOfOpenCv) {
 TEST(Distortion, OfNoneLeavesAllInPlace) {
   EXPECT_TRUE(kLenses[0].is_none());
   EXPECT_EQ(Distort({}, 0.3, -0.7), (std::array{0.3, -0.7}));
-  EXPECT_FALSE(kLenses[5].is_none()) << "a fisheye without coefficients is no pinhole";
+  EXPECT_FALSE(kLenses[5].is_none()) << "a fisheye without coefficients is not a pinhole";
 }
 
 TEST(Distortion, JacobianIsThatOfDifferences) {
@@ -73,7 +73,7 @@ TEST(Distortion, JacobianIsThatOfDifferences) {
   }
 }
 
-// Near the axis the angle and its tangent are the same: the two ways of computing their ratio meet.
+// Near the axis the angle equals its tangent: the two formulas for their ratio must agree.
 TEST(Distortion, OfAFisheyeIsSmoothAtTheAxis) {
   for (const double r : {1e-9, 0.99e-5, 1.01e-5, 1e-4}) {
     const auto bent = Distort(kLenses[7], r, 0.0), expected = Reference(kLenses[7], r, 0.0);

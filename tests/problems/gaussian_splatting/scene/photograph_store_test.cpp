@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Label threads: run under the thread sanitizer too (preset tsan).
+// This test has the label "threads": it also runs under the thread sanitizer (preset tsan).
 #include "problems/gaussian_splatting/scene/photograph_store.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace vesta::gs {
 namespace {
 
 constexpr int kSide = 8;
-constexpr double kBytes = 3 * sizeof(float) * kSide * kSide;  // of a photograph
+constexpr double kBytes = 3 * sizeof(float) * kSide * kSide;  // per photograph
 
 Image Picture(Index number) {
   Image image(kSide, kSide);
@@ -30,7 +30,7 @@ PhotographSource SourceOf(Index number) {
   return {.decode = [number] { return Picture(number); }, .bytes = kBytes, .work_bytes = 0};
 }
 
-// A store of so many photographs with room for some.
+// A store with `photographs` images and memory for `room` of them.
 std::unique_ptr<PhotographStore> MakeStore(Index photographs, double room) {
   auto store = std::make_unique<PhotographStore>(room * kBytes);
   for (Index i = 0; i < photographs; ++i) EXPECT_EQ(store->Add(SourceOf(i)), i);
@@ -68,8 +68,8 @@ TEST(PhotographStore, WhatFitsIsDecodedOnce) {
   EXPECT_EQ(store->decodings(), 10);
 }
 
-// A budget that lacks room for few lets few be decoded again: letting go what was used longest ago would be all of
-// them.
+// If the budget is too small by a few photographs, few are decoded again. Evicting the least recently used ones would
+// decode all of them again in every round.
 TEST(PhotographStore, RoundAfterRoundMostOfWhatIsKeptServes) {
   const auto store = MakeStore(20, 16);
   constexpr int kRounds = 11;
@@ -92,12 +92,12 @@ TEST(PhotographStore, WhatIsExpectedIsDecodedAhead) {
              .work_bytes = 0});
   store.Expect({4, 9});
   EXPECT_EQ(store.Get(4)->rgb, Picture(4).rgb);
-  // Nobody asks for it.
+  // It is decoded without a request.
   EXPECT_EQ(decoded.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
-  EXPECT_EQ(store.Get(9)->rgb, Picture(9).rgb) << "decoded once, else the promise would throw";
+  EXPECT_EQ(store.Get(9)->rgb, Picture(9).rgb) << "decoded once; a second decoding would throw at the promise";
 }
 
-// One of half the size leaves room for another one, until a third is asked for.
+// Next to the first image, which has half the size, the budget has memory for only one more.
 TEST(PhotographStore, WithoutRoomForTwoNoneIsDecodedAhead) {
   PhotographStore store(1.5 * kBytes);
   std::promise<void> begun;
@@ -151,7 +151,7 @@ TEST(PhotographStore, ForeseesItsBudgetAndTheWorkOfDecoding) {
   EXPECT_EQ(store.MostBytes(), 16 * kBytes);
 }
 
-// A photograph made of another one that is in the store too, as those of half size are.
+// A photograph that is computed from another one in the same store, such as one at half resolution.
 TEST(StoredPhotograph, GoesWithItsLastHolder) {
   const auto store = std::make_shared<PhotographStore>(8 * kBytes);
   auto whole = std::make_shared<const StoredPhotograph>(store, SourceOf(5));
@@ -161,7 +161,7 @@ TEST(StoredPhotograph, GoesWithItsLastHolder) {
           .decode = [whole] { return ResizeArea(*whole->Read(), 4, 4); }, .bytes = kBytes / 4, .work_bytes = kBytes});
   whole.reset();
   EXPECT_EQ(half->Get()->rgb, ResizeArea(Picture(5), 4, 4).rgb);
-  EXPECT_EQ(store->kept_bytes(), kBytes / 4) << "nothing is kept of what was only read";
+  EXPECT_EQ(store->kept_bytes(), kBytes / 4) << "Read does not keep the image";
   half.reset();
   EXPECT_EQ(store->kept_bytes(), 0);
 }

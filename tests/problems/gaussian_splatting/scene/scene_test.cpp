@@ -25,16 +25,16 @@ TEST(Scene, HoldsOutEveryEighthOfTheTrainingViews) {
     HoldOut(&views);
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < count; ++i) {
-      EXPECT_EQ(views[i].is_test(), i % 8 == 0) << "test views stay what they are";
+      EXPECT_EQ(views[i].is_test(), i % 8 == 0) << "test views keep their role";
       EXPECT_EQ(views[i].is_trained(), views[i].role == ViewRole::kTraining);
       if (views[i].role == ViewRole::kHeldOut) found.push_back(i);
     }
     return found;
   };
-  // Of the training views 1, 2, 3, 4, 5, 6, 7, 9, 10, ...
+  // The training views are 1, 2, 3, 4, 5, 6, 7, 9, 10, ...
   EXPECT_EQ(held_out(20), (std::vector<std::size_t>{4, 13}));
   EXPECT_EQ(held_out(3), (std::vector<std::size_t>{2}));
-  EXPECT_THROW(held_out(2), Error) << "one view is to be trained on";
+  EXPECT_THROW(held_out(2), Error) << "one view must remain for training";
 }
 
 TEST(Scene, CenterIsWhereTheCameraMapsToZero) {
@@ -55,17 +55,18 @@ TEST(Scene, ExtentIsOfTheMedianDepth) {
   views[1].translation = {0, 0, 6};
   views[2].translation = {0, 0, 1000};
   views[2].role = ViewRole::kTest;
-  // Depths 10 and 16; 20 and 26; behind the first and 2 in the second; the last beside both images.
+  // Depths: first point 10 and 16; second 20 and 26; third behind the first camera and 2 in the second; the last is
+  // outside both images.
   const PointCloud points{{{0, 0, 10}, {3, 0, 20}, {0, 0, -4}, {40, 0, 1}}, {}};
   EXPECT_DOUBLE_EQ(SceneExtent(views, points), 0.5 * 16);
-  // The length of the row of cameras has no part in it.
+  // The length of the row of cameras does not matter.
   views[0].translation = {-4, 0, 0};
   EXPECT_DOUBLE_EQ(SceneExtent(views, points), 0.5 * 16);
 }
 
 TEST(Scene, ExtentWithoutPointsIsTheRadiusOfTheTrainingCameras) {
   std::vector<View> views(4);
-  views[0].translation = {-2, 0, 0};  // centres are the negatives
+  views[0].translation = {-2, 0, 0};  // centres are the negatives of these
   views[1].translation = {2, 0, 0};
   views[2].translation = {0, 0, 0};
   views[3].translation = {100, 100, 100};

@@ -15,7 +15,7 @@ const Distortion kBarrel{.radial = {-0.2, 0.05}, .tangential = {0.002, -0.001}};
 const Distortion kPincushion{.radial = {0.15, 0.02}};
 const Distortion kFisheye{.is_fisheye = true, .radial = {0.03, -0.01, 0.004, -0.001}};
 
-// Where in the photograph a pixel coordinate of the pinhole's image is.
+// Position in the photograph of pixel coordinates (u, v) in the pinhole's image.
 std::array<double, 2> Source(const Camera& camera, const Distortion& lens, const Camera& pinhole, double u, double v) {
   const auto at = Distort(lens, (u - pinhole.lens.cx) / pinhole.lens.fx, (v - pinhole.lens.cy) / pinhole.lens.fy);
   return {camera.lens.fx * at[0] + camera.lens.cx, camera.lens.fy * at[1] + camera.lens.cy};
@@ -39,7 +39,7 @@ TEST(PinholeOf, SeesNothingBeyondThePhotograph) {
   }
 }
 
-// Two more pixels on any side would see the outermost pixels or beyond: one may be lost to whole sizes.
+// Two more pixels on any side would reach the outermost pixels or beyond. Rounding to whole sizes may lose one pixel.
 TEST(PinholeOf, SeesAllItCan) {
   for (const Distortion& lens : {kBarrel, kPincushion, kFisheye}) {
     const Camera pinhole = PinholeOf(kCamera, lens).value();
@@ -71,7 +71,7 @@ TEST(PinholeOf, IsTheCameraWhereNothingIsBent) {
   EXPECT_NEAR(nearly.lens.cy, 123, 0.03);
 }
 
-// A fisheye that sees 180 degrees across: no pinhole does.
+// A fisheye with a field of view of 180 degrees, which no pinhole can cover.
 TEST(PinholeOf, OfAWideFisheyeIsAtMostTwiceAsLarge) {
   const Camera wide{400, 400, {.fx = 400 / M_PI, .fy = 400 / M_PI, .cx = 200, .cy = 200}};
   const Camera pinhole = PinholeOf(wide, {.is_fisheye = true}).value();
@@ -80,7 +80,7 @@ TEST(PinholeOf, OfAWideFisheyeIsAtMostTwiceAsLarge) {
   EXPECT_TRUE(IsWithin(wide, Source(wide, {.is_fisheye = true}, pinhole, 0.5, 0.5), 0.03));
 }
 
-// The radius grows to 0.577, then falls: a pinhole keeps to what is within.
+// The distorted radius grows up to 0.577 and then falls; a pinhole image covers only the inner part.
 TEST(PinholeOf, KeepsToWhereTheLensDoesNotFold) {
   const Distortion folds{.radial = {-1}};
   const double radius = 1 / std::sqrt(3.0);
@@ -117,10 +117,10 @@ TEST(Undistort, IsTheInverseOfDistort) {
     }
   }
   EXPECT_FALSE(test::Undistort({.radial = {-1}}, 0.5, 0))
-      << "the lens shows nothing there: its largest radius is 0.385";
+      << "the lens does not reach there: its largest radius is 0.385";
 }
 
-// Smooth colours, which differ everywhere.
+// An image with smooth colours that differ everywhere.
 Image Waves(const Camera& camera) {
   Image image(camera.width, camera.height);
   for (int y = 0; y < camera.height; ++y) {
@@ -134,8 +134,8 @@ Image Waves(const Camera& camera) {
   return image;
 }
 
-// To what interpolation loses at the border, where it lacks neighbours: a sixteenth of the step between two pixels,
-// twice.
+// The tolerance allows for interpolation at the border, where neighbours are missing: a sixteenth of the difference
+// between two pixels, twice.
 TEST(UndistortImage, UndoesWhatALensHasDone) {
   const Image truth = Waves(kCamera);
   for (const Distortion& lens : {kBarrel, kPincushion, kFisheye}) {
@@ -155,8 +155,8 @@ TEST(UndistortImage, UndoesWhatALensHasDone) {
   }
 }
 
-// One pixel of the pinhole's image spans three of the photograph's: stripes of one pixel become their mean, where
-// single samples would be black or white.
+// One pixel of the result covers three of the photograph. Stripes of one pixel become their mean; single samples would
+// be black or white.
 TEST(UndistortImage, AveragesWhereItShrinks) {
   const Camera camera{300, 300, {.fx = 300, .fy = 300, .cx = 150, .cy = 150}};
   const Camera pinhole{100, 100, {.fx = 100, .fy = 100, .cx = 50, .cy = 50}};
@@ -166,7 +166,7 @@ TEST(UndistortImage, AveragesWhereItShrinks) {
   for (const float value : image.rgb) EXPECT_NEAR(value, 0.5, 0.17);
 }
 
-// Red rises to the right, green downwards, blue is a pattern.
+// Red increases to the right and green downwards; blue is a pattern.
 Image Ramp(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y) {

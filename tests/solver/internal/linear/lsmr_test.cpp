@@ -29,7 +29,7 @@ TEST(Lsmr, SolvesLeastSquares) {
   const Eigen::VectorXd x = Solve(a, b, &summary);
   const Eigen::VectorXd expected = test::LeastSquares(a, b);
   EXPECT_LE((x - expected).norm(), 1e-12 * expected.norm());
-  // The recursions' norms are those of the iterate.
+  // The norms from the recursions equal the true norms.
   EXPECT_NEAR(summary.residual_norm, (b - test::Apply(a, x)).norm(), 1e-12);
   LsmrOptions early{.max_iterations = 4, .relative_tolerance = 1e-15};
   const Eigen::VectorXd y = Solve(a, b, &summary, early);
@@ -49,7 +49,7 @@ TEST(Lsmr, FindsTheSolutionOfLeastNorm) {
   EXPECT_LE((x - expected).norm(), 1e-10 * expected.norm());
 }
 
-// At condition number 1e7 the normal equations keep two digits of double; LSMR keeps what a QR keeps.
+// At condition number 1e7, normal equations keep two digits of double; LSMR is as accurate as QR.
 TEST(Lsmr, SeesTheConditionNumberOnce) {
   srand(5);
   const Eigen::MatrixXd u = test::Orthonormal(Eigen::MatrixXd::Random(40, 8));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// A small system whose solution is (1, -2, 3).
+// A small system with solution (1, -2, 3).
 Eigen::Matrix3d Small() {
   Eigen::Matrix3d a;
   a << 4, 1, 0,  //
@@ -24,7 +24,7 @@ Eigen::Matrix3d Small() {
 }
 const Eigen::Vector3d kSolution(1, -2, 3);
 
-// Eigenvalues from 1 to 1000.
+// A matrix with eigenvalues from 1 to 1000.
 Eigen::MatrixXd Spread(int n) {
   Eigen::MatrixXd q =
       Eigen::MatrixXd::NullaryExpr(n, n, [](auto i, auto j) { return std::sin(1.0 + i * 1.7 + j * j * 0.9); });
@@ -96,7 +96,7 @@ TEST_F(PcgTest, StopsAtTheIterationLimitWithADescendingModel) {
 TEST_F(PcgTest, TheModelTestIsNashAndSofers) {
   const Eigen::MatrixXd a = Spread(30);
   const Eigen::VectorXd b = Eigen::VectorXd::Ones(30);
-  // The reference: the first k whose newest decrease, times k, is below a tenth of all of it.
+  // Reference: the first k for which k times the latest decrease is below a tenth of the total decrease.
   const auto model_after = [&](int k) {
     Cpu::Vector x(30);
     Solve(Tight(k), a, b, Eigen::MatrixXd::Identity(30, 30), x);
@@ -141,7 +141,7 @@ TEST_F(PcgTest, ResidualResetsKeepTheRecursionTrue) {
 }
 
 TEST_F(PcgTest, AnIndefiniteOperatorEndsWithTheIterateBefore) {
-  // The first step is within the positive part, the second meets negative curvature.
+  // The first step stays in the positive part; the second meets negative curvature.
   const Eigen::Vector3d d(2, 1, -3);
   const Eigen::Vector3d b(1, 1, 0.1);
   Cpu::Vector x(3);
@@ -176,7 +176,7 @@ TEST_F(PcgTest, NaNAnywhereEndsFinite) {
 
 TEST_F(PcgTest, OverflowEndsFinite) {
   CpuBackend<float> backend;
-  // In float the iterate 1e30 / 1e-30 does not exist.
+  // The iterate 1e30 / 1e-30 overflows in float.
   class Tiny final : public LinearOperator<CpuBackend<float>> {
    public:
     explicit Tiny(float factor) : factor_(factor) {}
@@ -197,7 +197,7 @@ TEST_F(PcgTest, OverflowEndsFinite) {
 }
 
 TEST_F(PcgTest, TheNormOfTheStopTestCanBeWeighted) {
-  // With weight on the first entry alone, a residual in the others does not count.
+  // If only the first entry has weight, a residual in the others is ignored.
   const Eigen::Vector3d d(1, 2, 3), b(0, 1, 1);
   DenseOperator op(d.asDiagonal()), identity(Eigen::Matrix3d::Identity());
   Cpu::Vector x(3), weights = Vector({1, 0, 0});
@@ -207,7 +207,7 @@ TEST_F(PcgTest, TheNormOfTheStopTestCanBeWeighted) {
 }
 
 TEST_F(PcgTest, OnceStoppedTheScalarsStay) {
-  // What a device does with iterations launched before the host has seen the flag.
+  // As on a device, where iterations are launched before the host has read the stop flag.
   double s[kNumPcgScalars] = {};
   s[kPcgRelativeTolerance] = 1e-3;
   s[kPcgRhsNorm2] = s[kPcgResidualNorm2] = s[kPcgNewRz] = 1;

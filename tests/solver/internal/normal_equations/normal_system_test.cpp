@@ -58,7 +58,7 @@ TEST_F(NormalSystemTest, SolvesTheDampedSumOfBatches) {
     EXPECT_EQ(solution.pcg.status, PcgStatus::kConverged) << ToString(kind);
     EXPECT_LE((AsEigen(step.view()) - expected).norm(), 1e-9 * expected.norm()) << ToString(kind);
     if (kind == PreconditionerKind::kBlockJacobi) {
-      // One block is the whole matrix: exact but for rounding.
+      // The single block is the whole matrix, so the preconditioner is exact up to rounding.
       EXPECT_LE(solution.pcg.iterations, 3);
     }
   }
@@ -81,7 +81,7 @@ TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
       const double curvature = AsEigen(step.view()).dot(test::Apply(h, AsEigen(step.view())));
       EXPECT_NEAR(solution.curvature, curvature, 1e-11 * curvature);
       EXPECT_NEAR(system.Curvature(step), curvature, 1e-12 * curvature);
-      // The problem is linear: the model is the cost.
+      // The problem is linear, so the model equals the cost.
       ProblemAdaptor<Cpu>(problem).Plus(backend_, x, step, moved);
       const double decrease = problem.Cost(x) - problem.Cost(moved);
       EXPECT_NEAR(-solution.gradient_dot_step - 0.5 * solution.curvature, decrease, 1e-11 * problem.Cost(x));
@@ -115,12 +115,11 @@ TEST_F(NormalSystemTest, AnOwnRightHandSideIsSolvedForAndThePredictionUsesTheGra
     }
     EXPECT_NEAR(solution.gradient_dot_step, g.dot(s), 1e-12 * std::abs(g.dot(s)));
     EXPECT_NEAR(solution.curvature, s.dot(test::Apply(h, s)), 1e-11 * s.dot(test::Apply(h, s)));
-    // The problem is linear: the model is the cost.
     ProblemAdaptor<Cpu>(problem).Plus(backend_, x, step, moved);
     const double decrease = problem.Cost(x) - problem.Cost(moved);
     EXPECT_NEAR(-solution.gradient_dot_step - 0.5 * solution.curvature, decrease, 1e-11 * problem.Cost(x));
   }
-  // What sees J and the residuals would solve for another direction.
+  // Solvers that use J and the residuals would solve for another right-hand side.
   for (const auto kind : {LinearSolverKind::kLsmr, LinearSolverKind::kDenseQr}) {
     NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
     const auto scale = ScaleOf(system);
@@ -138,7 +137,7 @@ TEST_F(NormalSystemTest, TheGradientAsRightHandSideIsTheDefaultToTheLastBit) {
   for (const bool own : {false, true}) {
     problem.own_right_hand_side = Eigen::VectorXd::Ones(own ? 5 : 0);
     NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
-    EXPECT_EQ(system.rhs().data() != system.negative_gradient().data(), own) << "one vector where it is the same";
+    EXPECT_EQ(system.rhs().data() != system.negative_gradient().data(), own) << "one vector if both are equal";
     const auto scale = ScaleOf(system);
     auto options = Tight();
     options.pcg.max_iterations = 3;
@@ -237,10 +236,10 @@ TEST_F(NormalSystemTest, APreconditionerOfAnotherDampingFindsTheSameStep) {
     const auto scale = ScaleOf(system, ColumnScaling::kNone);
     auto options = Tight();
     options.preconditioner_lambda = lambda;
-    options.metric.min_diagonal = 1;  // so that the two differ by more than a factor
+    options.metric.min_diagonal = 1;  // so that the two metrics differ by more than a factor
     system.Prepare(options, x, scale);
     system.Solve(0.5, workspace_, steps.emplace_back(4));
-    // The way there is another: after one iteration they differ.
+    // The iterates differ: compare the residuals after one iteration.
     options.pcg.max_iterations = 1;
     NormalSystem<Cpu> short_system(backend_, problem, x, {0});
     short_system.Prepare(options, x, scale);
@@ -263,7 +262,7 @@ TEST_F(NormalSystemTest, ScalesAndClamps) {
   const auto ceres = MakeColumnScale<Cpu>(ColumnScaling::kOnePlusInverse, backend_, d);
   EXPECT_EQ(ceres.inverse_square[0], 1);
   EXPECT_EQ(ceres.inverse_square[2], 16);
-  // Later the columns have other norms: what counts is their size in units of the start's.
+  // Later the columns have other norms; the damping depends on them in the units of the start.
   const Cpu::Vector later = Vector({1e-9, 4, 9e-9, 1});
   Cpu::Vector metric(4);
   DiagonalMetric<Cpu>({}, backend_, later, root, {}, metric);
@@ -274,7 +273,7 @@ TEST_F(NormalSystemTest, ScalesAndClamps) {
 }
 
 TEST_F(NormalSystemTest, TheFloorFollowsTheGroupsMedian) {
-  // Two groups of single entries: medians 100 and 1 of the positive values.
+  // Two groups of single entries: the medians of the positive values are 100 and 1.
   const Cpu::Vector d = Vector({1e-3, 100, 1e5, 0, 1, 2, 1e-4});
   const auto scale = MakeColumnScale<Cpu>(ColumnScaling::kNone, backend_, d);
   Cpu::Vector metric(7);

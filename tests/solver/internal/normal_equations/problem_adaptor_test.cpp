@@ -23,7 +23,7 @@ namespace {
 using ConstView = Cpu::ConstVectorView;
 using View = Cpu::VectorView;
 
-// The example of solver/problem.h: three functions and six.
+// The example of solver/problem.h: six functions for the linearization, three for the problem.
 struct RootsAtX : Linearization<Cpu> {
   RootsAtX(ConstView at, const std::vector<double>& c) : x(at), r(at.size()) {
     for (Index k = 0; k < x.size(); ++k) r[k] = x[k] * x[k] - c[static_cast<std::size_t>(k)];
@@ -114,7 +114,7 @@ TEST(MinimalProblem, HasTheDefaults) {
   EXPECT_EQ(at->Curvature(x), 8);
 }
 
-// The same with every interface, each of which gives something that no default gives.
+// The same problem with every optional interface; each returns a value that no default returns.
 struct AllAtX final : RootsAtX,
                       WithLossWeights<Cpu>,
                       WithProductH<Cpu>,
@@ -193,7 +193,7 @@ struct All final : Roots,
   StepCounts counts;
 };
 
-// What may be asked of `all` through whatever is around it.
+// Queries `all` through each wrapper.
 class Adapted : public testing::Test {
  protected:
   Adapted() { Cpu().Fill(1, x_); }
@@ -227,7 +227,7 @@ class Adapted : public testing::Test {
     EXPECT_EQ(problem.NameResidual(0, 0), "residual");
     EXPECT_TRUE(problem.OnAnyProcess(false));
   }
-  // units: what RightHandSideOf is told.
+  // units: the value that RightHandSideOf receives.
   void ExpectH(const ProblemAdaptor<Cpu>& problem, double units) {
     const auto at = problem.CheckedLinearize(x_, 0);
     EXPECT_TRUE(at->weighted());
@@ -273,7 +273,7 @@ TEST_F(Adapted, AndThroughBounds) {
   EXPECT_EQ(all_.last_turn, 8);
   ExpectPreconditioners(problem);
   ExpectPlainLinearization(problem);
-  // The bounds are its own.
+  // The bounds come from BoundedProblem, not from the inner problem.
   EXPECT_EQ(First([&](View to) { problem.Plus(backend_, x_, x_, to); }), 0.5);
   EXPECT_EQ(problem.DescribeInfeasible(x_), "entry 0: 1 is not within [-1, 0.5]");
 }
@@ -291,7 +291,7 @@ TEST_F(Adapted, AndThroughBoundsOfAProblemWithNone) {
   EXPECT_EQ(x_[1], 2.5);
 }
 
-// One part that is the whole.
+// A single part that is the whole problem.
 class OnePart final : public ProblemParts<Cpu> {
  public:
   explicit OnePart(Problem<Cpu>* geometry) : geometry_(geometry) {}

@@ -15,7 +15,7 @@
 namespace vesta {
 namespace {
 
-// A dense problem whose trailing parameters form a group of 1 x 1 blocks: J's last columns do not overlap.
+// A dense problem whose last parameters form a group of 1 x 1 blocks: the last columns of J do not overlap.
 class Arrow final : public Problem<Cpu> {
  public:
   static constexpr int kKept = 3, kPoints = 5;
@@ -96,7 +96,7 @@ NormalSystemOptions Options(LinearSolverKind kind) {
   return options;
 }
 
-// One damped step of any problem by any solver.
+// One damped step of a problem by one solver.
 struct Solved {
   Eigen::VectorXd step, gradient;
   StepSolution solution;
@@ -151,7 +151,7 @@ TEST(StepSolver, SumsBatchesAndSkipsZeroColumns) {
 }
 
 TEST(StepSolver, DenseQrKeepsTheDigitsOfJ) {
-  // Columns that differ by 1e-7: H has condition number 1e14 or so, J half of its digits.
+  // Columns that differ by 1e-7: the condition number is about 1e14 for H and its square root for J.
   srand(2);
   LinearProblem::Batch batch{Eigen::MatrixXd::Random(20, 2), Eigen::VectorXd::Zero(20)};
   batch.a.col(1) = batch.a.col(0) + 1e-7 * Eigen::VectorXd::Random(20);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem of blocks whose graph is a long chain with loops: what block Jacobi is slow on, and a sparse factor fast.
+// A block problem whose graph is a long chain with loops: block Jacobi converges slowly, a sparse factor quickly.
 #pragma once
 
 #include <memory>
@@ -10,10 +10,11 @@
 
 namespace vesta::test {
 
-// Poses of space (a quaternion w x y z, a shift) joined by what each sees of the next; now and then also of one far
-// back, by a robust residual. Some poses have a scalar of their own, a scale of what they see. The first pose is held.
+// Poses in 3D (quaternion w x y z, shift), joined by measurements of the next pose and sometimes of a distant earlier
+// pose, with a robust loss. Some poses have an extra scalar, the scale of their measurements. The first pose is
+// constant.
 struct BlockChain {
-  // What pose a sees of b: shift and rotation, of which the vector part counts.
+  // Measurement of pose b from pose a: shift, and the vector part of the relative rotation.
   struct Between {
     double shift[3], turn[3];
     template <class T>
@@ -30,7 +31,7 @@ struct BlockChain {
       r[5] = qa[0] * qb[3] - qa[3] * qb[0] - qa[1] * qb[2] + qa[2] * qb[1] - T(turn[2]);
     }
   };
-  // The length of a shift, in a unit of the pose's own.
+  // The length of a shift, with the pose's own scale as unit.
   struct Length {
     double length;
     template <class T>

@@ -32,12 +32,12 @@ double WorstResidual(const BlockMatrix& matrix, BlockCholesky* factor, test::Ran
   return worst;
 }
 
-// Sizes of the rows, over and over.
+// The block sizes of the rows, repeated cyclically.
 class BlockCholeskyOf : public testing::TestWithParam<std::vector<int>> {};
 
 TEST_P(BlockCholeskyOf, SolvesRandomMatrices) {
   test::Random random(1);
-  // From no pairs at all to a full matrix.
+  // From no pairs to a full matrix.
   for (const auto& [rows, pairs] : {std::pair<Index, Index>{1, 0}, {7, 0}, {2, 1}, {30, 29}, {30, 300}, {60, 90}}) {
     const BlockMatrix matrix = test::RandomMatrix(test::Sizes(rows, GetParam()), pairs, &random);
     BlockCholesky factor(PlanFor(matrix));
@@ -66,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Sizes, BlockCholeskyOf,
                          });
 
 TEST(BlockCholesky, TakesUpTheUpdatesOfAStarInWaves) {
-  // Many leaves over a few rows that all of them touch: the updates of all leaves at once would be 90 MiB.
+  // Many leaves that all touch the same few rows: the updates of all leaves at once would take 90 MiB.
   constexpr Index kLeaves = 1500, kHubs = 12;
   std::vector<int> sizes(static_cast<std::size_t>(kHubs + kLeaves), 3);
   std::vector<BlockPattern::Pair> pairs;
@@ -106,7 +106,7 @@ TEST(EliminationPlan, CoversEachRowOnceAndChildrenComeFirst) {
     for (const Index f : level) ++seen[static_cast<std::size_t>(f)];
   }
   for (const int times : seen) EXPECT_EQ(times, 1);
-  // The natural order of a grid of side n fills n^3 blocks, here 8000 of 9 values; a good one of the order of n^2 log
+  // The natural order of an n x n grid fills n^3 blocks, here 8000 with 9 values each; a good order fills about n^2 log
   // n.
   EXPECT_LT(plan.factor_values, 9 * 6000);
 }
@@ -123,7 +123,7 @@ TEST(EliminationPlan, RefusesWhatIsOverTheLimits) {
   test::Random random(7);
   const BlockMatrix matrix = test::GridMatrix(20, {3, 1, 2}, &random);
   const EliminationPlan plan = PlanElimination(matrix.pattern()).value();
-  // The limits look at the factor before its fronts are joined, which is not much smaller.
+  // The limits apply to the factor before its fronts are merged, which is only slightly smaller.
   EXPECT_TRUE(PlanElimination(matrix.pattern(), {plan.factor_values, plan.multiplications}).has_value());
   EXPECT_FALSE(PlanElimination(matrix.pattern(), {.factor_values = 0.5 * plan.factor_values}).has_value());
   EXPECT_FALSE(PlanElimination(matrix.pattern(), {.multiplications = 0.5 * plan.multiplications}).has_value());

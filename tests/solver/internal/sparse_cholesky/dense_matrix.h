@@ -34,7 +34,7 @@ inline Eigen::MatrixXd Dense(const BlockMatrix& matrix) {
   return dense;
 }
 
-// `rows` sizes, those given over and over.
+// Sizes of `rows` rows: the given ones, repeated cyclically.
 inline std::vector<int> Sizes(Index rows, const std::vector<int>& repeated) {
   std::vector<int> sizes;
   for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row) {
@@ -43,7 +43,7 @@ inline std::vector<int> Sizes(Index rows, const std::vector<int>& repeated) {
   return sizes;
 }
 
-// Random values on a pattern, positive definite by a dominant diagonal.
+// Random values on a pattern, positive definite by diagonal dominance.
 inline BlockMatrix RandomValues(const std::shared_ptr<const BlockPattern>& pattern, Random* random) {
   BlockMatrix matrix(pattern);
   for (Index row = 0; row < pattern->num_rows(); ++row) {
@@ -63,7 +63,7 @@ inline BlockMatrix RandomValues(const std::shared_ptr<const BlockPattern>& patte
   return matrix;
 }
 
-// With num_pairs random pairs of rows joined (repeats are one).
+// A matrix with num_pairs random pairs of rows; repeated pairs count once.
 inline BlockMatrix RandomMatrix(const std::vector<int>& sizes, Index num_pairs, Random* random) {
   const auto rows = static_cast<double>(sizes.size());
   std::vector<BlockPattern::Pair> pairs;
@@ -74,7 +74,7 @@ inline BlockMatrix RandomMatrix(const std::vector<int>& sizes, Index num_pairs, 
   return RandomValues(std::make_shared<BlockPattern>(sizes, pairs), random);
 }
 
-// The rows of a square grid, each joined to its neighbours: large fronts, several levels of them.
+// A matrix on a square grid in which each row is joined to its neighbours: large fronts on several levels.
 inline BlockMatrix GridMatrix(Index side, const std::vector<int>& repeated, Random* random) {
   std::vector<BlockPattern::Pair> pairs;
   for (Index i = 0; i < side * side; ++i) {

@@ -11,7 +11,7 @@
 namespace vesta {
 namespace {
 
-// A random positive definite front, its first columns as a panel.
+// A random positive definite front with its first columns as panel.
 struct Front {
   Front(Index rows, Index pivots, std::uint64_t seed) : values(PaddedRows(rows) * pivots) {
     test::Random random(seed);
@@ -90,7 +90,7 @@ TEST_P(FrontKernelsOf, RaisesPivotsThatAreTooSmall) {
   front.least[0] = 0.25;
   EXPECT_EQ(kernels().factorize(front.panel, front.least.data()) >= 1, true);
   EXPECT_EQ(front.values[0], 0.5);
-  // A column of zeros gets a pivot of one.
+  // A zero column gets a pivot of one.
   Front zero(3, 3, 5);
   for (Index i = 0; i < 9; ++i) zero.values[i / 3 * zero.panel.stride + i % 3] = 0;
   EXPECT_EQ(kernels().factorize(zero.panel, zero.least.data()), 3);

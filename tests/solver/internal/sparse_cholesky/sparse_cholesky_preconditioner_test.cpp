@@ -34,7 +34,7 @@ Eigen::MatrixXd DenseH(LinearizationAdaptor<B>& linearization) {
   return h;
 }
 
-// No blocks, as the engine sees it.
+// A problem that the solver cannot split into blocks.
 struct Line {
   static constexpr int kParameters = 1, kResiduals = 1;
   template <class T>
@@ -43,7 +43,7 @@ struct Line {
   }
 };
 
-// One residual over many blocks: H is dense, J a row.
+// One residual over many blocks: H is dense, J is a single row.
 class Mean final : public CostFunction {
  public:
   explicit Mean(int count) : CostFunction(1, std::vector<int>(static_cast<std::size_t>(count), 1)) {}
@@ -112,7 +112,7 @@ TEST_F(SparseCholeskyPreconditionerTest, IsWhatAutoTakesAndItsStepsAreExact) {
   const LmSummary summary = SolveLm<B>(options, backend_, chain.problem, chain.x.view());
   EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
   EXPECT_NE(summary.linear_solver.find("PCG, sparse Cholesky of "), std::string::npos) << summary.linear_solver;
-  EXPECT_NE(summary.linear_solver.find("(by count 0."), std::string::npos) << summary.linear_solver;
+  EXPECT_NE(summary.linear_solver.find("(estimated 0."), std::string::npos) << summary.linear_solver;
   for (const LmIteration& row : summary.iterations) EXPECT_LE(row.pcg_iterations, 1);
 
   BlockChain dense(24), jacobi(24);
@@ -175,7 +175,7 @@ TEST_F(SparseCholeskyPreconditionerTest, SameBitsForAnyNumberOfThreads) {
 
 TEST_F(SparseCholeskyPreconditionerTest, ActiveBoundsStayExact) {
   BlockChain chain(40);
-  // The truth is at 1.05^2: pushed against from the start on.
+  // The true scale is 1.05^2, above the upper bound, so the bound is active from the start.
   for (const int scale : chain.scales) chain.problem.SetBounds(scale, 0, 0.5, 1.0);
   const LmSummary summary = SolveLm<B>(WithCholesky(), backend_, chain.problem, chain.x.view());
   EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
@@ -201,7 +201,7 @@ TEST_F(SparseCholeskyPreconditionerTest, RefusesWhatItCannotDo) {
   options.normal_system.preconditioner = PreconditionerKind::kAuto;
   const LmSummary summary = SolveLm<B>(options, backend_, chain.problem, chain.x.view());
   EXPECT_EQ(summary.linear_solver,
-            "PCG, block Jacobi (a sparse Cholesky factor would take over 1e-06 GiB, or longer than 192 iterations with "
+            "PCG, block Jacobi (a sparse Cholesky factor would exceed 1e-06 GiB, or be slower than 192 iterations with "
             "block Jacobi)");
   BlockProblem::Options none;
   none.max_factor_gib = 0;

@@ -21,8 +21,8 @@ StepControl Make(StepRule rule) {
 }
 
 TEST(StepControl, CeresDividesTheRadiusByGrowingFactors) {
-  // By hand, for radius = 1 / lambda: an accept at rho = 1 triples it, at 1/2 keeps it, at 1/4 divides it by 1.125;
-  // rejects divide by 2, 4, 8 and an accept begins the series anew.
+  // Computed by hand for radius = 1 / lambda. Accepting at rho = 1 triples it, at 1/2 keeps it, at 1/4 divides it by
+  // 1.125. Rejections divide it by 2, 4, 8; an acceptance restarts the series.
   auto control = Make(StepRule::kCeres);
   control.OnAccept(1.0);
   EXPECT_DOUBLE_EQ(control.lambda(), 1.0 / 3);
@@ -49,11 +49,11 @@ TEST(StepControl, ARefusedFirstStepMayBeginAnew) {
   control.OnReject();
   EXPECT_EQ(control.lambda(), 1e-4);
   control.OnReject();
-  EXPECT_EQ(control.lambda(), 2e-4) << "the series of factors begins there";
+  EXPECT_EQ(control.lambda(), 2e-4) << "the series of factors starts there";
   StepControl accepted(options);
   accepted.OnAccept(1.0);
   accepted.OnReject();
-  EXPECT_DOUBLE_EQ(accepted.lambda(), 2e-6 / 3) << "a later reject is as any other";
+  EXPECT_DOUBLE_EQ(accepted.lambda(), 2e-6 / 3) << "a later rejection is treated as usual";
   options.lambda_after_first_reject = -1;
   EXPECT_THROW(options.Validate(), Error);
 }
@@ -62,7 +62,7 @@ TEST(StepControl, VersionTwoFollowsTheCubicAndDoubles) {
   auto control = Make(StepRule::k3dgsLmV2);
   control.OnAccept(0.75);
   EXPECT_DOUBLE_EQ(control.lambda(), 0.875);
-  control.OnAccept(5.0);  // as printed the factor would be negative; at least 1/3
+  control.OnAccept(5.0);  // the printed formula would give a negative factor; at least 1/3
   EXPECT_DOUBLE_EQ(control.lambda(), 0.875 / 3);
   control.OnReject();
   control.OnReject();
@@ -113,7 +113,7 @@ TEST(StepDoubt, SpeaksOfWhatRejectedStepsWereToGain) {
   doubt.OnReject(1, true);
   EXPECT_THAT(doubt.Words(false, 2), HasTokens("3.000e+00"));
   EXPECT_EQ(doubt.Words(false, 3), "") << "rounding";
-  EXPECT_EQ(doubt.Words(true, 0), "") << "a shorter one was accepted";
+  EXPECT_EQ(doubt.Words(true, 0), "") << "a shorter step was accepted";
   doubt.OnReject(std::numeric_limits<double>::quiet_NaN(), true);
   EXPECT_THAT(doubt.Words(false, 2), HasTokens("3.000e+00"));
   doubt.OnAccept();
@@ -138,7 +138,7 @@ TEST(StepDoubt, StepsToWhereThereIsNoCostSpeakAgainstAcceptedOnesToo) {
 
 TEST(LineSearch, ShrinksUntilTheCostRisesAndStepsBack) {
   const LineSearchOptions options{.enabled = true, .shrink = 0.5, .max_evaluations = 20};
-  // Lowest at 0.3: 1, 0.5, 0.25 fall, 0.125 rises.
+  // The minimum is at 0.3: the cost falls at 1, 0.5, 0.25 and rises at 0.125.
   auto result = SearchGamma(options, [](double gamma) { return (gamma - 0.3) * (gamma - 0.3); });
   EXPECT_EQ(result.gamma, 0.25);
   EXPECT_EQ(result.evaluations, 4);

@@ -14,7 +14,7 @@
 namespace vesta::gs {
 namespace {
 
-constexpr double kDistance = 3;  // of the ring's cameras
+constexpr double kDistance = 3;  // of the ring's cameras from its centre
 
 class AlignedToTheTruth : public testing::Test {
  protected:
@@ -22,7 +22,7 @@ class AlignedToTheTruth : public testing::Test {
   View view_ = test::RingWithImages(model_, 3, 160, 120).views[1];
   AlignOptions options_{.near = 0.01};
 
-  // What is left, in pixels, and the status.
+  // The remaining error in pixels.
   double Left(const Alignment& alignment, const View& start) const {
     return test::LargestShift(model_, MovedView(start, alignment.found.motion), view_);
   }
@@ -57,14 +57,14 @@ TEST_F(AlignedToTheTruth, ExposuresAreFoundWithTheCamera) {
     EXPECT_NEAR(alignment.found.color.gain[c], exposure.gain[c], 1e-4);
     EXPECT_NEAR(alignment.found.color.offset[c], exposure.offset[c], 1e-4);
   }
-  // Of the camera alone, which is right: it stays.
+  // Fitting the exposure alone does not move a correct camera.
   options_.free.pose = false;
   const Alignment color_alone = AlignView(model_, view_, options_);
   EXPECT_EQ(color_alone.found.motion.Angle(), 0);
   EXPECT_NEAR(color_alone.found.color.gain[1], exposure.gain[1], 1e-4);
 }
 
-// Of small Gaussians, whose images do not overlap with where they should be: 3 degrees are 13 pixels.
+// The Gaussians are small and do not overlap with their displaced images: 3 degrees are 13 pixels.
 TEST(AlignView, ReachesFurtherByCoarseImages) {
   SplatModel model = test::RandomModel(1500, 0, 8);
   for (int k = 0; k < 3; ++k) {
@@ -81,7 +81,7 @@ TEST(AlignView, ReachesFurtherByCoarseImages) {
   EXPECT_GT(left(1), 1);
 }
 
-// Nothing is found, and nothing moves.
+// Views without usable information are not moved.
 class NothingToAlignBy : public AlignedToTheTruth {
  protected:
   void ExpectUnmoved(const View& view, AlignStatus status) {
@@ -101,7 +101,7 @@ class NothingToAlignBy : public AlignedToTheTruth {
 TEST_F(NothingToAlignBy, FromACameraThatLooksAway) {
   View view = view_;
   for (std::size_t k = 0; k < 3; ++k) {
-    // Half a turn about the y axis.
+    // Rotates by 180 degrees about the y axis.
     view.rotation[k] *= -1, view.rotation[6 + k] *= -1;
   }
   view.translation[0] *= -1, view.translation[2] *= -1;
@@ -139,7 +139,7 @@ TEST_F(NothingToAlignBy, InAnImageOfAnotherSize) {
   }
 }
 
-// Images too small for a coarser one are aligned at their own size.
+// Images too small for a coarse level are aligned at full size.
 TEST(AlignView, TakesSmallImages) {
   const SplatModel model = test::RandomModel(60, 0, 9);
   const View view = test::RingWithImages(model, 3, 33, 20).views[1];
@@ -187,7 +187,7 @@ TEST(FitExposure, FindsWhatWasApplied) {
   ExpectNear(FitExposure(Span(rendered), Span(truth), kShape), kExposure, 1e-5);
 }
 
-// A tenth of the pixels show something else, which least squares would follow: its gain would be 10 % too small.
+// 10 % of the pixels show something else. Plain least squares would fit a gain that is 10 % too small.
 TEST(FitExposure, IsNotLedAstrayByWhatTheSplatLacks) {
   std::vector<float> rendered = RandomImage(3), truth = rendered;
   kExposure.Apply(Span(truth));

@@ -33,9 +33,9 @@ TEST_F(AlignedEvaluationOfARing, IsThatOfTheRightCameras) {
   EXPECT_EQ(aligned.whole.views, 2);
   EXPECT_EQ(aligned.not_found, 0);
   EXPECT_LT(plain.test.psnr, 45);
-  EXPECT_GT(aligned.whole.psnr, 60);  // of 8 bits all but a few values are equal
+  EXPECT_GT(aligned.whole.psnr, 60);  // nearly all 8-bit values are equal
   EXPECT_GT(aligned.whole.ssim, 0.9999);
-  EXPECT_NEAR(aligned.degrees, 0.5, 0.2);  // turned and shifted, which look alike
+  EXPECT_NEAR(aligned.degrees, 0.5, 0.2);  // small rotations and shifts look similar
   EXPECT_GT(aligned.pixels, 0.3);
   ASSERT_EQ(aligned.views.size(), 2u);
   EXPECT_EQ(aligned.views[0].name, "00");
@@ -43,7 +43,7 @@ TEST_F(AlignedEvaluationOfARing, IsThatOfTheRightCameras) {
   EXPECT_EQ(aligned.right.views, 0);
 }
 
-// Photographs of other exposures: fitted on the left, measured on the right.
+// Photographs with another exposure: fitted on the left half, measured on the right half.
 TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
   const AffineColor exposure{{0.85, 1.1, 0.95}, {0.03, -0.01, 0}};
   for (View& view : scene_.views) {
@@ -53,12 +53,12 @@ TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
   const AlignedEvaluation aligned = EvaluateAligned(model_, scene_, options_);
   EXPECT_LT(aligned.right.psnr, 35);
   EXPECT_GT(aligned.right_exposed.psnr, 50);
-  EXPECT_LT(aligned.whole.psnr, 35);  // cameras alone
+  EXPECT_LT(aligned.whole.psnr, 35);  // cameras alone are not enough
   for (const AlignedView& view : aligned.views) {
     EXPECT_NEAR(view.exposure.gain[0], 0.85, 1e-3);
     EXPECT_NEAR(view.exposure.offset[1], -0.01, 1e-3);
   }
-  // What only the right half holds is not fitted.
+  // Content of the right half does not affect the fit.
   for (View& view : scene_.views) {
     for (std::size_t row = 0; row < 3 * 72; ++row) {
       for (std::size_t x = 48; x < 96; ++x) view.image.rgb[row * 96 + x] *= 0.5f;
@@ -69,8 +69,8 @@ TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
   EXPECT_LT(halved.right_exposed.psnr, 30);
 }
 
-// A view whose left half does not count cannot be fitted there, and takes no part; where there is none nothing was
-// measured, which is not 0 dB.
+// A view whose left half is masked out cannot be fitted there and is skipped. Without any such view the result is NaN,
+// not 0 dB.
 TEST_F(AlignedEvaluationOfARing, MeasuresHalvesWhereThereAreTwo) {
   options_.free.color = true;
   const AlignedEvaluation both = EvaluateAligned(model_, scene_, options_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same bits for any number of threads.
+// Results are bit-identical for any number of threads.
 #include <gtest/gtest.h>
 
 #include "splatting/cameras/alignment/align_view.h"

@@ -15,7 +15,7 @@ namespace {
 
 constexpr FreeUnknowns kKinds[] = {{.pose = true, .color = false}, {.pose = false, .color = true}, {true, true}};
 
-// A model in precision S before a view whose image it is, and a point some way off.
+// A model in precision S, a view with its image, and a perturbed starting point.
 template <class S>
 struct ViewAndStart {
   SplatModel model = test::RandomModel(60, 2, 1);
@@ -38,7 +38,7 @@ struct ViewAndStart {
   }
 };
 
-// Products, curvature, gradient along Plus, blocks.
+// CheckProblem finds no error: products, curvature, the gradient along Plus, and blocks.
 void ExpectNoFault(const ViewAndStart<double>& setup) {
   for (const FreeUnknowns& free : kKinds) {
     ViewProblem<double> problem = setup.Make(free);
@@ -59,7 +59,7 @@ TEST(ViewProblem, HasNoFaultWherePixelsDoNotCount) {
   ExpectNoFault(setup);
 }
 
-// The engine's check leaves out J where there are weights: each column by differences of the residuals.
+// CheckProblem skips J for weighted problems, so each column is compared with differences of residuals.
 TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   const ViewAndStart<double> setup;
   ViewProblem<double> problem = setup.Make({true, true});
@@ -87,12 +87,12 @@ TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
       const auto at = static_cast<std::size_t>(i);
       beyond += std::abs((above[at] - below[at]) / 2e-6 - column[i]) > 1e-4 * scale ? 1 : 0;
     }
-    // Where an alpha crosses 1/255 between the two.
+    // exceptions: an alpha crosses 1/255 between the two points
     EXPECT_LE(beyond, 3) << k;
   }
 }
 
-// Of a lens, of which no view is a problem by itself: by differences of images.
+// The columns of lens parameters, against differences of images. A single view is no problem with a lens.
 TEST(ViewColumns, OfALensAreDerivativesOfTheImage) {
   const ViewAndStart<double> setup;
   constexpr FreeUnknowns kLens{.pose = false, .color = false, .lens = true};
@@ -125,7 +125,7 @@ TEST(ViewColumns, OfALensAreDerivativesOfTheImage) {
     ASSERT_GT(scale, 0.1) << k;
     for (Index i = 0; i < image.size(); ++i)
       beyond += std::abs((above[i] - below[i]) / 2e-6 - column[i]) > 1e-4 * scale;
-    EXPECT_LE(beyond, 3) << k;  // where an alpha crosses 1/255 between the two
+    EXPECT_LE(beyond, 3) << k;  // an alpha crosses 1/255 between the two points
   }
 }
 

@@ -28,23 +28,23 @@ void ExpectNoFault(const JointSetup<double>& setup, bool exact_blocks) {
   EXPECT_TRUE(check.ok()) << check.Report();
 }
 
-// Products, W, gradient along Plus, the blocks of a loss whose W is pointwise: then all of them are exact.
+// Checks products, W, the gradient along Plus, and the blocks. W of this loss is pointwise, so all blocks are exact.
 TEST(JointProblem, HasNoFault) {
   for (const FreeUnknowns& free : kKinds) {
     JointSetup<double> setup(free, 4, 8, 1, 5);
     setup.options.splats.weights.ssim = 0;
-    // |e| has kinks, at which nothing can be told of derivatives.
+    // |e| has kinks, where derivatives cannot be checked.
     setup.options.splats.weights.pixel = PixelLinearization::kL2;
     ExpectNoFault(setup, true);
   }
 }
 
-// The same of the whole loss, where the blocks of the splats stand in for those of H.
+// The same with the complete loss. The blocks of the splats then only approximate the blocks of H.
 TEST(JointProblem, HasNoFaultWithSsim) {
   for (const FreeUnknowns& free : kKinds) ExpectNoFault({free, 3, 8, 1, 6}, false);
 }
 
-// The engine's check leaves out J where there are weights.
+// CheckProblem skips J for weighted problems.
 TEST(JointProblem, JIsTheDerivativeOfTheResiduals) {
   const JointSetup<double> setup({true, true}, 2, 10, 2, 7);
   JointProblem<CpuBackend<double>> problem = setup.Make();
@@ -70,7 +70,7 @@ TEST(JointProblem, JIsTheDerivativeOfTheResiduals) {
       const auto at = static_cast<std::size_t>(i);
       beyond += std::abs((above[at] - below[at]) / (2 * kStep) - Jv[i]) > 1e-4 * scale ? 1 : 0;
     }
-    EXPECT_LE(beyond, 8) << what;  // where an alpha crosses 1/255 between the two
+    EXPECT_LE(beyond, 8) << what;  // an alpha crosses 1/255 between the two points
   };
   for (std::uint64_t seed = 1; seed < 4; ++seed) check(RandomVector<double>(problem.num_tangent(), seed), "random");
   for (Index k = problem.layout().splats; k < problem.num_tangent(); ++k) {
@@ -98,7 +98,7 @@ void ExpectAdjoint(double tolerance) {
 TEST(JointProblem, ProductsAreAdjointInDouble) { ExpectAdjoint<double>(1e-12); }
 TEST(JointProblem, ProductsAreAdjointInFloat) { ExpectAdjoint<float>(1e-5); }
 
-// Where a mask leaves pixels out: products, gradient along Plus, blocks.
+// With masked pixels: products, the gradient along Plus, and blocks.
 TEST(JointProblem, OfMaskedViewsHasNoFault) {
   JointSetup<double> setup({true, true}, 3, 8, 1, 5);
   setup.options.splats.weights.ssim = 0;
@@ -114,7 +114,7 @@ TEST(JointProblem, OfMaskedViewsHasNoFault) {
   ExpectNoFault(setup, true);
 }
 
-// With the whole loss: SSIM's part of W is not pointwise, and yet views' blocks are those of H.
+// The SSIM part of W is not pointwise, but the blocks of views are still exact blocks of H.
 TEST(JointProblem, BlocksOfViewsAreExact) {
   const JointSetup<double> setup({true, true}, 3, 20, 1, 9);
   JointProblem<CpuBackend<double>> problem = setup.Make();
@@ -139,7 +139,7 @@ TEST(JointProblem, BlocksOfViewsAreExact) {
         const double value = blocks.values(2)[PackedLower(row, col) * views.count + block];
         EXPECT_NEAR(value, expected, 1e-9 * std::max(own, std::abs(expected))) << row << ' ' << col;
       }
-      // Views do not meet.
+      // Different views are not coupled.
       for (Index other = 0; other < views.count; ++other) {
         if (other == block) continue;
         for (int row = 0; row < views.size; ++row) EXPECT_EQ(Hv[views.Parameter(other, row)], 0);
@@ -148,7 +148,7 @@ TEST(JointProblem, BlocksOfViewsAreExact) {
   }
 }
 
-// S x = B x - E C^-1 E^T x, by products with H alone; and a solution of the reduced system solves the whole.
+// S x = B x - E C^-1 E^T x, from products with H. The solution of the reduced system also solves the full one.
 TEST(JointProblem, EliminatesViewsExactly) {
   for (const FreeUnknowns& free : kKinds) {
     JointSetup<double> setup(free, 3, 12, 1, 10);
@@ -164,7 +164,7 @@ TEST(JointProblem, EliminatesViewsExactly) {
     for (double& d : metric) d += 1;
     constexpr double kLambda = 0.3;
     reduced->SetDamping(kLambda, metric);
-    // A right-hand side of which the step is known.
+    // A right-hand side with a known solution.
     CpuBackend<double> backend;
     const HostBuffer<double> step = RandomVector<double>(layout.num_tangent(), 3);
     HostBuffer<double> rhs(layout.num_tangent());
@@ -217,7 +217,7 @@ TEST(JointProblem, AViewThatSeesNothingAndNoGain) {
   JointSetup<double> setup({true, true}, 2, 20, 1, 13);
   JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
-  // Turned round.
+  // The first camera turned by 180 degrees.
   layout.SetUnknowns({{{0, 0, 1, 0}, {}}, {}}, 1, layout.RestOf(setup.x.view()));
   const auto linearization = LinearizeAt(problem, setup.x);
   HostBuffer<double> g(problem.num_tangent()), d(problem.num_tangent());

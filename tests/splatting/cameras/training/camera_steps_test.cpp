@@ -24,7 +24,7 @@ TEST(CameraSchedule, AMeanTurnIsFreeTheSoonerTheNarrowerTheFilter) {
 constexpr FreeUnknowns kPose{.pose = true, .color = false};
 constexpr CameraSurroundings kAnywhere{.depth = 2, .most = 10, .done = 0};
 
-// Of a pose, with a turn and a shift that are coupled.
+// State of a pose in which a rotation and a shift are coupled.
 CameraStepState CoupledState() {
   CameraStepState state;
   state.curvature.assign(36, 0);
@@ -42,8 +42,8 @@ TEST(CameraStep, IsGaussNewtons) {
   }
   const std::vector<double> step = CameraStep(kPose, gradient, state.curvature, kAnywhere);
   ASSERT_EQ(step.size(), 6U);
-  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(step[i], wanted[i], 1e-3);  // damped by as much
-  // In the last fifth of the stage it falls to a tenth.
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(step[i], wanted[i], 1e-3);  // damping changes it by as much
+  // In the last fifth of the stage the step falls to a tenth.
   const auto step_at = [&](double done) {
     return CameraStep(kPose, gradient, state.curvature, {.depth = 2, .most = 10, .done = done})[1];
   };
@@ -52,7 +52,7 @@ TEST(CameraStep, IsGaussNewtons) {
   EXPECT_NEAR(step_at(1), step[1] / 10, 1e-12);
 }
 
-// An image of twice the size has four times the cost, and the same step.
+// Doubling the image size multiplies the cost by four but does not change the step.
 TEST(CameraStep, OfAnOlderCurvatureIsThatOfTheSizeOfNow) {
   CameraStepState state = CoupledState();
   state.pixels = 1000;
@@ -73,7 +73,7 @@ TEST(CameraStep, GoesNoFurtherThanItMay) {
   const std::vector<double> gradient{100, 0, 0, 0, 0, 400};
   const CameraSurroundings near{.depth = 2, .most = 0.01, .done = 0};
   const std::vector<double> step = CameraStep(kPose, gradient, state.curvature, near);
-  EXPECT_NEAR(step[5], -0.01 * 2, 1e-12) << "the shift, in depths, is the larger";
+  EXPECT_NEAR(step[5], -0.01 * 2, 1e-12) << "the shift, in units of depth, is larger";
   EXPECT_LT(step[0], 0);
   EXPECT_GT(step[0], -0.01);
 }
@@ -92,7 +92,7 @@ TEST(CameraStep, StaysWhereNothingIsKnown) {
 constexpr FreeUnknowns kAll{true, true, true};
 constexpr double kNoLimit = 10;
 
-// The system of a view whose cost is least at the step that is wanted.
+// The quadratic system of a view, with its minimum at `wanted`.
 struct ViewSystem {
   std::vector<double> curvature, gradient;
 
@@ -108,7 +108,7 @@ struct ViewSystem {
   }
 };
 
-// With the lens's numbers last.
+// The minimum of a view: random values, with the lens parameters last.
 std::vector<double> Wanted(const FreeUnknowns& free, const splat::LensTangent& lens, std::uint64_t seed) {
   test::Random random(seed);
   std::vector<double> wanted;
@@ -117,8 +117,8 @@ std::vector<double> Wanted(const FreeUnknowns& free, const splat::LensTangent& l
   return wanted;
 }
 
-// Three views of one lens, each with another pose: what is wanted of the lens comes out of all of them together, and
-// of each view's own numbers from its step and from what follows the lens.
+// Three views share a lens and have different poses. The lens step combines all views. Each view's own step, plus its
+// response to the lens (Follow), gives the rest.
 TEST(LensStep, IsGaussNewtonsOfAllUnknownsTogether) {
   for (const FreeUnknowns& free : {kAll, FreeUnknowns{.pose = true, .color = false, .lens = true}}) {
     const splat::LensTangent lens{{0.02, -0.01, 0.03, 0.01}};
@@ -130,7 +130,7 @@ TEST(LensStep, IsGaussNewtonsOfAllUnknownsTogether) {
     }
     EXPECT_EQ(system.views, 3);
     const splat::LensTangent found = LensStep(system, 1, kNoLimit);
-    for (int k = 0; k < splat::kLensTangent; ++k) EXPECT_NEAR(found.v[k], lens.v[k], 5e-4);  // the damping
+    for (int k = 0; k < splat::kLensTangent; ++k) EXPECT_NEAR(found.v[k], lens.v[k], 5e-4);  // for the damping
     for (std::uint64_t v = 0; v < 3; ++v) {
       const std::vector<double> own = CameraStep(free, views[v].gradient, views[v].curvature, {1, kNoLimit, 0}),
                                 follow = Follow(free, views[v].curvature, found), wanted = Wanted(free, lens, v);
@@ -141,7 +141,7 @@ TEST(LensStep, IsGaussNewtonsOfAllUnknownsTogether) {
     const splat::LensTangent half = LensStep(system, 0.5, kNoLimit), near = LensStep(system, 1, 0.003);
     for (int k = 0; k < splat::kLensTangent; ++k) {
       EXPECT_NEAR(half.v[k], found.v[k] / 2, 1e-15);
-      EXPECT_NEAR(near.v[k], found.v[k] * 0.003 / found.v[2], 1e-6) << "the largest has the limit";
+      EXPECT_NEAR(near.v[k], found.v[k] * 0.003 / found.v[2], 1e-6) << "the largest component equals the limit";
     }
   }
 }
@@ -156,7 +156,7 @@ TEST(LensStep, StaysWhereNothingIsKnown) {
   EXPECT_EQ(system.views, 0);
   EXPECT_THROW(AddToLens(kAll, gradient, std::vector<double>(144, 1), &system), Error);
   std::vector<double> no_numbers = ViewSystem(Wanted(kAll, {}, 1), 2).curvature;
-  no_numbers[12 * 16] = std::numeric_limits<double>::quiet_NaN();  // of the lens with the pose
+  no_numbers[12 * 16] = std::numeric_limits<double>::quiet_NaN();  // couples lens and pose
   const splat::LensTangent lens{{0.1, 0.1, 0, 0}};
   const std::vector<double> follow = Follow(kAll, no_numbers, lens);
   for (int k = 0; k < kAll.OwnOfView().num_tangent(); ++k) EXPECT_EQ(follow[static_cast<std::size_t>(k)], 0);
@@ -169,10 +169,10 @@ TEST(LensChange, IsOfTheGivenLensAndComposes) {
   const splat::Lens lens = change.Of(given);
   EXPECT_NEAR(lens.fx, 100 * std::exp(0.1), 1e-12);
   EXPECT_NEAR(lens.cy, 40 - 0.02 * 120, 1e-12);
-  // A second step is of the lens as it is then.
+  // A second change applies to the lens after the first.
   const splat::Lens twice = Compose({{0, 0, 0.05, 0}}, change).Of(given);
   EXPECT_NEAR(twice.cx, lens.cx + 0.05 * lens.fx, 1e-12);
-  // And the same of a smaller image.
+  // The change also holds for a smaller image.
   const splat::Lens small = change.Of(given.Scaled(0.5, 0.5));
   EXPECT_NEAR(small.cx, lens.cx / 2, 1e-12);
   EXPECT_NEAR(small.fy, lens.fy / 2, 1e-12);

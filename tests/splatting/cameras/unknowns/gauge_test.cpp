@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all views share is taken out, and nothing else.
+// Fixing the gauge removes the motion common to all views, and nothing else.
 #include "splatting/cameras/unknowns/gauge.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ struct Ring {
     for (const View& view : scene.views) views.push_back(&view);
     found.resize(views.size());
   }
-  // The largest turn, radians, and the largest shift.
+  // The largest rotation in radians or shift over all views.
   double Largest() const {
     double most = 0;
     for (const ViewUnknowns& view : found) {
@@ -40,14 +40,14 @@ struct Ring {
   }
 };
 
-// What brings a camera to where a similarity of the world, x -> s exp(w) x + t, takes it.
+// The camera motion that follows a similarity of the world, x -> s exp(w) x + t.
 splat::CameraMotion UnderSimilarity(const View& view, const std::array<double, 3>& w, const std::array<double, 3>& t,
                                     double s) {
   double turn[4], R[9];
   const double half[3] = {w[0] / 2, w[1] / 2, w[2] / 2};
   QuaternionExponential(half, turn);
   RotationFromQuaternion(turn, R);
-  // In the camera's axes the world's turn is R_v w; its centre moves by s R c + t - c.
+  // In camera axes the rotation of the world is R_v w; the centre moves by s R c + t - c.
   const std::array<double, 3> c = CameraCenter(view);
   double moved[3];
   for (int i = 0; i < 3; ++i) {
@@ -59,7 +59,7 @@ splat::CameraMotion UnderSimilarity(const View& view, const std::array<double, 3
     for (std::size_t j = 0; j < 3; ++j) xi.v[i] -= view.rotation[3 * i + j] * w[j];
   }
   splat::CameraMotion motion = splat::Compose(xi, {});
-  // T' = -R' c', and the motion's shift is T' - Q T.
+  // T' = -R' c', and the shift of the motion is T' - Q T.
   View turned = MovedView(view, motion);
   for (std::size_t i = 0; i < 3; ++i) {
     double want = 0;
@@ -76,7 +76,7 @@ TEST(Gauge, ASimilarityOfAllViewsIsTakenOut) {
   }
   ASSERT_GT(ring.Largest(), 0.02);
   ring.Fix(1);
-  EXPECT_LT(ring.Largest(), 3e-3);  // what is of second order stays
+  EXPECT_LT(ring.Largest(), 3e-3);  // second-order terms remain
   ring.Fix(5);
   EXPECT_LT(ring.Largest(), 1e-9);
 }
@@ -102,14 +102,14 @@ TEST(Gauge, OneViewStaysWhereItWasGiven) {
   EXPECT_LT(ring.Largest(), 1e-9);
 }
 
-// A panorama, whose centres are nearly one: what is seen of a growth there is what else moved them.
+// The camera centres of a panorama nearly coincide, so most growth of their distances comes from other motion.
 TEST(Gauge, CentresThatAreNearlyOneDoNotGrow) {
   Ring ring;
   for (std::size_t i = 0; i < ring.scene.views.size(); ++i) {
     View& view = ring.scene.views[i];
     view = MovedView(view, test::RandomMotion(0, 1e-4 * kDepth, 50 + i));
     const std::array<double, 3> c = CameraCenter(view);
-    for (std::size_t a = 0; a < 3; ++a) {  // to within a thousandth of where it stood
+    for (std::size_t a = 0; a < 3; ++a) {  // reduces distances to a thousandth
       for (std::size_t b = 0; b < 3; ++b) view.translation[a] += 0.999 * view.rotation[3 * a + b] * c[b];
     }
   }
@@ -117,7 +117,7 @@ TEST(Gauge, CentresThatAreNearlyOneDoNotGrow) {
     for (std::size_t i = 0; i < ring.found.size(); ++i) {
       ring.found[i].motion = test::RandomMotion(0, 0.01 * kDepth, seed + i);
     }
-    const auto apart = [&] {  // of the centres beside where they were given, squared
+    const auto apart = [&] {  // sum of squared distances from the given centres
       double sum = 0;
       for (std::size_t i = 0; i < ring.found.size(); ++i) {
         const std::array<double, 3> now = CameraCenter(MovedView(*ring.views[i], ring.found[i].motion)),
@@ -128,12 +128,12 @@ TEST(Gauge, CentresThatAreNearlyOneDoNotGrow) {
     };
     const double before = apart();
     ring.Fix(5);
-    EXPECT_LT(apart(), before) << "what they share is gone";
-    EXPECT_GT(apart(), before / 4) << "what each has is not";
+    EXPECT_LT(apart(), before) << "the common motion is removed";
+    EXPECT_GT(apart(), before / 4) << "the motions of single views remain";
   }
 }
 
-// All views in one place, and none at all.
+// All views at one place, and no views at all.
 TEST(Gauge, WhatIsUndeterminedIsNoFault) {
   Ring ring;
   for (const View*& view : ring.views) view = ring.views.front();
@@ -152,7 +152,7 @@ TEST(Gauge, MeansOfExposuresAreNone) {
     const auto k = static_cast<double>(i);
     found[i].color = {{1 + 0.1 * k, 0.8, 1.2 - 0.1 * k}, {0.01 * k, 0.02, -0.01 * k}};
   }
-  // A photograph is the common exposure's image, changed: under all of them that differs by one map.
+  // The gauge changes every photograph's exposure by the same affine map.
   const std::vector<ViewUnknowns> before = found;
   FixExposureGauge(&found);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -160,7 +160,7 @@ TEST(Gauge, MeansOfExposuresAreNone) {
     for (const ViewUnknowns& view : found) gain += view.color.gain[c] / 3, offset += view.color.offset[c] / 3;
     EXPECT_NEAR(gain, 1, 1e-14);
     EXPECT_NEAR(offset, 0, 1e-14);
-    // after = before o A for one A: from one view and another it comes out the same.
+    // after = before o A with one map A, which must be the same for all views.
     const auto scale = [&](std::size_t i) { return before[i].color.gain[c] / found[i].color.gain[c]; };
     const auto shift = [&](std::size_t i) {
       return (before[i].color.offset[c] - found[i].color.offset[c]) / found[i].color.gain[c];
@@ -170,7 +170,7 @@ TEST(Gauge, MeansOfExposuresAreNone) {
   }
 }
 
-// All tilt by the same, each in its own axes, about centres that stay.
+// All cameras tilt by the same angle, each about its own axis; centres do not move.
 TEST(CommonTurn, IsTakenOut) {
   Ring ring;
   const splat::PoseTangent tilt{{0.02, 0, 0, 0, 0, 0}};
@@ -178,7 +178,7 @@ TEST(CommonTurn, IsTakenOut) {
   ring.found[4].motion = own;
   for (ViewUnknowns& view : ring.found) view.motion = splat::Compose(tilt, view.motion);
   SubtractMeanRotation(&ring.found);
-  // Of one view of nine a ninth of its own turn is common.
+  // One ninth of the rotation of a single view (of nine) is common.
   EXPECT_NEAR(ring.found[0].motion.Angle(), own.Angle() / 9, 1e-6);
   EXPECT_NEAR(ring.found[4].motion.Angle(), own.Angle() * 8 / 9, 1e-5);
   for (std::size_t v = 0; v < ring.views.size(); ++v) {

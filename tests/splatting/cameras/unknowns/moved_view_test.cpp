@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNear = 0.01;
 
-// A model seen by a camera 3 away from it.
+// A model seen by a camera at distance 3.
 class MovingViews : public testing::Test {
  protected:
   SplatModel model_ = test::RandomModel(300, 0, 7);
@@ -53,7 +53,7 @@ TEST_F(MovingViews, OfASceneAreThoseThatAreTrainedOn) {
 TEST_F(MovingViews, ShiftIsWhatTheImageMovesBy) {
   EXPECT_EQ(MedianShift(model_, view_, view_, kNear), 0);
   splat::PoseTangent aside, turned;
-  aside.v[3] = 0.03;  // a hundredth of the distance
+  aside.v[3] = 0.03;  // 1 % of the distance
   EXPECT_NEAR(MedianShift(model_, view_, MovedView(view_, splat::Compose(aside, {})), kNear),
               0.01 * view_.camera.lens.fx, 0.2);
   turned.v[1] = 0.1 * std::numbers::pi / 180;

@@ -116,7 +116,7 @@ TEST(Gzip, CutsAndDamageAreRefused) {
   for (std::size_t length = 0; length < zipped.size(); ++length) {
     EXPECT_THAT([&] { Unzip(zipped.substr(0, length), 501); }, ThrowsError(kBadFile, "f"));
   }
-  CountRefusedCopies(zipped, 300, [](const std::string& damaged) { Unzip(damaged, 501); });  // none crashes
+  CountRefusedCopies(zipped, 300, [](const std::string& damaged) { Unzip(damaged, 501); });  // must not crash
   EXPECT_THAT([&] { Unzip("no such stream at all", 10); }, ThrowsError(kBadFile, "f"));
 }
 

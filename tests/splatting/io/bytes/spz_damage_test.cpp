@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .spz files that cannot be used: each gives one line, none crashes or takes much memory.
+// Damaged .spz files: each gives a one-line error, without a crash or much memory.
 #include <cstring>
 
 #include "splatting/io/bytes/bytes.h"
@@ -48,8 +48,8 @@ TEST_F(SpzDamage, OverwrittenBytesLoadOrAreRefused) {
 
 TEST_F(SpzDamage, MessagesNameWhatIsWrong) {
   struct Case {
-    std::size_t offset;  // of what is compressed
-    std::string bytes;   // from there on
+    std::size_t offset;  // in the uncompressed data
+    std::string bytes;   // written from there on
     ErrorCode code;
     const char* token;
   };
@@ -68,7 +68,7 @@ TEST_F(SpzDamage, MessagesNameWhatIsWrong) {
     std::string changed = bytes_;
     ExpectRefused(Gzip(changed.replace(offset, bytes.size(), bytes), ""), code, token);
   }
-  // Positions of version 1 that are infinite.
+  // Version 1 with infinite positions.
   const std::string first = bytes_.substr(0, 16);
   std::string one = first + std::string(3 * (6 + 1 + 3 + 3 + 3 + 9), '\x7c');
   one[4] = 1;
@@ -76,7 +76,7 @@ TEST_F(SpzDamage, MessagesNameWhatIsWrong) {
   ExpectRefused(Gzip(bytes_, "vesta background 1 2 3"), kBadFile, "background");
 }
 
-// What follows the Gaussians is not even unpacked.
+// Data after the Gaussians is not unpacked, so a zip bomb is harmless.
 TEST_F(SpzDamage, ABombIsRefused) { ExpectRefused(Gzip(bytes_ + std::string(8'000'000, '\0'), ""), kBadFile); }
 
 TEST_F(SpzDamage, ExtensionsAreSkippedWhereTheyAreHarmless) {

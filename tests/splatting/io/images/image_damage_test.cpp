@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files that cannot be used: each gives one line, none crashes.
+// Damaged image files: each gives a one-line error, without a crash.
 #include <png.h>
 #include <tiff.h>
 
@@ -44,7 +44,7 @@ INSTANTIATE_TEST_SUITE_P(All, ImageDamage,
 TEST_P(ImageDamage, EveryCutIsRefused) {
   const TempFolder folder;
   const std::string path = folder / "image.jpg", bytes = GetParam()();
-  // A JPEG without its last two bytes, the end marker, has all of its pixels: libjpeg takes the end of the file for it.
+  // A JPEG without its end marker (the last two bytes) still has all pixels, and libjpeg accepts it.
   for (std::size_t length = 0; length + 12 < bytes.size(); length += 7) {
     WriteBytes(path, bytes.substr(0, length));
     EXPECT_THAT([&] { LoadImage(path); }, ThrowsError(kBadFile, path)) << "cut to " << length << " of " << bytes.size();
@@ -77,7 +77,7 @@ TEST(ImageDamageKinds, FilesThatAreNotReadAreNamed) {
   for (const std::string& kind :
        {EncodeTiff({.width = 2, .height = 2, .bits = 32, .sample_format = SAMPLEFORMAT_IEEEFP, .bytes = Bytes(48)}),
         EncodeTiff({.width = 2, .height = 2, .samples = 4, .photometric = PHOTOMETRIC_SEPARATED, .bytes = Bytes(16)}),
-        // Frames would follow: the header of an extended WebP with the bit for animation.
+        // An extended WebP header with the animation bit.
         std::string("RIFF\x12\0\0\0WEBPVP8X\x0a\0\0\0\x02\0\0\0\0\0\0\0\0\0", 30)}) {
     WriteBytes(path, kind);
     EXPECT_THAT([&] { LoadImage(path); }, ThrowsError(kUnsupported, path));
@@ -89,7 +89,7 @@ TEST(ImageDamageKinds, ATileBeyondTheFileAllocatesNothing) {
   const TempFolder folder;
   const std::string path = folder / "image";
   std::string tiff = ExampleTiff(16);
-  // The entry of TIFFTAG_TILEWIDTH: tag 322, type, count 1, value.
+  // The directory entry of TIFFTAG_TILEWIDTH: tag 322, type, count 1, value.
   const std::size_t entry = tiff.find(std::string("\x42\x01\x03\0\x01\0\0\0", 8));
   ASSERT_NE(entry, std::string::npos);
   tiff[entry + 8] = '\xf0', tiff[entry + 9] = '\xff';

@@ -31,6 +31,7 @@ TEST(Exif, IsUprightWhereNothingIsSaid) {
   }
 }
 
+// Input image:
 // a b c
 // d e f
 TEST(Exif, TurnsUpright) {
@@ -44,11 +45,11 @@ TEST(Exif, TurnsUpright) {
     return letters;
   };
   EXPECT_EQ(turned(1), "abcdef");
-  EXPECT_EQ(turned(3), "abcdef") << "sides that are not swapped stay";
+  EXPECT_EQ(turned(3), "abcdef") << "orientations without swapped sides are ignored";
   EXPECT_EQ(turned(5), "adbecf");
-  EXPECT_EQ(turned(6), "daebfc") << "a quarter turn clockwise";
+  EXPECT_EQ(turned(6), "daebfc") << "90 degrees clockwise";
   EXPECT_EQ(turned(7), "fcebda");
-  EXPECT_EQ(turned(8), "cfbead") << "a quarter turn counterclockwise";
+  EXPECT_EQ(turned(8), "cfbead") << "90 degrees counterclockwise";
 }
 
 TEST(GrayPng, HoldsEveryLevelAndTheComment) {

@@ -24,7 +24,7 @@ Image LoadBytes(const std::string& bytes, const std::array<float, 3>& background
 }
 
 TEST(Png, KnownPixelsOfEveryKind) {
-  // 2 x 1 pixels each.
+  // Images of 2 x 1 pixels.
   const Image rgb = LoadBytes(EncodePng({2, 1, PNG_COLOR_TYPE_RGB, 8, false, {255, 0, 51, 102, 153, 204}}));
   EXPECT_EQ(rgb.rgb, (std::vector<float>{1.0f, 0.4f, 0.0f, 0.6f, 0.2f, 0.8f}));
   const Image deep = LoadBytes(EncodePng({1, 1, PNG_COLOR_TYPE_RGB, 16, false, {0xff, 0xff, 0x33, 0x33, 0x00, 0x01}}));
@@ -119,7 +119,7 @@ std::vector<std::uint8_t> BytesOf(const std::vector<std::uint16_t>& values) {
 }
 
 TEST(Tiff, KnownPixelsOfEveryKind) {
-  // 2 x 1 pixels each.
+  // Images of 2 x 1 pixels.
   const Image rgb = LoadBytes(EncodeTiff({.width = 2, .height = 1, .bytes = {255, 0, 51, 102, 153, 204}}));
   EXPECT_EQ(rgb.rgb, (std::vector<float>{1.0f, 0.4f, 0.0f, 0.6f, 0.2f, 0.8f}));
   const Image deep =
@@ -150,7 +150,7 @@ TEST(Tiff, AlphaIsStraightPremultipliedOrNone) {
   }
 }
 
-// Strips or tiles, planes side by side or one after the other, whatever the compression: the same pixels.
+// Strips and tiles, interleaved and separate planes, and all compressions give the same pixels.
 TEST(Tiff, LayoutsAndCompressionsAreTheSame) {
   TiffSource source{.width = 37, .height = 21, .bits = 16, .bytes = {}};
   for (int i = 0; i < 37 * 21 * 6; ++i) source.bytes.push_back(static_cast<std::uint8_t>(37 * i));
@@ -206,7 +206,7 @@ TEST(ResizeArea, WholeFactorsAreMeansOfBlocks) {
   }
 }
 
-// 5 pixels to 2: each covers two and a half.
+// 5 pixels to 2: each new pixel covers two and a half.
 TEST(ResizeArea, PartlyCoveredPixelsCountByTheirShare) {
   Image image(5, 1);
   for (int c = 0; c < 3; ++c) {
@@ -239,7 +239,7 @@ TEST(DownscaledSize, RoundsDownToAtLeastOnePixel) {
   EXPECT_EQ(DownscaledSize({101, 67}, 80).height, 1);
 }
 
-// A picture that JPEG holds well comes back nearly as it was; a higher quality takes more bytes.
+// A smooth image survives JPEG nearly unchanged; a higher quality needs more bytes.
 TEST(Jpeg, ComesBackAsItWasEncoded) {
   Image image(37, 21);
   for (int c = 0; c < 3; ++c) {
@@ -256,7 +256,7 @@ TEST(Jpeg, ComesBackAsItWasEncoded) {
   for (std::size_t i = 0; i < image.rgb.size(); ++i) ASSERT_NEAR(decoded.rgb[i], image.rgb[i], 0.06) << i;
   EXPECT_LT(EncodeJpeg(image, 40).size(), bytes.size());
   EXPECT_THROW(EncodeJpeg(Image(), 90), Error);
-  EXPECT_THROW(EncodeJpeg(Image(70000, 1), 90), Error) << "wider than the format can say";
+  EXPECT_THROW(EncodeJpeg(Image(70000, 1), 90), Error) << "wider than the format allows";
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ TEST_P(ColmapFormats, RoundTripIsExact) {
   ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
 }
 
-// A model of each kind, with another number in each place.
+// Camera models of each kind, with different values in all places.
 TEST_P(ColmapFormats, RoundTripOfDistortedCamerasIsExact) {
   const TempFolder folder;
   ColmapModel model = ExampleModel();
@@ -44,7 +44,7 @@ TEST_P(ColmapFormats, RoundTripOfDistortedCamerasIsExact) {
   ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
 }
 
-// The orders of COLMAP's documentation, "Camera Models".
+// The parameter orders of COLMAP's documentation, "Camera Models".
 TEST(Colmap, ReadsTheParametersOfEachCameraModel) {
   const TempFolder folder;
   WriteColmapModel(ExampleModel(), folder.path(), ColmapFormat::kText);
@@ -76,7 +76,7 @@ TEST(Colmap, ReadsTheObservationsOfABinaryModelAway) {
   model.images.resize(1);
   model.points.resize(1);
   WriteColmapModel(model, folder.path(), ColmapFormat::kBinary);
-  // Two 2-D points of the image, one track element of the point, in place of their zero counts.
+  // Two 2D points of the image and one track element of the point replace zero counts.
   std::string images = ReadBytes(folder / "images.bin");
   images.replace(images.size() - 8, 8, std::string("\2\0\0\0\0\0\0\0", 8) + std::string(48, 'o'));
   WriteBytes(folder / "images.bin", images);
@@ -86,7 +86,8 @@ TEST(Colmap, ReadsTheObservationsOfABinaryModelAway) {
   ExpectSameModel(ReadColmapModel(folder.path()), model);
 }
 
-// As COLMAP itself prints: comments, observations, tracks, \r\n.
+// Text as COLMAP writes it: comments, observations, tracks, \r
+// .
 TEST(Colmap, ReadsTextOfOtherHands) {
   const TempFolder folder;
   WriteBytes(folder / "cameras.txt", "# Camera list\r\n#\r\n\r\n1 SIMPLE_PINHOLE 60 40 50.5 30 20\r\n");
@@ -130,7 +131,7 @@ TEST(Colmap, SceneHasNormalisedPosesSortedByName) {
   EXPECT_EQ(scene.points.colors[3], (std::array<float, 3>{0, 3 / 255.0f, 1}));
 }
 
-// A quarter turn about z takes x to y: the convention is world to camera, w x y z.
+// A rotation by 90 degrees about z maps x to y. Convention: world to camera, quaternion w x y z.
 TEST(Colmap, QuaternionTurnsWorldIntoCamera) {
   const TempFolder folder;
   ColmapModel model = ExampleModel();
@@ -142,7 +143,7 @@ TEST(Colmap, QuaternionTurnsWorldIntoCamera) {
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(scene.views[0].rotation[i], expected[i], 1e-15);
 }
 
-// Written and read again it is the scene, in its own frame or another.
+// A scene written and read again is unchanged, in its own frame or another.
 TEST(Colmap, OfASceneIsThatScene) {
   for (const double far : {0.0, 1000.0}) {
     Scene scene;
@@ -167,7 +168,7 @@ TEST(Colmap, OfASceneIsThatScene) {
       EXPECT_EQ(image.camera_id, v == 2 ? 2U : 1U);
       std::array<double, 9> R{};
       RotationFromQuaternion(image.rotation.data(), R.data());
-      // A point of the world is seen from it as the scene's view sees it.
+      // A world point has the same camera coordinates in both.
       const std::array<double, 3> x{0.3, -0.2, 0.4};
       for (std::size_t i = 0; i < 3; ++i) {
         double there = image.translation[i], here = view.translation[i];
@@ -180,7 +181,7 @@ TEST(Colmap, OfASceneIsThatScene) {
     }
     EXPECT_EQ(model.points[0].position[1], 2 + scene.origin[1]);
     EXPECT_EQ(model.points[0].color[1], 128);
-    // Photographs that were undistorted have the camera of their files.
+    // Undistorted photographs are exported with the camera of the original files.
     const BentCamera opencv{{80, 60, {100, 101, 41, 29}}, {.radial = {-0.1, 0.02, 0.01}, .tangential = {0.001, 0}}},
         fisheye{{80, 60, {100, 101, 41, 29}}, {.is_fisheye = true, .radial = {0.1, 0.02}}};
     scene.views[0].bent = opencv, scene.views[1].bent = fisheye;

@@ -10,9 +10,9 @@ namespace vesta::gs {
 namespace {
 
 constexpr int kViews = 9;
-constexpr double kBytes = 3 * sizeof(float) * 60 * 40;  // of a photograph
+constexpr double kBytes = 3 * sizeof(float) * 60 * 40;  // of one decoded photograph
 
-// Photographs that differ, of a lens that bends, one of them with a mask and one of half the size.
+// Different photographs with lens distortion; one has a mask, one has half the size.
 class LoadPhotographsTest : public testing::Test {
  protected:
   LoadPhotographsTest() {
@@ -74,7 +74,7 @@ TEST_F(LoadPhotographsTest, AreTheSameWhereverTheyAre) {
       ASSERT_NE(stored.photographs, nullptr);
       EXPECT_TRUE(stored.views[4].image.empty());
       for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
-      // One may still be on its way that was begun before another one was asked for.
+      // A background decode that started earlier may add one photograph.
       EXPECT_LE(stored.photographs->kept_bytes(), stored.photographs->budget_bytes() + kBytes);
     }
   }
@@ -88,17 +88,17 @@ TEST_F(LoadPhotographsTest, AreUndistortedAnewEachTime) {
   for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
 }
 
-// Eight of full size, one of a quarter, one byte a pixel of a mask.
+// Eight full-size photographs, one quarter of that, and a mask of one byte per pixel.
 TEST_F(LoadPhotographsTest, TheLastByteDecides) {
   const double bytes = 8.25 * kBytes + 60 * 40;
   EXPECT_EQ(Load(bytes / kBytes).photographs, nullptr);
   const Scene stored = Load((bytes - 1) / kBytes);
   ASSERT_NE(stored.photographs, nullptr);
-  EXPECT_GT(stored.photographs->kept_bytes(), 7 * kBytes) << "those that fit are not decoded a second time";
+  EXPECT_GT(stored.photographs->kept_bytes(), 7 * kBytes) << "photographs that fit are decoded only once";
   EXPECT_THAT(stored.notes, testing::Contains(testing::StartsWith("9 photographs take 0 MiB, of which 0 are kept")));
 }
 
-// By the sizes of the files, whatever those of the cameras are.
+// The sizes in the image files count, not the sizes of the cameras.
 TEST_F(LoadPhotographsTest, LessThanTwoAreRefused) {
   EXPECT_THAT([&] { Load(1.9); }, ThrowsError(kOutOfMemory, "--photographs_mib", "0.1"));
   model_.cameras[0].camera = ResizeCamera(model_.cameras[0].camera, 6000, 4000);
@@ -108,7 +108,7 @@ TEST_F(LoadPhotographsTest, LessThanTwoAreRefused) {
   EXPECT_THAT([&] { Load(2); }, ThrowsError(kBadFile, "view4.png"));
 }
 
-// Of thousands of photographs only as many are decoded at the start as are kept.
+// At the start, only as many photographs are decoded as the store can keep.
 TEST_F(LoadPhotographsTest, BeyondTheBudgetHeadersAreRead) {
   const std::string damaged = ImagePath(8), whole = ReadFile(damaged);
   WriteBytes(damaged, whole.substr(0, whole.size() / 2));
@@ -139,7 +139,7 @@ TEST_F(LoadPhotographsTest, HeadersForetellWhatIsRead) {
         EXPECT_EQ(foreseen.camera.lens.cx, read.camera.lens.cx);
         EXPECT_EQ(foreseen.bytes, static_cast<double>(sizeof(float) * read.image.rgb.size() + read.image.mask.size()));
         EXPECT_GE(foreseen.work_bytes, read.work_bytes);
-        EXPECT_LE(foreseen.work_bytes, 5 * read.work_bytes) << "a bound that is of use";
+        EXPECT_LE(foreseen.work_bytes, 5 * read.work_bytes) << "the bound is not too loose";
       }
     }
   }
@@ -154,7 +154,7 @@ TEST_F(LoadPhotographsTest, OneThatIsGoneOrOfAnotherSizeLaterIsNamed) {
   EXPECT_THAT(look_at_all, ThrowsError(kBadFile, "view6.png"));
   std::filesystem::remove(ImagePath(6));
   EXPECT_THAT(look_at_all, ThrowsError(kNotFound, "view6.png"));
-  EXPECT_EQ(stored.views[7].Photograph()->width, 60) << "the others are there";
+  EXPECT_EQ(stored.views[7].Photograph()->width, 60) << "the other photographs are still readable";
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ TEST_F(LoadSceneTest, LoadsAllPixels) {
   EXPECT_EQ(scene.points.size(), 4);
 }
 
-// In folders within folders, of any kind, whatever the names end in.
+// In nested folders, in all formats, with any file name extension.
 TEST_F(LoadSceneTest, PhotographsOfEveryKindInNestedFolders) {
   const std::vector<std::uint8_t> bytes(60 * 40 * 3, 51);
   const std::string files[] = {EncodePng({60, 40, 2, 8, false, bytes}), EncodeWebp(60, 40, 3, bytes),
@@ -59,7 +59,7 @@ TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
   options.eps2d = 0.1;
   const Scene scene = LoadScene(folder_.path(), options);
   const View& view = scene.views[3];
-  EXPECT_EQ(view.camera.eps2d, 0.1);  // of pixels of whatever size
+  EXPECT_EQ(view.camera.eps2d, 0.1);  // in pixels of the loaded size
   for (const double eps2d : {0.0, -1.0, 5.0, std::nan("")}) {
     options.eps2d = eps2d;
     EXPECT_THROW(LoadScene(folder_.path(), options), Error);
@@ -84,7 +84,7 @@ TEST_F(LoadSceneTest, SmallerCopiesOfTheImagesRescaleTheCamera) {
   ExpectRefused(kBadFile, {"images_4/view5.png", "16", "12", "60", "40"}, options);
 }
 
-// Each view becomes that of a pinhole, also of an image of another size than its camera states, and before --downscale.
+// Each view becomes a pinhole view. The image size may differ from the camera's, and undistortion precedes --downscale.
 TEST_F(LoadSceneTest, DistortedPhotographsAreUndistorted) {
   ColmapCamera& camera = model_.cameras[0];
   camera.model = ColmapCameraModel::kOpenCv;
@@ -158,7 +158,7 @@ TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
   EXPECT_THAT([&] { LoadScene(ImagePath(0)); }, ThrowsError(kNotFound, ImagePath(0)));
 }
 
-// What a model says must not be a way to files elsewhere.
+// Paths in a model cannot reach files outside the scene.
 TEST_F(LoadSceneTest, ImagesOutsideTheSceneAreRefused) {
   const std::string elsewhere = folder_.path() + "_elsewhere.jpg";
   WriteBytes(elsewhere, ExampleJpeg(60, 40));
@@ -203,7 +203,7 @@ TEST_F(LoadSceneTest, MissingPhotographsMayBeLeftOut) {
   ExpectRefused(kNotFound, {"--allow_missing"});
   const Scene scene = LoadScene(folder_.path(), options);
   ASSERT_EQ(scene.views.size(), 7u);
-  EXPECT_TRUE(!scene.views[0].is_test() && scene.views[6].is_test()) << "what is for testing does not move";
+  EXPECT_TRUE(!scene.views[0].is_test() && scene.views[6].is_test()) << "the choice of test views does not change";
   EXPECT_THAT(scene.notes, testing::ElementsAre("2 of 9 photographs that the model names are missing and left out"));
   std::filesystem::remove_all(folder_ / "images");
   ExpectRefused(kNotFound, {"view0.png", folder_.path(), "9"}, options);
@@ -272,7 +272,7 @@ TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
   EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
 }
 
-// Stored on its side, with the camera of what its EXIF makes of it; where the camera is of what is stored, it stays.
+// A photograph is rotated by its EXIF orientation if the camera has the rotated size, and is kept as stored otherwise.
 TEST_F(LoadSceneTest, PhotographsAreTurnedWhereTheirCamerasAre) {
   WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 6));
   WriteBytes(ImagePath(4), WithOrientation(ExampleJpeg(60, 40), 6));

@@ -7,16 +7,16 @@
 namespace vesta::gs {
 namespace {
 
-constexpr int kGreyPng = 0, kRgbaPng = 6;  // of libpng
+constexpr int kGreyPng = 0, kRgbaPng = 6;  // colour types of libpng
 
-// Black left of `white_from`, elsewhere of the lightest that is not black.
+// A mask that is 0 (black) left of `white_from` and 1, the darkest other value, elsewhere.
 std::string MaskPng(int width, int height, int white_from) {
   PngSource source{width, height, kGreyPng, 8, false, {}};
   for (int i = 0; i < width * height; ++i) source.bytes.push_back(i % width < white_from ? 0 : 1);
   return EncodePng(source);
 }
 
-// With photographs in folders.
+// A scene with photographs in a subfolder.
 class MaskScene : public NineViews {
  protected:
   MaskScene() : NineViews("a/view", ".jpg") {}
@@ -35,10 +35,10 @@ TEST_F(MaskScene, MasksAreFoundByName) {
   EXPECT_TRUE(views[0].image.mask.empty() && views[3].image.mask.empty());
   ASSERT_EQ(views[1].image.mask.size(), 60u * 40u);
   EXPECT_EQ(views[1].image.mask[60 * 5 + 19], 0);
-  EXPECT_EQ(views[1].image.mask[60 * 5 + 20], 1) << "whatever is not black counts";
+  EXPECT_EQ(views[1].image.mask[60 * 5 + 20], 1) << "every value above black counts";
   EXPECT_EQ(CountedPixels(views[1].image), 40u * 40u);
   EXPECT_EQ(CountedPart(views[2].image), 0.5);
-  EXPECT_EQ(views[1].image.rgb, views[0].image.rgb) << "the photograph stays";
+  EXPECT_EQ(views[1].image.rgb, views[0].image.rgb) << "the photograph is unchanged";
   EXPECT_THAT(
       LoadScene(folder_.path()).notes,
       testing::ElementsAre("2 of 9 images have a mask: what is black there is neither trained on nor measured"));
@@ -48,8 +48,8 @@ TEST_F(MaskScene, MasksFollowTheSizeOfTheImage) {
   WriteBytes(folder_ / "masks/a/view1.jpg.png", MaskPng(30, 20, 10));
   WriteBytes(folder_ / "masks/a/view2.jpg.png", MaskPng(120, 80, 41));
   EXPECT_EQ(CountedPixels(Load()[1].image), 40u * 40u);
-  EXPECT_EQ(CountedPixels(Load()[2].image), 40u * 40u) << "by the nearest pixel";
-  const Image third = Load(3)[1].image;  // 20 x 13: those count that have no pixel left out
+  EXPECT_EQ(CountedPixels(Load()[2].image), 40u * 40u) << "scaled by nearest neighbour";
+  const Image third = Load(3)[1].image;  // 20 x 13: a pixel counts if it covers no masked pixel
   EXPECT_EQ(third.mask[6], 0);
   EXPECT_EQ(third.mask[7], 1);
   EXPECT_EQ(CountedPixels(third), 13u * 13u);
@@ -62,7 +62,7 @@ TEST_F(MaskScene, MasksAreUndistortedWithTheImage) {
   const View view = Load()[1];
   ASSERT_EQ(view.image.mask.size(), view.image.num_pixels());
   EXPECT_NEAR(CountedPart(view.image), 0.5, 0.05);
-  // Along the axis the border stays where it was, 30 for a principal point at 30.5.
+  // On the axis the mask border stays at 30, for a principal point at 30.5.
   const auto row = static_cast<std::size_t>(view.camera.lens.cy) * static_cast<std::size_t>(view.image.width);
   const auto border = static_cast<std::size_t>(view.camera.lens.cx);
   EXPECT_EQ(view.image.mask[row + border - 2], 0);
@@ -120,7 +120,7 @@ TEST_F(MaskScene, FramesOfANerfSceneNameTheirOwn) {
   EXPECT_THAT([&] { Load(); }, ThrowsError(kNotFound, "of/none.png"));
   write("../zero.png");
   EXPECT_THAT([&] { Load(); }, ThrowsError(kBadFile, "0", "../zero.png"));
-  // Rendered over nothing: composited, and all of it counts.
+  // A transparent rendering is composited, and all its pixels count.
   std::vector<std::uint8_t> clear(60 * 40 * 4, 0);
   WriteBytes(folder_ / "images/a/view1.jpg", EncodePng({60, 40, kRgbaPng, 8, false, clear}));
   write("of/zero.png");

@@ -49,7 +49,7 @@ TEST_F(NerfTest, ReadsIntrinsicsNamesAndRandomPoints) {
   const Camera& camera = scene.views[0].camera;
   EXPECT_TRUE(camera.width == 40 && camera.height == 30 && camera.lens.fx == 50 && camera.lens.fy == 51 &&
               camera.lens.cx == 19.5 && camera.lens.cy == 15.5);
-  EXPECT_EQ(scene.views[2].camera.lens.fx, 60) << "a frame's own value comes first";
+  EXPECT_EQ(scene.views[2].camera.lens.fx, 60) << "values of a frame take precedence";
   ASSERT_EQ(scene.points.size(), 10000);
   double mean = 0;
   for (const auto& p : scene.points.positions) {
@@ -102,7 +102,7 @@ TEST_F(NerfTest, ImagesThatMayBeMissingNeedNoSize) {
   EXPECT_EQ(ReadNerfScene(folder_.path(), {}, "images", true).views[1].camera.width, 0);
 }
 
-// A camera at (1, 2, 3) that looks along -x, up is z: in our axes x right = +y, y down = -z, z forward = -x.
+// A camera at (1, 2, 3) that looks along -x with z up. In our axes: x right = +y, y down = -z, z forward = -x.
 TEST_F(NerfTest, PosesAreTurnedIntoOurAxes) {
   json top = ExampleTransforms();
   top["frames"][0]["transform_matrix"] = {{0, 0, 1.0000001, 1}, {1, 0, 0, 2}, {0, 1, 0, 3}, {0, 0, 0, 1}};
@@ -132,13 +132,13 @@ TEST_F(NerfTest, BlenderScenesHaveAnAngleAndTheirOwnSplit) {
   EXPECT_EQ(scene.views[0].name, "test/r_0.png");
   EXPECT_TRUE(scene.views[0].is_test());
   EXPECT_FALSE(scene.views[1].is_test() || scene.views[2].is_test());
-  EXPECT_EQ(scene.views[0].camera.width, 20) << "the size comes from the image";
+  EXPECT_EQ(scene.views[0].camera.width, 20) << "the size is read from the image";
   EXPECT_DOUBLE_EQ(scene.views[1].camera.lens.fx, 20 / std::tan(0.4));
   EXPECT_EQ(scene.views[1].camera.lens.fy, scene.views[1].camera.lens.fx);
   EXPECT_EQ(scene.views[1].camera.lens.cx, 20);
   EXPECT_EQ(scene.views[1].camera.lens.cy, 15);
   std::filesystem::remove(folder_ / "transforms_test.json");
-  EXPECT_TRUE(Read().views[0].is_test()) << "every 8th without a test file";
+  EXPECT_TRUE(Read().views[0].is_test()) << "without a test file, every 8th view";
 }
 
 TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
@@ -236,8 +236,8 @@ TEST_F(NerfTest, CamerasAreReadInTheirOrderWithoutImages) {
   const std::vector<View> views = ReadNerfCameras(folder_ / "transforms.json", kUsual);
   ASSERT_EQ(views.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(CameraCenter(views[i])[0], 3 - static_cast<double>(i), 1e-12);
-  EXPECT_EQ(views[0].camera.lens.cx, 19.5) << "the usual camera";
-  EXPECT_NEAR(views[1].camera.lens.fx, 20 / std::tan(0.5), 1e-9) << "of the usual width";
+  EXPECT_EQ(views[0].camera.lens.cx, 19.5) << "the given default camera";
+  EXPECT_NEAR(views[1].camera.lens.fx, 20 / std::tan(0.5), 1e-9) << "with the default width";
   EXPECT_EQ(views[1].camera.lens.cx, 20);
   EXPECT_TRUE(views[2].camera.width == 60 && views[2].camera.height == 20 && views[2].camera.lens.fy == 70);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What reading a photograph takes, foreseen for the store of photographs, against memory as it is allocated.
+// The predicted memory for decoding a photograph, compared with counted allocations.
 #include <gtest/gtest.h>
 
 #include <ostream>
@@ -12,7 +12,7 @@
 namespace vesta::gs {
 namespace {
 
-constexpr int kWidth = 600, kHeight = 400, kRgb = 2, kRgba = 6;  // kinds of libpng
+constexpr int kWidth = 600, kHeight = 400, kRgb = 2, kRgba = 6;  // colour types of libpng
 
 std::string Png(int kind, int bits) {
   PngSource source{kWidth, kHeight, kind, bits, false, {}};

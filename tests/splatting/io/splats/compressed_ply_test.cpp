@@ -23,7 +23,7 @@ class CompressedPly : public testing::Test {
   std::string path_ = folder_ / "a.compressed.ply";
 };
 
-// How far apart the values of the Gaussians [begin, end) of an order are.
+// The range of an attribute over the Gaussians [begin, end) of an order.
 double Extent(const SplatModel& model, const std::vector<Index>& order, Index begin, Index end, int attribute) {
   double low = 1e300, high = -1e300;
   for (Index i = begin; i < end; ++i) {
@@ -64,13 +64,14 @@ TEST_F(CompressedPly, RoundTripStaysWithinItsSteps) {
     for (Index i = 0; i < kCount; ++i) {
       const Index from = order[static_cast<std::size_t>(i)];
       EXPECT_NEAR(Opacity(again, i), Opacity(model, from), 0.5 / 255 + 1e-6);
-      // Half a step in each of three numbers, and as much as in all of them in the largest.
+      // Three components are stored with an error of half a step each. The largest, computed from them, has at most the
+      // sum.
       EXPECT_LE(AngleBetween(again, i, model, from), 2 * 2 * std::sqrt(3.0) * 0.5 / 723);
     }
   }
 }
 
-// What other programs rely on.
+// The exact bytes, because other programs rely on them.
 TEST_F(CompressedPly, BytesAreTheFormats) {
   SplatModel model;
   model.Resize(1, 2);
@@ -112,7 +113,7 @@ TEST_F(CompressedPly, BytesAreTheFormats) {
   const std::array<float, 18> expected{1,  -2, 5,  3,    -2,    9,     -3,   -5,   -5,
                                        -3, -4, -4, 0.5f, green, green, 0.5f, more, more};
   for (std::size_t k = 0; k < 18; ++k) EXPECT_NEAR(bounds[k], expected[k], 1e-6f) << k;
-  // Two Gaussians of one chunk stay in order.
+  // Two Gaussians in one chunk keep their order.
   EXPECT_EQ(words[0], 0u << 21 | 0u << 11 | 2047u);
   EXPECT_EQ(words[1], 0u << 30 | 512u << 20 | 512u << 10 | 512u);
   EXPECT_EQ(words[2], 0u << 21 | 0u << 11 | 2047u);
@@ -126,7 +127,7 @@ TEST_F(CompressedPly, BytesAreTheFormats) {
   EXPECT_EQ(sh.substr(9), std::string("\xff\x7f\x7f\x8f\x7f\x7f\x00\x7f\x7f", 9));
 }
 
-// 0 lies between two bytes: all as one would be a colour.
+// 0 lies between two byte values. Rounding all to the same one would change the colour.
 TEST_F(CompressedPly, ErrorsOfHarmonicsCancel) {
   SplatModel model = RandomSplat(1, 256);
   for (int a = splat::kSh + 3; a < model.num_attributes(); ++a) std::fill_n(model.attribute(a), 256, 0.0f);
@@ -140,7 +141,7 @@ TEST_F(CompressedPly, ErrorsOfHarmonicsCancel) {
   }
 }
 
-// As the format first was: colours of 0..1, no harmonics.
+// The first version of the format: colours in 0..1, no SH.
 TEST_F(CompressedPly, ReadsChunksWithoutColours) {
   SplatModel model = RandomSplat(0, 1);
   WriteCompressedPly(path_, model);
@@ -182,7 +183,7 @@ TEST_F(CompressedPly, TakesAbsurdValues) {
   EXPECT_EQ(Read().count, 600);
 }
 
-// Each that is read gives one line, none crashes.
+// Damaged files: each gives a one-line error, without a crash.
 class CompressedPlyDamage : public CompressedPly {
  protected:
   CompressedPlyDamage() {
@@ -236,7 +237,7 @@ TEST_F(CompressedPlyDamage, MessagesNameWhatIsWrong) {
   ExpectRefused(damaged, "min_z");
   damaged.replace(damaged.find("end_header\n") + 11 + 8, 4, bytes_, bytes_.find("end_header\n") + 11 + 8, 4);
   damaged.replace(damaged.find("end_header\n") + 11 + 15 * 4, 4, "\xff\xff\x7f\x7f");
-  ExpectRefused(damaged);  // a colour that is too large for its coefficient
+  ExpectRefused(damaged);  // the colour is too large for its coefficient
 }
 
 std::vector<Index> Sorted(std::vector<Index> order) {
@@ -244,7 +245,7 @@ std::vector<Index> Sorted(std::vector<Index> order) {
   return order;
 }
 
-// The sides of the chunks' bounds, squared and summed over Gaussians.
+// Sum over Gaussians of the squared sides of their chunk's bounding box.
 double Extents(const SplatModel& model, const std::vector<Index>& order, std::size_t chunk) {
   double sum = 0;
   for (std::size_t begin = 0; begin < order.size(); begin += chunk) {
@@ -270,7 +271,7 @@ TEST(ChunkOrder, HoldsEveryGaussianOnce) {
   }
 }
 
-// Some Gaussians far out, as a sky is: a curve's chunks leap.
+// A few Gaussians are far away, like a sky. Chunks along a space-filling curve then span large gaps.
 TEST(ChunkOrder, ChunksAreNarrowerThanThoseOfTheCurve) {
   SplatModel model = RandomSplat(0, 5000);
   for (Index i = 0; i < model.count; i += 20) {

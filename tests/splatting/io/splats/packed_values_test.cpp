@@ -13,7 +13,7 @@
 namespace vesta::gs {
 namespace {
 
-constexpr std::array<double, 3> kTurn = {1, -1, -1};  // the turn as a matrix: its diagonal
+constexpr std::array<double, 3> kTurn = {1, -1, -1};  // diagonal of the rotation matrix
 
 TEST(HalfTurn, TurnsMeans) {
   for (int k = 0; k < 3; ++k) {
@@ -23,7 +23,7 @@ TEST(HalfTurn, TurnsMeans) {
   EXPECT_EQ(HalfTurnSign(splat::kOpacity), 1);
 }
 
-// The covariance's axes: the same up to their signs, which it does not depend on.
+// The axes of the covariance agree up to signs, which do not matter.
 TEST(HalfTurn, TurnsRotations) {
   const std::array<double, 4> q = {0.3, -0.7, 0.5, 0.9};
   std::array<double, 4> turned;
@@ -38,7 +38,7 @@ TEST(HalfTurn, TurnsRotations) {
   }
 }
 
-// A splat that was turned shows in the turned direction the colours that it showed before.
+// The rotated splat has the same colours in the rotated directions.
 TEST(HalfTurn, TurnsHarmonics) {
   for (const std::array<double, 3>& d :
        {std::array<double, 3>{0.48, 0.6, 0.64}, {-0.36, 0.48, -0.8}, {0, 0.6, 0.8}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {

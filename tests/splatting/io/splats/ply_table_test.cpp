@@ -30,7 +30,7 @@ TEST(PlyTable, BinaryTypesOfEveryWidth) {
   EXPECT_EQ(vertices.FullScale("d"), 65535);
 }
 
-// What lies before an element is passed over, and what lies behind it ignored.
+// Elements before the wanted one are skipped, elements after it ignored.
 TEST(PlyTable, ReadsAnyElement) {
   const TempFolder folder;
   const std::string header =

@@ -28,7 +28,7 @@ TEST(SplatPly, RoundTripIsExactForEveryDegree) {
   }
 }
 
-// Of a model that does not lie about the origin of its scene's frame.
+// The origin of a model far from the origin of the scene's frame is saved.
 TEST(SplatPly, TellsItsOrigin) {
   const TempFolder folder;
   SplatModel model;
@@ -42,7 +42,7 @@ TEST(SplatPly, TellsItsOrigin) {
   EXPECT_EQ(ReadSplatPly(folder / "b.ply").origin, model.origin);
 }
 
-// The file's columns by name: what other programs rely on.
+// The columns by name, because other programs rely on them.
 TEST(SplatPly, LayoutIsInrias) {
   const TempFolder folder;
   SplatModel model;
@@ -60,7 +60,7 @@ TEST(SplatPly, LayoutIsInrias) {
   ASSERT_EQ(values.size(), 26 * sizeof(float));
   std::vector<float> row(26);
   std::memcpy(row.data(), values.data(), values.size());
-  // Coefficient k of channel c is attribute 11 + 3 k + c; f_rest goes channel by channel.
+  // Coefficient k of channel c is attribute 11 + 3 k + c; f_rest is stored channel by channel.
   const std::vector<float> expected{0,  1,  2,  0,  0,  0,  11, 12, 13, 14, 17, 20, 15,
                                     18, 21, 16, 19, 22, 10, 3,  4,  5,  6,  7,  8,  9};
   EXPECT_EQ(row, expected);
@@ -103,7 +103,7 @@ TEST(SplatPly, UnusableGaussiansAreRefusedOrLeftOut) {
   }
 }
 
-// Of the opacities 0 and 1: programs that unpack compact files write them so.
+// Opacities 0 and 1 have infinite logits; programs that unpack compact files write them.
 TEST(SplatPly, OpacitiesMayBeInfinite) {
   const TempFolder folder;
   SplatModel model = ExampleSplat(0, 3);

@@ -29,8 +29,8 @@ std::string Bytes(std::initializer_list<int> values) {
   return bytes;
 }
 
-// By how much Gaussian i of b is turned from that of a, radians, where its axes may have other names and its log-scales
-// are off by half a step at most; infinite where there is no such turn.
+// The angle between the rotations of Gaussian i of a and b, radians. Axes may be permuted, and log-scales may differ by
+// half a step. Infinite if no permutation fits.
 double AngleAsGaussians(const SplatModel& a, const SplatModel& b, Index i) {
   double least = HUGE_VAL;
   for (const CubeTurn& turn : CubeTurns()) {
@@ -77,14 +77,14 @@ TEST_F(Spz, RoundTripStaysWithinItsSteps) {
       EXPECT_NEAR(Opacity(again, i), Opacity(model, i), 0.5 / 255 + 1e-6);
       EXPECT_LE(AngleAsGaussians(model, again, i), 0.014);
     }
-    // What was rounded once stays.
+    // Rounding a second time changes nothing.
     WriteSpz(folder_ / "b.spz", again);
     const SplatModel third = ReadSpz(folder_ / "b.spz");
     for (const int a : {0, 1, 2, 3, 4, 5, 10, 11, 12, 13}) EXPECT_EQ(LargestDifference(again, {}, third, a), 0) << a;
   }
 }
 
-// What other programs rely on: x right, y up, z backward.
+// The exact bytes, because other programs rely on them. Axes: x right, y up, z backward.
 TEST_F(Spz, BytesAreTheFormats) {
   SplatModel model;
   model.Resize(1, 1);
@@ -106,10 +106,10 @@ TEST_F(Spz, BytesAreTheFormats) {
                                              64,  96,   128, 192, 128,  128,  192, 255,  0}));  // harmonics
 }
 
-// Versions 1 and 3, as their writers have them.
+// Versions 1 and 3 as other programs write them.
 TEST_F(Spz, ReadsTheOtherVersions) {
   const std::string rest = Bytes({255, 128, 166, 89, 80, 0, 160});
-  // 1 and -2 as halves, and the smallest above 0.
+  // 1, -2 and the smallest positive number as half floats.
   WriteBytes(path_, Gzip("NGSP" + Bytes({1, 0, 0, 0, 1, 0, 0, 0, 0, 12, 1, 0}) + Bytes({0, 0x3c, 0, 0xc0, 1, 0}) +
                              rest + Bytes({255, 128, 128}),
                          ""));
@@ -122,7 +122,7 @@ TEST_F(Spz, ReadsTheOtherVersions) {
   EXPECT_NEAR(Opacity(model, 0), 1, 0.5 / 255);
   EXPECT_NEAR(model.attribute(splat::kLogScale)[0], -5, 1e-6);
 
-  // The largest is y; x = 0.5, z = -0.25 and w = 0.5 of the numbers' largest, 1 / sqrt(2).
+  // The largest component is y. The others, relative to 1 / sqrt(2): x = 0.5, z = -0.25, w = 0.5.
   const std::uint32_t rotation = 1u << 30 | 256u << 20 | (512u + 128) << 10 | 256u;
   std::string word(4, '\0');
   std::memcpy(word.data(), &rotation, 4);
@@ -135,7 +135,7 @@ TEST_F(Spz, ReadsTheOtherVersions) {
   EXPECT_EQ(model.attribute(splat::kMean + 2)[0], 1.0f / 1024);
   const double half = 0.70710678 * 256 / 511, quarter = half / 2,
                y = std::sqrt(1 - 2 * half * half - quarter * quarter);
-  const double expected[] = {half, half, -y, quarter};  // turned about x
+  const double expected[] = {half, half, -y, quarter};  // rotated about x
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(model.attribute(splat::kQuaternion + k)[0], expected[k], 1e-6);
 }
 
@@ -175,7 +175,7 @@ TEST_F(Spz, WhatDoesNotFitIsRefusedAndTheOldFileStays) {
   EXPECT_THAT([&] { WriteSpz(folder_ / "none/a.spz", RandomSplat(0, 1)); }, ThrowsError(kCannotWrite, "none/a.spz"));
 }
 
-// Single values beyond the format's range.
+// Values beyond the range of the format.
 TEST_F(Spz, ValuesAreClamped) {
   SplatModel model = RandomSplat(1, 5);
   model.attribute(splat::kLogScale)[0] = -30;

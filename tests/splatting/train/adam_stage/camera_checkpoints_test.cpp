@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Saved states of trainings that find cameras, as no training could have had them.
+// Checkpoints of trainings that optimise cameras, changed so that no training could have written them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ class CheckpointsOfCameras : public testing::Test {
     options.density.enabled = false;
     return [this, options](const TrainCallbacks& callbacks) { return Train(scene_, options, {}, callbacks); };
   }
-  // Of the training that goes on where another has been stopped, whose state was changed.
+  // Resumes a stopped training from its checkpoint after applying `change` to it. Returns the error, if any.
   static std::optional<Error> ErrorFrom(const test::TrainBy& stopped, int after, const test::TrainBy& train,
                                         const Change& change = {}) {
     Checkpoint checkpoint = test::StoppedAt(after, stopped);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Degrees of the harmonics that change while Adam trains.
+// Lowering the SH degrees of Gaussians during Adam training.
 #include "splatting/train/adam_stage/trained_model.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ class TrainedModels : public testing::Test {
     options.grow_scale3d = 0.1, options.prune_opa = 0.45, options.grow_grad2d = 1e-3;
     return {model, Adam<Cpu>({}, SecondMoment::kBlock), DensityControl<Host>(options, 2, 5), UnitViews(views, 0.02), 2};
   }
-  // A step by a gradient that a Gaussian of the original model has, wherever it is now.
+  // A step with the gradients of the original model; originals_of[i] is the original index of Gaussian i.
   void Step(TrainedModel<Cpu>& trained, const std::vector<float>& gradient, Index originals,
             const std::vector<std::uint32_t>& originals_of) const {
     float* g = trained.gradient(kAttributes);
@@ -62,8 +62,8 @@ SplatModel Of(const splat::ModelLayout& layout, const HostBuffer<float>& values)
   return model;
 }
 
-// The others train on as if nothing had changed: what is left of each Gaussian is to the bit what it is in a training
-// where bands are only taken out at the end.
+// Removing SH bands early does not affect the other parameters. They have the same bits as in a training that removes
+// these bands only at the end.
 TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
   const SplatModel model = test::RandomModel(kCount, 3, 5);
   const std::vector<std::uint8_t> degrees = RandomDegrees(kCount, 6);
@@ -103,8 +103,8 @@ TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
   }
 }
 
-// Bases are turned in chunks of places, so those of a Gaussian elsewhere are turned at another step: only what comes
-// from them at once is the same.
+// Adam updates its bases in chunks of Gaussians. A moved Gaussian can be in another chunk, which is updated at another
+// step. Only the state right after the move is therefore identical.
 TEST_F(TrainedModels, BasesGoWithTheirGaussians) {
   TrainedModel<Cpu> trained = Start(test::RandomModel(kCount, 3, 5));
   std::vector<std::uint32_t> same(kCount);
@@ -123,7 +123,7 @@ TEST_F(TrainedModels, BasesGoWithTheirGaussians) {
 
 TEST_F(TrainedModels, DegreesAreHandedDown) {
   const SplatModel model = test::WithDegrees(test::RandomModel(kCount, 3, 5), RandomDegrees(kCount, 7));
-  // Neither clones nor splits change the constant of the colour, by which a Gaussian is known.
+  // Clones and splits keep the constant colour coefficient, which identifies the original Gaussian.
   std::map<float, Index> known;
   for (Index i = 0; i < kCount; ++i) known[model.attribute(splat::kSh)[i]] = i;
   TrainedModel<Cpu> trained = Start(model);
@@ -140,7 +140,7 @@ TEST_F(TrainedModels, DegreesAreHandedDown) {
       EXPECT_EQ(after.attribute(a)[i], model.attribute(a)[from]);
     }
   }
-  // Those of the highest degree gone, the model has a lower one.
+  // When all Gaussians of the highest degree are removed, the degree of the model falls.
   std::vector<Index> low;
   for (Index i = trained.layout().WithBand(2); i < trained.count(); ++i) low.push_back(i);
   trained.Keep(low);

@@ -13,7 +13,7 @@ namespace {
 TEST(GrowthForecast, FollowsWhatHasGrown) {
   GrowthForecast growth;
   EXPECT_FALSE(growth.is_known());
-  EXPECT_GT(growth.After(1000, 9), 2000) << "what is usual";
+  EXPECT_GT(growth.After(1000, 9), 2000) << "the default growth";
   EXPECT_EQ(growth.After(1000, 0), 1000);
   for (const Index after : {1200, 1300, 1400}) growth.Observe(1000, after);
   EXPECT_FALSE(growth.is_known());
@@ -43,7 +43,7 @@ TEST(IterationTimer, FirstIterationsDoNotCount) {
   EXPECT_DOUBLE_EQ(pace.Seconds(true, 100), 0.1);
   EXPECT_GT(pace.Seconds(true, 200), 0.15) << "more Gaussians take longer";
   EXPECT_LE(pace.Seconds(true, 200), 0.2);
-  EXPECT_GT(pace.Seconds(false, 100), 0.1) << "what is usual";
+  EXPECT_GT(pace.Seconds(false, 100), 0.1) << "the usual ratio";
   pace.SetFullBeyondCoarse(0.2);
   EXPECT_DOUBLE_EQ(pace.Seconds(false, 100), 0.3) << "foreseen";
   pace.Observe(false, 100, 10);
@@ -72,7 +72,7 @@ TEST(IterationTimer, OfChangesIsInProportionToTheGaussians) {
   EXPECT_DOUBLE_EQ(pace.ChangeSeconds(5000), 10);
 }
 
-// 100 Gaussians of 150 at most, with so much of the stage behind.
+// Progress `done` of the stage, with 100 Gaussians of at most 150.
 StageProgress After(double done, bool has_coarse_views = true) {
   return {.span = {done, done}, .gaussians = 100, .max_gaussians = 150, .has_coarse_views = has_coarse_views};
 }
@@ -91,7 +91,7 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   EXPECT_NEAR(ahead(0).seconds, 2, 0.03);
   EXPECT_NEAR(ahead(0.25).seconds, (1 + 2 * 3) / 3.0, 0.03);
   EXPECT_NEAR(ahead(0.5).seconds, 3, 1e-12);
-  EXPECT_NEAR(ahead(0, false).seconds, 3, 1e-12) << "images that have no halves";
+  EXPECT_NEAR(ahead(0, false).seconds, 3, 1e-12) << "images too small for half resolution";
   EXPECT_NEAR(ahead(0).full_seconds, 3, 1e-12);
   EXPECT_EQ(ahead(0).gaussians, 100);
 
@@ -106,7 +106,7 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
 
   options.pruning.aic_weight = 2;
   const RemainingWork pruned = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
-  EXPECT_EQ(pruned.gaussians, 90) << "six tenths of them";
+  EXPECT_EQ(pruned.gaussians, 90) << "60 % of 150";
   EXPECT_EQ(pruned.most_gaussians, 150);
   EXPECT_LT(pruned.seconds, growing.seconds);
 }
@@ -121,24 +121,24 @@ TEST(ForecastStage, JudgesInAPartOfALimitedTime) {
     return ForecastStage(pace, {}, TrainingSchedule(options), After(0), kViews).change_seconds;
   };
   const double all = changes();
-  EXPECT_GT(all, 8 * kViews * 0.1 * 0.6) << "of at least eight rounds";
+  EXPECT_GT(all, 8 * kViews * 0.1 * 0.6) << "at least eight rounds of pruning";
   options.time_limit = 2 * all;
   EXPECT_DOUBLE_EQ(changes(), kScoringFraction * 2 * all);
   options.time_limit = 10 * all;
   EXPECT_DOUBLE_EQ(changes(), all);
   options.time_limit = 2 * all, options.pruning.keep_fraction = 0.5;
-  EXPECT_GT(changes(), kScoringFraction * 2 * all) << "a number that was asked for takes what it takes";
+  EXPECT_GT(changes(), kScoringFraction * 2 * all) << "a requested number of Gaussians is not limited by time";
 }
 
 TEST(RemainingWork, KeepsTimeForChangesButNotAllOfIt) {
   const RemainingWork ahead{.seconds = 0.1, .change_seconds = 4};
   EXPECT_DOUBLE_EQ(ahead.IterationsIn(10), 60);
-  EXPECT_DOUBLE_EQ(ahead.IterationsIn(4.8), 12) << "four of 4.8 would be more than three quarters";
+  EXPECT_DOUBLE_EQ(ahead.IterationsIn(4.8), 12) << "changes take at most three quarters of the time";
   EXPECT_LT(ahead.IterationsIn(-1), 0);
 }
 
-// A clock by hand: iterations of half size take 1, those of full size 3, later 5. The stage ends when time does, and
-// as large a part of it is coarse as was asked for.
+// Simulated clock: iterations take 1 at half size, 3 at full size and later 5. The stage ends in time, and the
+// requested part of it is at half resolution.
 TEST(ForecastStage, EndsTheStageInTime) {
   constexpr double kTime = 5000;
   TrainOptions options;

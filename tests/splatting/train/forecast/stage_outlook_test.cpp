@@ -11,7 +11,7 @@ namespace {
 
 using Telling = StagePlanner::Telling;
 
-// The Gaussians stay as many, and all iterations see views of full size.
+// A constant number of Gaussians, and only views at full resolution.
 TrainOptions WithIterations(int iterations) {
   TrainOptions options;
   options.adam.iterations = iterations;
@@ -23,14 +23,14 @@ TrainOptions WithIterations(int iterations) {
 
 struct OutlookOf {
   TrainOptions options;
-  double seconds = 0;  // before the session
+  double seconds = 0;  // before the session started
   Scene scene = test::TrainingScene();
   TrainCallbacks callbacks = {};
   TrainingSession session{scene, options, seconds, callbacks};
   StagePlanner outlook{session};
 };
 
-// Two iterations: the first does not count.
+// Two iterations, because the first is ignored.
 void Observe(StagePlanner& outlook, double seconds) {
   for (int k = 0; k < 2; ++k) outlook.ObserveIteration(false, 100, 1000, seconds);
 }
@@ -46,7 +46,7 @@ TEST(StagePlanner, IterationsAreEqualPartsWhereTimeIsNotLimited) {
   EXPECT_EQ(outlook.ExpectedIterations(half), 40);
 }
 
-// As where there was a time limit, or other iterations were asked for, before the training was gone on with.
+// As after resuming with another number of iterations, or without the former time limit.
 TEST(StagePlanner, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
   OutlookOf of{WithIterations(40)};
   StagePlanner& outlook = of.outlook;
@@ -58,16 +58,16 @@ TEST(StagePlanner, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
   EXPECT_EQ(now.iteration, 40);
 }
 
-// Of the time that is left some is for what is not an iteration, so that somewhat fewer fit.
+// A part of the remaining time is reserved for evaluations, so slightly fewer iterations fit.
 TEST(StagePlanner, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
   TrainOptions options = WithIterations(1000);
   options.time_limit = 150;
   OutlookOf of{options, 50};
   StagePlanner& outlook = of.outlook;
   const StageProgress half{20, {19.0 / 40, 0.5}, 100};
-  EXPECT_EQ(outlook.ExpectedIterations(half), 1000) << "before any has been timed";
+  EXPECT_EQ(outlook.ExpectedIterations(half), 1000) << "before any iteration has been timed";
   Observe(outlook, 1);
-  // The evaluation of 14,400 pixels takes half of what training on them does.
+  // Evaluation takes half as long per pixel as training; 14,400 pixels are evaluated.
   EXPECT_GT(outlook.ExpectedIterations(half), 20 + 85);
   EXPECT_LT(outlook.ExpectedIterations(half), 20 + 95);
   const StageSpan next = outlook.NextSpan(half);
@@ -89,8 +89,7 @@ TEST(StagePlanner, ForetellsOnce) {
   EXPECT_EQ(ahead.gaussians, 100);
   const Prediction told = outlook.Foretell(now, ahead, false, 7);
   EXPECT_EQ(told.mib, 7);
-  // 80 iterations and four fifths of the rows of the history are to come, and pixels are evaluated twice as fast as
-  // trained on.
+  // 80 iterations and four fifths of the history rows remain. Evaluation takes half as long per pixel as training.
   const double rows = std::ceil(0.8 * options.adam.evaluations);
   EXPECT_NEAR(told.seconds, told.at_seconds + 80 * 3 + rows * outlook.EvaluationSeconds(), 1e-6);
   EXPECT_DOUBLE_EQ(outlook.EvaluationSeconds(), 0.5 * 3e-3 * 12 * 40 * 30);

@@ -21,7 +21,7 @@ namespace {
 
 using B = CpuBackend<float>;
 
-// The diagonal, by another name.
+// The Jacobi (diagonal) preconditioner under another name.
 class OwnPreconditioner final : public Preconditioner<B> {
  public:
   explicit OwnPreconditioner(int& applied) : applied_(applied) {}
@@ -68,14 +68,14 @@ TEST(LmStage, TakesThePreconditionerThatTheProblemGives) {
   EXPECT_GT(problem.applied, 2);
   SplatProblem<B> without = ring.Make();
   EXPECT_THAT(SolvedWith(lm, without, ring), testing::HasSubstr("PCG, block Jacobi"));
-  // Asked for the diagonal, it gets that.
+  // An explicit request for the diagonal overrides it.
   problem.applied = 0;
   lm.preconditioner = LmPreconditioner::kJacobi;
   EXPECT_THAT(SolvedWith(lm, problem, ring), testing::HasSubstr("PCG, Jacobi"));
   EXPECT_EQ(problem.applied, 0);
 }
 
-// Iterations of LM that a training with this least gain has done.
+// Number of LM iterations of a training with this function tolerance.
 int LmIterations(double function_tolerance) {
   TrainOptions options = test::ShortTraining(20, 3);
   options.lm.function_tolerance = function_tolerance;
@@ -84,10 +84,10 @@ int LmIterations(double function_tolerance) {
 
 TEST(LmStage, EndsWhereAnIterationGainsLittle) {
   EXPECT_EQ(LmIterations(0), 3);
-  EXPECT_EQ(LmIterations(1), 1) << "no iteration takes all of the cost";
+  EXPECT_EQ(LmIterations(1), 1) << "no iteration lowers the cost to 0";
 }
 
-// A splat and photographs of it, whose cameras are off.
+// A splat and photographs of it with perturbed cameras.
 class JointLmStage : public testing::Test {
  protected:
   static TrainOptions Options(CameraChoice choice, int iterations) {
@@ -97,7 +97,7 @@ class JointLmStage : public testing::Test {
     options.lm.pcg_iterations = 15;
     return options;
   }
-  // How far a training view's means are seen from where they should be, the largest, pixels.
+  // The largest error of a projected mean in the training views, pixels.
   double Off(const std::vector<ViewUnknowns>& found) const {
     const std::vector<View> moved = found.empty() ? given_.views : MovedViews(given_, found);
     double most = 0;
@@ -116,7 +116,7 @@ class JointLmStage : public testing::Test {
   Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_ = test::WithCamerasOff(truth_, 0.3, 0.01);
 };
 
-// The splat is that of the true cameras, so that there is no frame but theirs.
+// The splat is the true one, which fixes the frame of the cameras.
 TEST_F(JointLmStage, FindsCamerasWithoutAnAdamStage) {
   const double before = Off({});
   ASSERT_GT(before, 0.5);
@@ -124,10 +124,10 @@ TEST_F(JointLmStage, FindsCamerasWithoutAnAdamStage) {
   ASSERT_EQ(result.cameras.size(), 10U);
   EXPECT_LT(Off(result.cameras), before / 4);
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 8);
-  EXPECT_NE(result.model.data, model_.data) << "and the splats with them";
+  EXPECT_NE(result.model.data, model_.data) << "Gaussians are optimised too";
   EXPECT_GT(result.camera_changes.pixels, 0);
   for (const ViewUnknowns& view : result.cameras) EXPECT_TRUE(view.color.is_none());
-  // What the history says is so of the model and the cameras that are given back.
+  // The history describes the returned model and cameras.
   Scene moved = given_;
   moved.views = MovedViews(given_, result.cameras);
   for (std::size_t v = 0; v < moved.views.size(); ++v) moved.views[v].image = given_.views[v].image;
@@ -135,7 +135,7 @@ TEST_F(JointLmStage, FindsCamerasWithoutAnAdamStage) {
             result.history.back().train.psnr);
 }
 
-// Colours are the same from everywhere, so that they cannot stand in for exposures.
+// Colours do not depend on the direction (SH degree 0), so they cannot model exposures.
 TEST_F(JointLmStage, FindsExposuresToo) {
   model_ = test::RandomModel(60, 0, 7);
   given_ = test::RingWithImages(model_, 12, 80, 60);
@@ -157,7 +157,7 @@ TEST_F(JointLmStage, FindsExposuresToo) {
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 3);
 }
 
-// With an Adam stage LM keeps the cameras that it has found.
+// After an Adam stage, LM keeps the cameras that Adam found.
 TEST_F(JointLmStage, LeavesCamerasAsAdamHasFoundThem) {
   TrainOptions options = Options(CameraChoice::kPose, 0);
   options.adam.iterations = 60;
@@ -197,7 +197,7 @@ TEST_F(JointLmStage, RefusesWhatItCannotFind) {
   EXPECT_THAT(Refining(small), ThrowsError(kOutOfMemory, "--memory_budget=0.003"));
 }
 
-// The state of the stage has the cameras a second time, as the run has them.
+// The state of the LM stage and the run state both contain the cameras; they must agree.
 TEST_F(JointLmStage, RefusesASavedStageWhoseCamerasAreNone) {
   const TrainOptions options = Options(CameraChoice::kPoseAndExposure, 3);
   const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, {}, callbacks); };
@@ -210,7 +210,7 @@ TEST_F(JointLmStage, RefusesASavedStageWhoseCamerasAreNone) {
   EXPECT_THROW(test::GoneOn(checkpoint, refine), Error);
 }
 
-// With columns there is no room for, cameras are found all the same.
+// Without memory for the camera columns, the cameras are solved for jointly in PCG.
 TEST_F(JointLmStage, SolvesForCamerasAlongWhereThereIsNoRoomToEliminateThem) {
   TrainOptions options = Options(CameraChoice::kPose, 3);
   const double foreseen = Refine(given_, model_, options, {}, {}).memory.predicted_mib;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings that find cameras and exposures along.
+// Trainings that also optimise cameras and exposures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using testing::Contains;
 
-// A splat and photographs of it, whose cameras are off by up to half a degree and half a per cent of the distance.
+// A splat and photographs of it. The camera errors are up to 0.5 degrees and 0.5 % of the distance.
 class CamerasFoundAlong : public testing::Test {
  protected:
   static TrainOptions Options(CameraChoice choice, int iterations) {
@@ -37,8 +37,7 @@ class CamerasFoundAlong : public testing::Test {
     }
     return views;
   }
-  // The largest shift in pixels by which training views see the model's means elsewhere than in truth, the best
-  // similarity of all views apart.
+  // The largest error of a projected mean in the training views, pixels, up to the similarity that fits all views best.
   double Off(const std::vector<ViewUnknowns>& found) const {
     const std::vector<View> moved = MovedViews(given_, found);
     const std::vector<const View*> truth = TrainedOn(truth_);
@@ -82,7 +81,7 @@ TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
     for (float& value : view.image.rgb) value *= static_cast<float>(gains.back());
   }
   TrainOptions options = Options(CameraChoice::kPoseAndExposure, 1000);
-  options.adam.lr_scale = 1;  // the splat takes the mean exposure
+  options.adam.lr_scale = 1;  // the splat models the mean exposure
   const TrainResult result = Refine(given_, model_, options, {}, {});
   ASSERT_EQ(result.cameras.size(), gains.size());
   for (std::size_t i = 0; i < gains.size(); ++i) {
@@ -90,8 +89,7 @@ TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
   }
 }
 
-// The freedoms that no photograph tells of are taken out whenever all views were through, also where that is within an
-// iteration of several.
+// The gauge is fixed whenever all views were processed once, even in the middle of an iteration over several views.
 TEST_F(CamerasFoundAlong, TheGaugeIsHeldOnceAnEpoch) {
   given_ = truth_;
   for (std::size_t v = 0; v < given_.views.size(); ++v) {
@@ -105,14 +103,13 @@ TEST_F(CamerasFoundAlong, TheGaugeIsHeldOnceAnEpoch) {
     for (const ViewUnknowns& view : test::StoppedAt(iterations, train).run.cameras) mean += view.color.gain[0] / 10;
     return mean;
   };
-  // One more than that is done. Of ten views, four an iteration, all were through in the third (12), the fifth (20) and
-  // the eighth (32).
+  // last + 1 iterations are done. With ten views and four per iteration, an epoch ends in iteration 3 (12 views), 5
+  // (20) and 8 (32).
   for (const int last : {2, 4, 7}) EXPECT_NEAR(mean_gain(last), 1, 1e-12) << last;
   for (const int last : {3, 5, 6}) EXPECT_GT(std::abs(mean_gain(last) - 1), 1e-4) << last;
 }
 
-// At six tenths of the stage, where all views were just through, the mean turn is still held unless the filter is
-// narrow.
+// At 60 % of the stage, right after an epoch, the mean rotation is still fixed unless eps2d is small.
 TEST_F(CamerasFoundAlong, TheMeanTurnIsFreeSoonerWithANarrowFilter) {
   for (const double eps2d : {0.3, 0.02}) {
     SCOPED_TRACE(eps2d);
@@ -130,7 +127,7 @@ TEST_F(CamerasFoundAlong, TheMeanTurnIsFreeSoonerWithANarrowFilter) {
     if (eps2d < 0.1) {
       EXPECT_GT(most, 1e-5);
     } else {
-      EXPECT_LT(most, 1e-7);  // what is left of turns that do not commute
+      EXPECT_LT(most, 1e-7);  // rotations do not commute exactly
     }
   }
 }
@@ -151,7 +148,7 @@ TEST_F(CamerasFoundAlong, BandsOfHarmonicsWaitForExposures) {
   }
 }
 
-// All round an object a focal length can be told from the distance.
+// Cameras all around an object determine the focal length.
 TEST_F(CamerasFoundAlong, LensesComeBack) {
   constexpr double kTooLong = 1.02;
   for (View& view : given_.views) {
@@ -166,17 +163,18 @@ TEST_F(CamerasFoundAlong, LensesComeBack) {
   }
   EXPECT_NEAR(result.camera_changes.most_focal, 1 - 1 / kTooLong, 0.005);
   const std::vector<View> found = MovedViews(given_, result.cameras);
-  for (std::size_t v = 0; v < found.size(); ++v) EXPECT_EQ(found[v].camera, found[1].camera) << "test views share it";
+  for (std::size_t v = 0; v < found.size(); ++v)
+    EXPECT_EQ(found[v].camera, found[1].camera) << "test views share the lens";
 }
 
-// Most of a turn that all cameras share is found as theirs, and not as a shift of the principal point.
+// A rotation that all cameras share is found mostly as poses, and not as a shift of the principal point.
 TEST_F(CamerasFoundAlong, LensesTakeNoTurn) {
   constexpr double kTurn = 0.03;
   for (std::size_t v = 0; v < given_.views.size(); ++v) {
     given_.views[v] = test::PerturbedView(truth_.views[v], splat::Compose({{kTurn, 0, 0}}, {}));
   }
   TrainOptions options = Options(CameraChoice::kAll, 400);
-  options.adam.lr_scale = 0.03;  // the splat is right
+  options.adam.lr_scale = 0.03;  // the splat is already right
   const TrainResult result = Refine(given_, model_, options, {}, {});
   for (const ViewUnknowns& view : result.cameras) {
     for (const double shift : view.lens.shift) EXPECT_NEAR(shift, 0, kTurn / 2);
@@ -221,7 +219,7 @@ TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
   }
 }
 
-// One view; all alike; a camera that looks away; a black photograph.
+// One view; identical views; a camera that looks away; a black photograph.
 TEST_F(CamerasFoundAlong, OddScenesStayFinite) {
   Scene one = given_;
   one.views.resize(2);
@@ -267,14 +265,14 @@ TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
   const View &now = *cameras.views()[4], &before = *cameras.given()[4];
   EXPECT_EQ(now.rotation, MovedView(before, found[4].motion).rotation);
   EXPECT_EQ(now.camera, AsFound(before, found[4]).camera);
-  EXPECT_EQ(now.image.rgb, before.image.rgb) << "not developed yet";
+  EXPECT_EQ(now.image.rgb, before.image.rgb) << "exposure not applied yet";
   const float* const values = now.image.rgb.data();
   EXPECT_TRUE(cameras.Develop(4));
   EXPECT_FALSE(cameras.Develop(4));
   EXPECT_EQ(now.image.rgb.data(), values);
   EXPECT_NEAR(now.image.rgb[0], (before.image.rgb[0] - 0.1f) / 2, 1e-6);
   EXPECT_EQ(cameras.views()[3]->image.rgb, cameras.given()[3]->image.rgb);
-  // And back, to the bit.
+  // Undoing it restores the same bits.
   ASSERT_TRUE(cameras.Restore(std::vector<ViewUnknowns>(10)));
   cameras.DevelopAll();
   EXPECT_EQ(now.image.rgb, before.image.rgb);
@@ -288,14 +286,14 @@ TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
   EXPECT_FALSE(cameras.Restore(found));
   for (ViewUnknowns& view : found) view.lens = {};
   EXPECT_TRUE(cameras.Restore(found));
-  // They have one lens.
+  // All views share one lens, so this is invalid.
   found[2].lens.log_focal[0] = 0.01;
   EXPECT_FALSE(cameras.Restore(found));
   found[2].lens = {};
   for (double& q : found[2].motion.quaternion) q = 0;
   EXPECT_FALSE(cameras.Restore(found));
   EXPECT_FALSE(cameras.Restore({}));
-  // Nor what is not found.
+  // Changes of parameters that are not optimised are invalid.
   options.refine = CameraChoice::kPose;
   TrainingCameras poses(given, options);
   std::vector<ViewUnknowns> moved(10);

@@ -39,7 +39,7 @@ class Checkpoints : public testing::Test {
     WriteBytes(Path(name), bytes);
     return Path(name);
   }
-  // Trains until `stop` iterations of `stage` are done, from a checkpoint if there is one, and leaves another.
+  // Trains until `stop` iterations of `stage` are done and saves a checkpoint. With `resume`, starts from the last one.
   TrainResult TrainUntil(const TrainOptions& options, Stage stage, int stop, bool resume,
                          const StageRunners& stages = HostStages()) {
     TrainCallbacks callbacks;
@@ -56,12 +56,12 @@ class Checkpoints : public testing::Test {
     }
     return Train(scene_, options, {}, callbacks, stages);
   }
-  // With a checksum that is right.
+  // Writes a checkpoint with a valid checksum.
   void Save(RunState run, const std::string& state) const {
     WriteCheckpoint(Path("checkpoint"), run,
                     [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
   }
-  // A training that goes on from that until so many iterations of its stage are done.
+  // Resumes from this state until `stop` iterations of its stage are done.
   auto GoingOn(const RunState& run, const std::string& state, int stop) {
     Save(run, state);
     return [this, stage = run.stage, stop] { TrainUntil(Options(), stage, stop, true); };
@@ -76,12 +76,13 @@ class Checkpoints : public testing::Test {
 
 TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
   const TrainResult whole = Train(scene_, Options(), {}, {});
-  ASSERT_GT(whole.model.count, 60) << "densification is part of it";
+  ASSERT_GT(whole.model.count, 60) << "includes densification";
   struct Break {
     Stage stage;
     int iteration;
   };
-  // Before and after densification (every 20), a reset of opacity (24), coarse views and the mean (30), and the switch.
+  // Before and after densification (every 20), an opacity reset (24), half resolution and averaging (30), and the
+  // change of stage.
   const Break breaks[] = {{Stage::kAdam, 1},  {Stage::kAdam, 19}, {Stage::kAdam, 20},
                           {Stage::kAdam, 24}, {Stage::kAdam, 30}, {Stage::kAdam, 41},
                           {Stage::kAdam, 59}, {Stage::kLm, 1},    {Stage::kLm, 3}};
@@ -99,7 +100,7 @@ TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
   }
 }
 
-// A model of different degrees, in both stages.
+// A model with several SH degrees, in both stages.
 TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
   const SplatModel start =
       test::WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), test::MixedDegrees(60));
@@ -136,11 +137,11 @@ TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
     TrainUntil(options, Stage::kAdam, iteration, false);
     const TrainResult resumed = TrainUntil(options, Stage::kAdam, 1000, true);
     EXPECT_EQ(resumed.model.data, whole.model.data) << iteration;
-    EXPECT_EQ(resumed.notes, whole.notes) << "what was said where it was stopped holds no more";
+    EXPECT_EQ(resumed.notes, whole.notes) << "end-of-stage notes of the stopped run are dropped";
   }
 }
 
-// How many Gaussians there may be is for the training that goes on to say.
+// The limit on Gaussians is the one of the resumed run.
 TEST_F(Checkpoints, GoOnWithTheLimitsOfNow) {
   TrainUntil(Options(), Stage::kAdam, 10, false);
   TrainOptions fewer = Options();
@@ -156,7 +157,7 @@ TEST_F(Checkpoints, OfMoreIterationsThanAreAskedForAreRefused) {
   fewer.adam.iterations = 3 * 31;
   EXPECT_THAT([&] { TrainUntil(fewer, Stage::kAdam, 1000, true); }, ThrowsError(kBadArgument, "93"));
   fewer.adam.iterations = 3 * 32;
-  EXPECT_EQ(TrainUntil(fewer, Stage::kAdam, 1000, true).history.back().iteration, kLm) << "LM follows as ever";
+  EXPECT_EQ(TrainUntil(fewer, Stage::kAdam, 1000, true).history.back().iteration, kLm) << "LM still follows";
 }
 
 TEST_F(Checkpoints, LmGoesOnForLonger) {
@@ -173,7 +174,7 @@ TEST_F(Checkpoints, OfAnotherSceneAreRefused) {
   EXPECT_THAT([&] { TrainUntil(Options(), Stage::kAdam, 6, true); }, ThrowsError(kBadArgument, Path("checkpoint")));
   const std::uint64_t before = FingerprintOf(scene_);
   scene_.views[3].bent = BentCamera{scene_.views[3].camera, {.radial = {-0.1}}};
-  EXPECT_NE(FingerprintOf(scene_), before) << "lenses that bend differently are others";
+  EXPECT_NE(FingerprintOf(scene_), before) << "another lens distortion is another scene";
 }
 
 TEST_F(Checkpoints, DamageIsNamed) {
@@ -194,7 +195,7 @@ TEST_F(Checkpoints, DamageIsNamed) {
   EXPECT_THAT(Reading(Path("missing")), ThrowsError(kNotFound, Path("missing")));
 }
 
-// Whose checksum is right.
+// Damaged contents behind a valid checksum.
 TEST_F(Checkpoints, ImpossibleOnesAreRefused) {
   const auto forged = [&](Stage stage, int iteration, Stage stage_of_row) {
     RunState run;
@@ -214,7 +215,7 @@ TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
   std::string saved;
   ArchiveWriter archive([&](std::string_view bytes) { saved += bytes; });
   std::vector<float> parameters(splat::NumAttributes(0));
-  // 14 times the last one wraps to 14.
+  // Multiplied by 14, the last count overflows to 14.
   for (const Index count : {Index{1}, Index{-1}, Index{2}, std::numeric_limits<Index>::min() + 1}) {
     saved.clear();
     LmStageHeader header{.layout = {.count = count}, .done = 0, .units = {}};
@@ -223,13 +224,13 @@ TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
   }
 }
 
-// States of Adam's stage that are no training's, behind a checksum that is right.
+// Impossible states of the Adam stage behind a valid checksum.
 TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
   TrainUntil(Options(), Stage::kAdam, 30, false);
   const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
   const auto going_on = [&](const std::string& state) { return GoingOn(real.run, state, 40); };
-  EXPECT_NO_THROW(going_on(real.stage_state)()) << "as it was";
-  // It begins with the degree of the harmonics, the number of Gaussians, and how many of them lack each band.
+  EXPECT_NO_THROW(going_on(real.stage_state)()) << "not changed";
+  // The state begins with the SH degree, the number of Gaussians, and how many of them lack each band.
   const auto with = [&](std::size_t at, auto value) {
     std::string state = real.stage_state;
     std::memcpy(state.data() + at, &value, sizeof(value));
@@ -247,12 +248,12 @@ TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
   }
 }
 
-// The same of LM's.
+// The same for the LM stage.
 TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
   TrainUntil(Options(), Stage::kLm, 2, false);
   const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
   const auto going_on = [&](const std::string& state) { return GoingOn(real.run, state, 3); };
-  EXPECT_NO_THROW(going_on(real.stage_state)()) << "as it was";
+  EXPECT_NO_THROW(going_on(real.stage_state)()) << "not changed";
   const auto with_done = [&](int done) {
     LmStageHeader header;
     ArchiveReader reader(real.stage_state);
@@ -269,14 +270,14 @@ TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
         real.stage_state.substr(0, 60), real.stage_state.substr(0, real.stage_state.size() - 40)}) {
     EXPECT_THAT(going_on(state), ThrowsError(kBadFile, Path("checkpoint")));
   }
-  // Iterations of solves before this one that are more than are asked for now.
+  // More finished iterations than the options now request.
   Save(real.run, with_done(2));
   TrainOptions fewer = Options();
   fewer.lm.iterations = 1;
   EXPECT_GT(TrainUntil(fewer, Stage::kLm, 1000, true).model.count, 0);
 }
 
-// What has been trained is worth more than the file.
+// A training continues if its checkpoint cannot be written.
 TEST_F(Checkpoints, ThatCannotBeWrittenDoNotEndTheTraining) {
   TrainCallbacks callbacks;
   callbacks.checkpoint = {.path = Path("no_folder/checkpoint"), .every = {.iterations = 20}, .origin = ""};

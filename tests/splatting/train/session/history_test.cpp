@@ -37,7 +37,7 @@ TEST(RecordedHistory, TellsOfItsLastRow) {
   EXPECT_EQ(history.rows()[1].iteration, 3);
 }
 
-// Half of what training on as many pixels takes, until an evaluation was measured.
+// Until an evaluation is timed, it is predicted as half the time of training on as many pixels.
 TEST(RecordedHistory, ForeseesTheNextEvaluation) {
   const Scene scene = TrainingScene();
   const TrainCallbacks callbacks;
@@ -50,12 +50,12 @@ TEST(RecordedHistory, ForeseesTheNextEvaluation) {
   session.history().Record(Stage::kAdam, 1, {0, slow, {}});
   EXPECT_GE(session.history().SecondsAhead(0), 0.002);
   EXPECT_LT(session.history().SecondsAhead(1e3), 1e3);
-  EXPECT_GE(session.clock().Paused(), 0.002) << "the clock stands still";
+  EXPECT_GE(session.clock().Paused(), 0.002) << "the clock is paused";
 }
 
 using test::TrainingScene;
 
-// With evaluations, and with what is foreseen.
+// The limit includes evaluations and the predicted time of the next step.
 TEST(EarlyEnd, TimeLimitIsOfAllTime) {
   const Scene scene = TrainingScene();
   TrainOptions options;
@@ -64,13 +64,13 @@ TEST(EarlyEnd, TimeLimitIsOfAllTime) {
   TrainingSession session(scene, options, 50, callbacks);
   EXPECT_FALSE(session.early_end().ShouldStop(10));
   EXPECT_TRUE(session.early_end().ShouldStop(60));
-  EXPECT_TRUE(session.early_end().ShouldStop()) << "once and for all";
+  EXPECT_TRUE(session.early_end().ShouldStop()) << "it stays stopped";
   options.time_limit = 0;
   TrainingSession unlimited(scene, options, 1e6, callbacks);
   EXPECT_FALSE(unlimited.early_end().ShouldStop(1e6));
 }
 
-// Clocks differ; theirs all would end the training by whichever is ahead.
+// Clocks of processes differ; only the clock of rank 0 ends the training.
 TEST(EarlyEnd, TimeLimitIsByTheClockOfTheFirst) {
   const Scene scene = TrainingScene();
   TrainOptions options;
@@ -100,7 +100,7 @@ TEST(EarlyEnd, TargetIsOfTheLatestRow) {
   EXPECT_FALSE(without.early_end().misses_target());
   options.target_psnr = 30;
   TrainingSession session(scene, options, 0, callbacks);
-  EXPECT_TRUE(session.early_end().misses_target()) << "nothing was measured";
+  EXPECT_TRUE(session.early_end().misses_target()) << "nothing was measured yet";
   for (const double psnr : {31.0, 29.0, 30.0}) {
     record(session, psnr);
     EXPECT_EQ(session.early_end().has_reached_target(), psnr >= 30) << psnr;
@@ -115,13 +115,13 @@ TEST(TimeBudget, ATwentiethIsForRowsOfTheHistory) {
   options.time_limit = 100;
   const TrainingClock fresh(50, 0), has_evaluated(50, 2);
   EXPECT_TRUE(TimeBudget(options, kAlone, fresh).HasTimeToRecord(2));
-  EXPECT_FALSE(TimeBudget(options, kAlone, fresh).HasTimeToRecord(5)) << "of 55";
-  EXPECT_FALSE(TimeBudget(options, kAlone, has_evaluated).HasTimeToRecord(2)) << "4 of 54";
+  EXPECT_FALSE(TimeBudget(options, kAlone, fresh).HasTimeToRecord(5)) << "5 of 55 seconds";
+  EXPECT_FALSE(TimeBudget(options, kAlone, has_evaluated).HasTimeToRecord(2)) << "4 of 54 seconds";
   options.time_limit = 0;
   EXPECT_TRUE(TimeBudget(options, kAlone, fresh).HasTimeToRecord(1e6));
 }
 
-// Room to write is kept, and a quarter for LM where it is asked for.
+// Time to write the result is reserved, and a quarter for LM if it is enabled.
 TEST(TimeBudget, AdamHasTheTimeThatOthersLeave) {
   TrainOptions options;
   const TrainingClock clock(50, 0);

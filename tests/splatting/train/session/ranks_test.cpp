@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings by several processes, which are threads of this one. Label threads: run under the thread sanitizer too.
+// Trainings by several processes, emulated by threads. Label threads: run under the thread sanitizer too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@
 namespace vesta::gs {
 namespace {
 
-// With views that judge, evaluated once on the way.
+// With scoring views, and an evaluation during the training.
 TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
   TrainOptions options = test::ShortTraining(iterations, lm_iterations);
   options.adam.evaluations = 2;
@@ -28,7 +28,7 @@ TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
   return options;
 }
 
-// By all of them the same; of the first.
+// Trains on `count` ranks and expects the same result on all. Returns the result of rank 0.
 TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
                     const StageRunners& stages = HostStages()) {
   std::vector<TrainResult> all(static_cast<std::size_t>(count));
@@ -45,7 +45,7 @@ TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
   return std::move(all[0]);
 }
 
-// Both stages.
+// Options with both stages.
 TrainOptions Options() { return TrainingOnRanks(60, 2); }
 
 TEST(TrainingOverRanks, ComesToTheSameBitsForAnyNumberOfThem) {
@@ -65,7 +65,7 @@ TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
   TrainOptions options = TrainingOnRanks(60, 0);
   options.density.max_gaussians = 1000;
   const TrainResult alone = Train(scene, options, {}, {});
-  EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
+  EXPECT_NE(alone.model.count, 700) << "Gaussians are added and removed";
   EXPECT_EQ(TrainOn(3, scene, options).model.data, alone.model.data);
   options.adam.batch_size = 1;
   EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, {}, {}).model.data);
@@ -89,7 +89,7 @@ TEST(TrainingOverRanks, FindsNoCameras) {
   }
 }
 
-// Those that are measured are each in the share of one.
+// The measured views can all be in the share of one rank.
 TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = Options();
@@ -104,7 +104,7 @@ TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
   EXPECT_EQ(together.history.back().cost, alone.history.back().cost);
 }
 
-// The first alone has a checkpoint to write: what is changed for its sake all of them change.
+// Only rank 0 writes the checkpoint. Any change it makes for that must be made on all ranks.
 void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, const std::vector<int>& stops) {
   const TrainResult whole = TrainOn(1, scene, options);
   const TempFolder folder;
@@ -115,7 +115,7 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
       callbacks.ranks = &ranks;
       int done = 0;
       callbacks.progress = [&](const TrainProgress& p) { done = p.iteration; };
-      // Adam asks before it tells of an iteration, LM after.
+      // Adam calls `stop` before it reports an iteration, LM after.
       const int told = options.adam.runs() ? stop - 1 : stop;
       callbacks.stop = [&] { return ranks.rank() == 1 && done >= told; };
       if (ranks.rank() == 0)
@@ -136,11 +136,11 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
 TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
   std::vector<int> all(14);
   std::iota(all.begin(), all.end(), 1);
-  // Of three views: 15 iterations.
+  // Three views an iteration: 15 iterations.
   ExpectToBeStoppedAndGoOn(test::TrainingScene(), TrainingOnRanks(45, 1), all);
 }
 
-// However different their clocks: one is slow, and the first one's counts.
+// The clock of rank 0 decides, even if the others differ.
 TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
   const Scene scene = test::TrainingScene();
   for (const int lm_iterations : {0, 2}) {

@@ -41,7 +41,7 @@ TEST(SavedStage, IsTakenByItsStageOnce) {
   EXPECT_EQ(saved.Take(Stage::kLm), "state");
 }
 
-// A lack of room and what others say are no fault of what was saved.
+// Out-of-memory errors, and failures of other ranks, are not blamed on the checkpoint.
 TEST(SavedStage, RefusesWhatCannotBeReadByName) {
   const Checkpoint checkpoint = InLm();
   const SavedStage saved(&checkpoint);

@@ -11,7 +11,7 @@ namespace {
 
 using test::TrainingScene;
 
-// A training that goes on has had the evaluations of before.
+// A resumed training counts the evaluation time before the break.
 TEST(TrainingSession, EvaluationsBeforeABreakAreTimeToo) {
   const Scene scene = TrainingScene();
   TrainOptions options;
@@ -23,14 +23,14 @@ TEST(TrainingSession, EvaluationsBeforeABreakAreTimeToo) {
   callbacks.resume = &checkpoint;
   TrainingSession session(scene, options, 10, callbacks);
   EXPECT_NEAR(session.Seconds(), 30, 1);
-  EXPECT_NEAR(session.EvalSeconds(), 0, 1) << "of this process";
+  EXPECT_NEAR(session.EvalSeconds(), 0, 1) << "of this process only";
   EXPECT_NEAR(session.clock().Total(), 90, 1);
   EXPECT_TRUE(session.early_end().ShouldStop(20));
 }
 
 using test::TrainingScene;
 
-// What is saved every so many minutes is due so many after where a training goes on, not at once.
+// After resuming, an output that is saved every few minutes is due after a full interval, not at once.
 TEST(InterimOutput, IntervalsBeginWhereATrainingGoesOn) {
   const Scene scene = TrainingScene();
   Checkpoint checkpoint;

@@ -20,7 +20,7 @@ namespace {
 using schema::Kind;
 using Option = schema::Field<TrainOptions>;
 
-// Every field of every room, none of them by name.
+// Runs over every option in the schema.
 class EachOption : public testing::TestWithParam<std::string> {
  protected:
   const Option& option_ = *schema::Find(TrainFields(), GetParam());
@@ -36,7 +36,7 @@ class EachOption : public testing::TestWithParam<std::string> {
     EXPECT_FALSE(option_.Set(text, options)) << text;
     EXPECT_EQ(option_.Text(options), option_.Text(TrainOptions()));
   }
-  // Of three channels where it is a colour.
+  // The value as text; a colour has three channels.
   std::string TextOf(double value) const {
     const std::string text = schema::Print(value);
     return option_.kind == Kind::kColor ? text + "," + text + "," + text : text;
@@ -77,15 +77,15 @@ TEST_P(EachOption, EndsWhereItsRangeEnds) {
   ExpectTaken(TextOf(min));
   ExpectTaken(TextOf(max));
   ExpectRefused(TextOf(is_whole ? min - 1 : std::nextafter(min, -kInf)));
-  // The next whole number that a double tells from it.
+  // The next larger value: for whole numbers, one that a double can distinguish.
   ExpectRefused(TextOf(is_whole ? std::max(max + 1, std::nextafter(max, kInf)) : std::nextafter(max, kInf)));
   ExpectRefused(TextOf(kInf));
 }
 
-// The engine checks its own options as LM begins, after the whole of Adam: nothing may be left for that.
+// The engine checks its own options when LM starts, after the whole Adam stage. So every error must be found here.
 TEST_P(EachOption, IsRefusedHereOrNotByTheEngine) {
   if (!option_.name.starts_with("lm.") || option_.kind == Kind::kSwitch || option_.kind == Kind::kChoice) return;
-  // Of a range from 0 on, which often stands for something else, the smallest values too.
+  // If a range starts at 0, which often has a special meaning, try the smallest values too.
   for (const double value :
        {option_.range.min, option_.range.min == 0 ? 1e-300 : option_.range.min, option_.range.max}) {
     if (option_.kind == Kind::kWhole && value != std::floor(value)) continue;
@@ -140,7 +140,7 @@ TEST(TrainOptions, RefiningIsBySingleViewsUnlessAskedOtherwise) {
   EXPECT_EQ(stages("paper", {}), std::pair(false, true));
 }
 
-// 3DGS-LM's schedule, and the parts in which the paper and its code differ.
+// The schedule of 3DGS-LM, and where the paper and its code differ.
 TEST(TrainOptions, PaperPresetsAreThePapers) {
   for (const char* name : {"paper", "paper_code"}) {
     const TrainOptions options = PresetOptions(name);
@@ -173,8 +173,8 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
   EXPECT_EQ(code.huber_threshold, 0.1);
   EXPECT_EQ(code.l1_weight, 1);
   EXPECT_EQ(code.ssim_weight, 0.25);
-  EXPECT_EQ(paper.step_control, StepRule::k3dgsLmV2);
-  EXPECT_EQ(code.step_control, StepRule::k3dgsLmCode);
+  EXPECT_EQ(paper.damping_update, StepRule::k3dgsLmV2);
+  EXPECT_EQ(code.damping_update, StepRule::k3dgsLmCode);
   EXPECT_EQ(paper.pcg_tolerance, 1e-2);
   EXPECT_EQ(code.pcg_tolerance, 5e-2);
   EXPECT_EQ(paper.max_diagonal, 0);
@@ -186,7 +186,7 @@ TEST(TrainOptions, RefusesAnUnknownPreset) {
               ThrowsError(kBadArgument, "--preset=quick", "fast", "balanced", "best", "paper", "paper_code"));
 }
 
-// What a program sets by itself is checked as what is read from text.
+// Options set by a program are checked like options read from text.
 TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
   struct Case {
     std::function<void(TrainOptions&)> spoil;
@@ -205,6 +205,13 @@ TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
     TrainOptions options;
     each.spoil(options);
     EXPECT_THAT([&] { ValidateOptions(options); }, ThrowsError(kBadArgument, each.token, each.second));
+  }
+}
+
+TEST(RenamedOptions, LeadFromNoOptionToOne) {
+  for (const auto& [old_key, key] : RenamedOptions()) {
+    EXPECT_EQ(schema::Find(TrainFields(), old_key), nullptr) << old_key;
+    EXPECT_NE(schema::Find(TrainFields(), key), nullptr) << key;
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings on photographs that are decoded when their turn comes. Label threads: run under the thread sanitizer too.
+// Trainings that decode photographs on demand. Label threads: run under the thread sanitizer too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace vesta::gs {
 namespace {
 
-// Large enough to have views of half size.
+// Large enough for views at half resolution.
 Scene CoarseScene() {
   Scene scene = test::RingOfCameras(6, 144, 128, true);
   test::RenderTruth(test::RandomModel(60, 1, 7), 0.05, &scene);
@@ -24,7 +24,7 @@ Scene CoarseScene() {
   return scene;
 }
 
-// The scene with its photographs in a store that has room for so many.
+// The scene with its photographs in a store that holds `room` of them in memory.
 Scene Stored(Scene scene, double room) {
   scene.photographs = std::make_shared<PhotographStore>(room * BytesOf(scene.views[2].image));
   for (View& view : scene.views) {
@@ -40,7 +40,7 @@ Scene Stored(Scene scene, double room) {
 TrainOptions Options() {
   TrainOptions options = test::ShortTraining(12, 0);
   options.adam.evaluations = 2;
-  options.pruning = PruningOptions();  // views judge
+  options.pruning = PruningOptions();  // with scoring views
   return options;
 }
 
@@ -57,7 +57,7 @@ TEST(StoredPhotographs, TrainToTheSameBits) {
   }
 }
 
-// Whoever looks at them, the stage, an evaluation or a judge: where there is room for one, there is one.
+// If the store holds one photograph, at most one is in memory: in training, evaluation and scoring.
 TEST(StoredPhotographs, AreHeldOneAtATime) {
   Scene scene = CoarseScene();
   const double one = BytesOf(scene.views[2].image);

@@ -24,12 +24,12 @@ TEST(FitToScene, GivesManyViewsMoreIterations) {
   options.adam.iterations_scale = 0.25;
   EXPECT_EQ(FitToScene(options, 264).adam.iterations, 5016);
   options.adam.batch_size = 4;
-  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 5016) << "counted in views";
+  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 5016) << "counted in views, not iterations";
   options.adam.iterations = 7;
   EXPECT_EQ(FitToScene(options, 264).adam.iterations, 7);
   options.adam.iterations.reset();
   options.time_limit = 60;
-  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 10000000) << "time ends it";
+  EXPECT_EQ(FitToScene(options, 264).adam.iterations, 10000000) << "the time limit ends it";
   EXPECT_EQ(FitToScene(options, 20).sh_degree, 2);
   EXPECT_EQ(FitToScene(options, 264).sh_degree, 3);
 }
@@ -89,7 +89,7 @@ TEST(TrainingSchedule, LetsRatesFallByTheirFactor) {
   EXPECT_DOUBLE_EQ(schedule.At({0.5, 0.6}).lr_factor, 2);
 }
 
-// The length is given in views.
+// The length of the stage is given in views.
 TEST(ViewsAnIteration, MakeFewerIterations) {
   AdamOptions adam;
   adam.iterations = 20;
@@ -99,7 +99,7 @@ TEST(ViewsAnIteration, MakeFewerIterations) {
   };
   EXPECT_EQ(iterations(1), 20);
   EXPECT_EQ(iterations(4), 5);
-  EXPECT_EQ(iterations(8), 3) << "the last one sees as many as the others";
+  EXPECT_EQ(iterations(8), 3) << "the last one is a full batch of eight too";
   EXPECT_EQ(iterations(100), 1);
   adam.iterations = 0;
   EXPECT_EQ(iterations(4), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands in the place of kernels/core/launch.cuh where files for nvcc are compiled as plain C++: kernels run on the
-// host, thread by thread (tests/support/emulated_device.h).
+// Replaces kernels/core/launch.cuh if files for nvcc are compiled as plain C++. Kernels run on the host thread by
+// thread (tests/support/emulated_device.h).
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -8,7 +8,7 @@
 #include "tests/support/emulated_block.h"
 #include "tests/support/emulated_device.h"
 
-// What such files say of themselves to nvcc.
+// Keywords of nvcc in such files.
 #define __device__
 
 namespace vesta::device {
@@ -16,14 +16,14 @@ namespace vesta::device {
 template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
-  // One for all launches: its stacks take longer to make than most kernels to run.
+  // One for all launches, because creating its stacks takes longer than most kernels.
   thread_local test::FiberBlock fibers(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
   if (blocks == 0) return;
   LaunchOrThrow(test::LaunchFindsMemory, name);
   test::Emulate(kernel, blocks, fibers);
 }
 
-// Backwards: what depends on the order shows.
+// In reverse order, to reveal dependence on the order.
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
