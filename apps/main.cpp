@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The `vesta` program: train | refine | prune | eval | render | view | convert | doctor | report | config |
-// bundle_adjust | help. `vesta help` says more.
+// bundle_adjust | help.
 #include <glog/logging.h>
 
 #include <csignal>
@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kFailed = 1, kUsage = 2;  // exit statuses
 
-// Others do all their work in each process anew, and say that they do.
+// The other commands would repeat all their work in each process; Run refuses that.
 bool MayRunInRanks(Command command) {
   return command == kTrain || command == kRefine || command == kPrune || command == kBundleAdjust;
 }
@@ -71,7 +71,7 @@ int Run(int argc, char** argv) {
   if (NumStartedRanks() > 1 && !MayRunInRanks(line.command->command)) {
     Fail(kUnsupported, "vesta {} runs in one process; start it without mpirun", line.command->name);
   }
-  std::optional<Profile> profile;  // of the first process
+  std::optional<Profile> profile;  // on rank 0
   if (line.flags.profile && IsFirstRank()) profile.emplace(ProfileClock(line.flags.device));
   const ProfileScope timed(profile ? &*profile : nullptr);
   const int status = RunCommand(line);
@@ -92,7 +92,7 @@ int Complain(const char* message, int status) {
 int main(int argc, char** argv) {
   namespace app = vesta::app;
   app::SecondsSinceStart();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write
+  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is a write error
   vesta::ReturnFreedMemory();
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
     const std::string error = app::PrintError();
     return error.empty() || status != 0 ? status : app::Complain(error.c_str(), app::kFailed);
   } catch (const vesta::OthersGaveUp& error) {
-    app::EndWithOthers(error.what(), app::kFailed);  // they have said why
+    app::EndWithOthers(error.what(), app::kFailed);  // the other rank has printed the reason
     return app::kFailed;
   } catch (const app::UsageError& error) {
     return app::Complain(error.what(), app::kUsage);

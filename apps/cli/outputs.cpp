@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The path without links and dots, as far as there is anything.
+// The path with symbolic links and dots resolved, as far as it exists.
 fs::path Canonical(const fs::path& path) {
   std::error_code error;
   fs::path result = fs::weakly_canonical(fs::absolute(path, error), error);
@@ -28,7 +28,7 @@ fs::path Canonical(const fs::path& path) {
   return result.has_filename() ? result : result.parent_path();
 }
 
-// The folder a file of this path lies in.
+// The folder that contains the file.
 fs::path FolderOf(const fs::path& file) {
   return Canonical(file.has_parent_path() ? file.parent_path() : fs::path("."));
 }
@@ -37,7 +37,7 @@ bool IsWithin(const fs::path& path, const fs::path& folder) {
   return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
 }
 
-// By other links too.
+// Also true for hard and symbolic links to the same file.
 bool IsSameFile(const std::string& a, const std::string& b) {
   struct stat one = {}, other = {};
   if (::stat(a.c_str(), &one) == 0 && ::stat(b.c_str(), &other) == 0) {
@@ -56,7 +56,7 @@ void RunFiles::ReadsScene(const std::string& folder) {
 }
 
 void RunFiles::ReadsScene(const std::string& folder, const gs::Scene& scene) {
-  std::vector<std::string> firsts;  // of the paths within the scene
+  std::vector<std::string> firsts;  // first components of the paths inside the scene
   const auto add = [&](const std::string& file) {
     Reads(file);
     const fs::path inside = fs::path(file).lexically_relative(folder);
@@ -90,7 +90,7 @@ void RunFiles::CheckPlace(const Output& output) const {
   const auto holds = [&](const std::string& scene) { return IsWithin(folder, scene); };
   if (std::find(scenes_.begin(), scenes_.end(), folder.string()) != scenes_.end() ||
       std::any_of(scene_folders_.begin(), scene_folders_.end(), holds)) {
-    Fail(kBadArgument, "{}: {} is a folder of the scene; choose one that holds none of its files", output.given,
+    Fail(kBadArgument, "{}: {} is a folder of the scene; choose a folder without files of the scene", output.given,
          folder.string());
   }
 }
@@ -99,12 +99,12 @@ void RunFiles::CheckFolder(const Output& output) const {
   std::error_code error;
   const fs::file_status status = fs::status(output.path, error);
   if (fs::exists(status) && !fs::is_directory(status)) {
-    Fail(kCannotWrite, "{}: {} is no folder, which it is to become; rename it or choose another folder", output.given,
+    Fail(kCannotWrite, "{}: {} exists and is not a folder; rename it or choose another folder", output.given,
          output.path);
   }
   for (const std::string& file : read_) {
     if (output.kind != Kind::kFolder || !IsWithin(Canonical(file), Canonical(output.path))) continue;
-    Fail(kBadArgument, "{}: {} lies in {}, which is written anew; choose another folder", output.given, file,
+    Fail(kBadArgument, "{}: the input {} is inside {}, which is overwritten; choose another folder", output.given, file,
          output.path);
   }
 }
@@ -113,13 +113,13 @@ void RunFiles::CheckFile(const Output& output) const {
   std::error_code error;
   const fs::file_status status = fs::status(output.path, error);
   if (fs::is_directory(status))
-    Fail(kCannotWrite, "{}: {} is a folder; name or make room for a file", output.given, output.path);
+    Fail(kCannotWrite, "{}: {} is a folder, not a file; choose another name", output.given, output.path);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    Fail(kCannotWrite, "{}: {} is no ordinary file; choose another name", output.given, output.path);
+    Fail(kCannotWrite, "{}: {} is not a regular file; choose another name", output.given, output.path);
   }
   for (const std::string& file : read_) {
     if (IsSameFile(file, output.path)) {
-      Fail(kBadArgument, "{}: it would replace {}, which is read; choose another name or folder", output.given, file);
+      Fail(kBadArgument, "{}: it would overwrite the input {}; choose another name or folder", output.given, file);
     }
   }
   for (const Output& other : outputs_) {
@@ -141,12 +141,12 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
   try {
     Make();
     Lock();
-    // Of all commands: one folder may be used for one after the other.
+    // Includes the extensions of all commands: they may share a folder one after the other.
     RemoveAbandonedTemporaries(path, [](const std::string& name) {
       const auto ends = [&](const char* extension) { return name.ends_with(extension); };
       return ends(".ply") || ends(".json") || ends(".html") || ends(".vesta") || ends(".png");
     });
-    const AtomicFile probe(File("metrics.json"));  // makes a temporary file and removes it
+    const AtomicFile probe(File("metrics.json"));  // creates a temporary file and removes it
   } catch (...) {
     Release();
     throw;
@@ -161,22 +161,23 @@ void OutputFolder::Make() {
     if (folder.has_filename()) made_.insert(made_.begin(), folder.string());
   }
   fs::create_directories(path_, error);
-  // create_directories is content with a file that is no directory on some systems.
+  // On some systems create_directories does not fail if the path is a file.
   if (!error && !FolderExists(path_)) error = std::make_error_code(std::errc::not_a_directory);
-  if (error) Fail(kCannotWrite, "--out={}: cannot be made: {}; choose a folder you can write", path_, error.message());
+  if (error)
+    Fail(kCannotWrite, "--out={}: cannot be created: {}; choose a folder you can write to", path_, error.message());
 }
 
 void OutputFolder::Lock() {
   lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  // Where there are no locks there is none.
+  // If the file system does not support locks, the folder is not locked.
   if (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    Fail(kCannotWrite, "--out={}: another run writes to this folder; wait for its end, or choose another folder",
+    Fail(kCannotWrite, "--out={}: another run writes to this folder; wait until it ends, or choose another folder",
          path_);
   }
 }
 
 void OutputFolder::Release() {
-  std::error_code ignored;  // not empty, or never made: stays
+  std::error_code ignored;  // a folder that is not empty stays
   std::for_each(made_.rbegin(), made_.rend(), [&](const std::string& folder) { fs::remove(folder, ignored); });
   if (lock_ >= 0) ::close(lock_);
 }
@@ -196,14 +197,14 @@ RunFiles FilesOf(const CommandLine& line) {
 std::string Given(const char* flag, const std::string& value) { return fmt::format("--{}={}", flag, value); }
 
 void CheckWritable(const char* flag, const std::string& file) {
-  if (FolderExists(file)) Fail(kCannotWrite, "{}: is a folder; name a file", Given(flag, file));
+  if (FolderExists(file)) Fail(kCannotWrite, "{}: this is a folder; give the name of a file", Given(flag, file));
   const fs::path path(file);
   const std::string name = path.filename().string();
   RemoveAbandonedTemporaries(FolderOf(path).string(), [&](const std::string& other) { return other == name; });
   try {
-    const AtomicFile probe(file);  // makes a temporary file and removes it
+    const AtomicFile probe(file);  // creates a temporary file and removes it
   } catch (const Error& error) {
-    Fail(kCannotWrite, "--{}={}", flag, error.what());  // which begins with the file
+    Fail(kCannotWrite, "--{}={}", flag, error.what());  // what() begins with the file name
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where results may go, checked before the work that makes them. One rule for all commands: an output never replaces a
-// file that the run reads, nor lies in a folder of its scene, and no two outputs are one file.
+// Checks of the output paths, made before the work starts. One rule for all commands: an output never overwrites an
+// input and is never inside a folder of the scene, and no two outputs are the same file.
 #pragma once
 
 #include <string>
@@ -12,23 +12,23 @@
 
 namespace vesta::app {
 
-// What a run reads and what it writes.
+// The input and output files of a run.
 class RunFiles {
  public:
-  // A file that is read. Where it is missing, whoever reads it says so.
+  // An input file. It may be missing: the reader reports that.
   void Reads(const std::string& file);
-  // A scene, before it is read: its folder, and where photographs and models lie as a rule.
+  // A scene before loading: its folder, images/ and sparse/.
   void ReadsScene(const std::string& folder);
-  // The same once it is read: the folders of all its files.
+  // A loaded scene: all its files and their folders.
   void ReadsScene(const std::string& folder, const gs::Scene& scene);
 
-  // A file that is written, and files of names yet unknown; given: the flag that says so, "--out=DIR".
+  // An output file, and output files whose names are not known yet. given: the flag for messages, "--out=DIR".
   void Writes(const std::string& given, const std::string& file);
   void WritesInto(const std::string& given, const std::string& folder);
-  // A folder whose files are all the run's: nothing that is read may lie in it.
+  // A folder that the run owns completely: no input may be in it.
   void WritesFolder(const std::string& given, const std::string& folder);
 
-  // Throws Error, one line naming the flag, where the rule does not hold, or a file cannot be replaced: a folder.
+  // Throws Error (one line that names the flag) if the rule is violated or an output is not a replaceable file.
   void Check() const;
 
  private:
@@ -42,16 +42,16 @@ class RunFiles {
   void CheckFolder(const Output& output) const;
 
   std::vector<std::string> read_;
-  std::vector<std::string> scenes_, scene_folders_;  // canonical: theirs alone, and with all below
+  std::vector<std::string> scenes_, scene_folders_;  // canonical paths; a scene_folder includes its subfolders
   std::vector<Output> outputs_;
 };
 
-// Makes the folder with its parents, sees that a file can be written in it, and keeps other runs out of it. What a run
-// that was killed has left there half written is removed. Unless Keep is called, the destructor removes again the
-// folders made here: a run that fails leaves nothing behind.
+// Creates the folder and its parents, checks that it is writable, and locks it against other runs. Removes temporary
+// files of killed runs. Unless Keep is called, the destructor removes the folders that were created here, so a failed
+// run leaves nothing behind.
 class OutputFolder {
  public:
-  // Throws Error, one line naming the folder.
+  // Throws Error (one line that names the folder).
   explicit OutputFolder(const std::string& path);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -71,14 +71,14 @@ class OutputFolder {
   int lock_ = -1;                  // descriptor
 };
 
-// What a command with these arguments and flags reads: every file and folder that it names.
+// The inputs of a command: every file and folder in its arguments, and the file of --config.
 RunFiles FilesOf(const CommandLine& line);
 
 // "--flag=value".
 std::string Given(const char* flag, const std::string& value);
 
-// Throws Error, naming the flag, unless a file of that name, its value, can be written. Removes what a run that was
-// killed has left of it.
+// Throws Error, naming the flag, unless `file`, the value of the flag, can be written. Removes its temporary files from
+// killed runs.
 void CheckWritable(const char* flag, const std::string& file);
 
 }  // namespace vesta::app

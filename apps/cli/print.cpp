@@ -25,7 +25,7 @@ bool ContinuesCharacter(char byte) { return (static_cast<unsigned char>(byte) & 
 
 constexpr double kTerminalInterval = 0.2, kLogInterval = 10.0;  // seconds
 
-// "1800/4000", as wide as it will be in the end.
+// "1800/4000", padded to its final width.
 std::string Count(const gs::TrainProgress& p) {
   return fmt::format("{:>{}}/{}", p.iteration, fmt::formatted_size("{}", p.iterations), p.iterations);
 }
@@ -38,7 +38,7 @@ std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
   return line;
 }
 
-// What matters most comes first: a narrow terminal shows no more.
+// The most important numbers come first: a narrow terminal cuts off the rest.
 std::string FormatBar(const gs::TrainProgress& p, double seconds_left) {
   constexpr std::size_t kWidth = 24;
   const double part = p.iterations > 0 ? std::clamp(static_cast<double>(p.iteration) / p.iterations, 0.0, 1.0) : 1.0;
@@ -52,7 +52,7 @@ std::string FormatBar(const gs::TrainProgress& p, double seconds_left) {
   return line;
 }
 
-// What fits on one line of the terminal: a longer one would wrap and could not be rewritten.
+// Shortens the line to the terminal width: a wrapped line could not be rewritten.
 std::string CutToTerminal(const std::string& line, std::FILE* terminal) {
   winsize size{};
   const bool is_known = ::ioctl(::fileno(terminal), TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
@@ -99,7 +99,7 @@ std::string OneLine(std::string_view text) {
 
 double TimeLeft::Observe(const gs::TrainProgress& p) {
   if (!started_ || p.stage != stage_) {
-    // The second stage begins where the first one ended; how long the first one's first iteration took is not known.
+    // A second stage starts when the first one ends. For the first stage, the start of its first iteration is unknown.
     start_iteration_ = started_ ? 0 : p.iteration;
     start_seconds_ = started_ ? latest_seconds_ : p.seconds;
     started_ = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program prints: text, figures, and the progress line of a training with the time that is left.
+// Printing: text, formatted numbers, and the progress line of a training with its remaining time.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,53 +13,51 @@
 
 namespace vesta::app {
 
-// What cannot be written (a full disk) is no reason to lose what is computed: it is noted, and told by PrintError.
+// Writes the text. A write error (a full disk) does not stop the run; PrintError reports it at the end.
 void PrintText(std::FILE* out, std::string_view text);
 
-// From here on nothing more goes to stdout.
+// Discards all further output to stdout.
 void BeQuiet();
 
-// To stdout.
+// Formats to stdout.
 template <class... Args>
 void Print(fmt::format_string<Args...> format, Args&&... args) {
   PrintText(stdout, fmt::format(format, std::forward<Args>(args)...));
 }
 
-// After all has been printed: why some of it could not be written to stdout, a line; else empty. That nobody reads it
-// any more is no error.
+// At the end of the program: the first write error of stdout as one line, or empty. A closed pipe is not an error.
 std::string PrintError();
 
-// A figure of quality, dB or SSIM, with so many digits: "exact" where images are equal to the last bit and it has no
-// end, "-" where there is none.
+// Formats PSNR or SSIM: "exact" for infinity (equal images), "-" for NaN or minus infinity (no value).
 std::string Figure(double value, int digits);
-// A difference of two, with its sign.
+// Formats a difference of two such values with its sign.
 std::string Gain(double difference, int digits);
 
-// One line that a terminal can bear: without control characters, and of an overlong text both ends.
+// Makes the text one safe terminal line: replaces control characters, and shortens a long text in the middle.
 std::string OneLine(std::string_view text);
 
-// How long a stage of training will still take, by how long it has taken so far.
+// Estimates the remaining time of a training stage from its mean time per iteration.
 class TimeLeft {
  public:
-  // After an iteration. Returns seconds; NaN where nothing has been seen of the stage yet.
+  // Call after each iteration. Returns seconds, or NaN before the first timed iteration of the stage.
   double Observe(const gs::TrainProgress& progress);
 
  private:
   bool started_ = false;
   gs::Stage stage_ = gs::Stage::kAdam;
-  int start_iteration_ = 0;  // of the stage, as far as it was seen
+  int start_iteration_ = 0;  // first observed iteration of the stage
   double start_seconds_ = 0;
   double latest_seconds_ = 0;
 };
 
-// The line that shows how a training goes. On a terminal one line with a bar, rewritten a few times a second. Elsewhere
-// a line for every 5 % of a stage, and after 10 s without one, so each of a few LM iterations has its own.
+// Progress of a training. On a terminal: one line with a bar, rewritten a few times per second. Otherwise: a new line
+// for every 5 % of a stage, or after 10 s, so each slow LM iteration has its own line.
 class ProgressLine {
  public:
   explicit ProgressLine(std::FILE* out);
 
   void Update(const gs::TrainProgress& progress);
-  // Ends the rewritten line; to be called before anything else is printed.
+  // Ends the rewritten line. Call it before printing anything else.
   void Finish();
 
  private:

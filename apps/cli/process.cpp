@@ -18,16 +18,16 @@ double SecondsSinceStart() {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
-std::string_view told_of_interrupt;  // set before the handler is
+std::string_view told_of_interrupt;  // set before the handler is installed
 
-// Only what a signal handler may do: no allocation, no stdio.
+// Async-signal-safe: no allocation, no stdio.
 void Note(int signal) {
   interrupted = 1;
   if (signal != SIGINT) return;
-  if (write(STDERR_FILENO, told_of_interrupt.data(), told_of_interrupt.size()) < 0) return;  // nobody to tell
+  if (write(STDERR_FILENO, told_of_interrupt.data(), told_of_interrupt.size()) < 0) return;  // no stderr
 }
 
-// Nobody reads what is printed any more: the rest of it goes nowhere, the results are still to be written.
+// The reader of stdout has gone: discards further output, so that the run can still write its results.
 void DropOutput(int) {
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);
@@ -54,7 +54,7 @@ void CatchInterrupts(std::string_view told) {
   const int once = static_cast<int>(SA_RESETHAND);
   Catch(SIGINT, Note, once);
   Catch(SIGTERM, Note, once);
-  if (!IsIgnored(SIGHUP)) Catch(SIGHUP, Note, once);  // nohup has it ignored
+  if (!IsIgnored(SIGHUP)) Catch(SIGHUP, Note, once);  // nohup ignores SIGHUP
   Catch(SIGPIPE, DropOutput, 0);
 }
 

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// The running process: its age, and how Ctrl-C and other signals end it.
+// The running process: its run time, and its reaction to Ctrl-C and other signals.
 #pragma once
 
 #include <string_view>
 
 namespace vesta::app {
 
-// Seconds since main began: the first call, which main makes, starts the clock.
+// Seconds since the first call, which main makes at its start.
 double SecondsSinceStart();
 
 inline constexpr std::string_view kStopsTraining =
-    "\nstopping after this iteration; once more: at once, and nothing is written\n";
+    "\nstopping after this iteration; press Ctrl-C again to stop at once without writing results\n";
 
-// From here on the first SIGINT, SIGTERM or SIGHUP is only noted, and of SIGINT told what follows: static text; the
-// second one of its kind ends the program at once. Output that nobody reads any more is dropped.
+// After this call, the first SIGINT, SIGTERM or SIGHUP only sets a flag; SIGINT also prints `told`, a static text. A
+// second signal of the same kind ends the program at once. After SIGPIPE, output is discarded.
 void CatchInterrupts(std::string_view told = kStopsTraining);
 
-// Whether one was noted. To be asked between iterations.
+// Whether a signal has arrived. Poll it between iterations.
 bool Interrupted();
 
-// Exit status after Ctrl-C: 128 + SIGINT, as shells have it. Results are written all the same.
+// Exit status after Ctrl-C, by the convention of shells: 128 + SIGINT. Results are written nevertheless.
 inline constexpr int kInterruptedStatus = 130;
 
 }  // namespace vesta::app

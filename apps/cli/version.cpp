@@ -8,7 +8,7 @@
 namespace vesta::app {
 namespace {
 
-// Of these the build has the first alone where the processor is not an x86.
+// Other processors than x86 have only the baseline.
 #if defined(__x86_64__)
 constexpr Isa kCompiled[] = {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512};
 #else

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bundle_adjust: a bundle adjustment problem, solved.
+// bundle_adjust: reads a BAL problem, solves it, and writes the result.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,12 +48,14 @@ void SetOptions(const Flags& flags, LmOptions& options) {
   if (flags.time_limit > 0) options.max_seconds = std::max(1e-3, flags.time_limit - SecondsSinceStart());
 }
 
-// A GPU is for plain least squares, and for who asks for it: auto is the CPU here until somebody has timed both.
+// The GPU solves only problems without a robust loss, and only for --device=cuda: auto is the CPU here, because the two
+// have not been timed against each other.
 bool SolvesOnGpu(const Flags& flags) {
   CheckDevice(flags.device);
   if (flags.device != Device::kCuda) return false;
   if (flags.loss != "none")
-    Fail(kUnsupported, "--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", flags.loss);
+    Fail(kUnsupported, "--device=cuda: --loss={} is not available on a GPU; use --device=cpu or --loss=none",
+         flags.loss);
   return true;
 }
 
@@ -65,7 +67,7 @@ CallbackResult AfterIteration(const LmIteration& row, bool log) {
   return Interrupted() ? CallbackResult::kStop : CallbackResult::kContinue;
 }
 
-// Root mean square over the observations of the distance to what was observed, pixels.
+// Root mean square of the reprojection errors over the observations, in pixels.
 double RmsError(double squared_error, const bundle::BundleData& data) {
   const auto observations = static_cast<double>(data.observations.size());
   return data.observations.empty() ? 0.0 : std::sqrt(squared_error / observations);
@@ -95,7 +97,7 @@ std::string ToJson(const LmSummary& summary, const bundle::BundleData& data, dou
   return json.dump(1) + "\n";
 }
 
-// What came of a solve; data.x is where it ended.
+// The result of a solve, besides data.x.
 struct Adjusted {
   LmSummary summary;
   double rms_before = 0, rms_after = 0;
@@ -111,7 +113,8 @@ Adjusted SolveAlone(const bundle::BundleProblemOptions& problem_options, const L
   return {summary, before, RmsError(problem.SquaredError(x), data)};
 }
 
-// Each process adjusts its share of the points, and all of them the cameras. data.x is the same on all in the end.
+// Each rank optimises its own points; all ranks optimise the cameras together. data.x is the same on all ranks at the
+// end.
 Adjusted SolveOverRanks(const bundle::BundleProblemOptions& problem_options, const LmOptions& options,
                         bundle::BundleData& data, const LmCallback& callback) {
   constexpr int kParts = 64;
@@ -131,7 +134,7 @@ Adjusted SolveOverRanks(const bundle::BundleProblemOptions& problem_options, con
   return {summary, before, rms_error()};
 }
 
-// On the GPU the host measures what the reprojection errors are.
+// Solves on the GPU; the reprojection errors are computed on the CPU.
 Adjusted SolveOnGpu(const Flags& flags, bundle::BundleData& data, const LmCallback& callback) {
   bundle::BundleProblem problem(data);
   const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
@@ -141,7 +144,7 @@ Adjusted SolveOnGpu(const Flags& flags, bundle::BundleData& data, const LmCallba
   return {summary, before, RmsError(problem.SquaredError(x), data)};
 }
 
-// Writes what came of it; of several processes the first does.
+// Writes and prints the result. For rank 0.
 void WriteAdjusted(const Flags& flags, const Adjusted& adjusted, const bundle::BundleData& data, AtomicFile& out,
                    bool on_gpu) {
   bundle::WriteBal(out, data);
@@ -161,12 +164,12 @@ int RunBundleAdjust(const CommandLine& line) {
   const Flags& flags = line.flags;
   const std::string& file = line.arguments[0];
   if (flags.loss == "none" && flags.loss_scale != Flags().loss_scale) {
-    throw UsageError(
-        fmt::format("--loss_scale={}: does nothing without --loss; say which, as --loss=huber", flags.loss_scale));
+    throw UsageError(fmt::format("--loss_scale={}: has no effect without --loss; choose one, for example --loss=huber",
+                                 flags.loss_scale));
   }
   const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks() && !on_gpu;
   if (on_gpu && NumStartedRanks() > 1)
-    Fail(kUnsupported, "--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
+    Fail(kUnsupported, "--device=cuda: several processes solve on CPUs only; use --device=cpu");
   bundle::BundleData data = FirstRankFirst([&] {
     if (IsFirstRank()) {
       RunFiles files = FilesOf(line);
@@ -181,7 +184,7 @@ int RunBundleAdjust(const CommandLine& line) {
   CatchInterrupts();
   std::optional<AtomicFile> out;
   if (IsFirstRank()) {
-    // The result is about as long as what it comes from; its room is kept until it is there.
+    // The result is about as long as the input file. Its disk space is reserved before the solve.
     out.emplace(flags.out);
     out->Reserve(static_cast<std::int64_t>(std::filesystem::file_size(file)));
   }
@@ -195,7 +198,8 @@ int RunBundleAdjust(const CommandLine& line) {
                                          : SolveAlone(problem_options, options, data, after_iteration);
   if (logs) PrintText(stderr, fmt::format("{}", adjusted.summary.FullReport()));
   if (adjusted.summary.status == LmStatus::kNonFinite) {
-    Fail(kBadFile, "{}: {}; a point may lie in the plane of a camera that sees it", file, adjusted.summary.message);
+    Fail(kBadFile, "{}: {}; perhaps a point lies in the plane of a camera that observes it", file,
+         adjusted.summary.message);
   }
   if (out) WriteAdjusted(flags, adjusted, data, *out, on_gpu);
   return Interrupted() ? kInterruptedStatus : 0;

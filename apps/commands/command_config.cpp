@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// config: the options that train would take, as JSON.
+// config: prints the options of train as JSON.
 #include "apps/cli/print.h"
 #include "apps/commands/commands.h"
 #include "apps/settings/train_settings.h"

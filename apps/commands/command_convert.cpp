@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// convert: a splat in another format, all of it or what filters leave.
+// convert: writes a splat in another format, optionally filtered.
 #include <filesystem>
 
 #include "apps/cli/outputs.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// doctor: what a scene is, what is odd about it, what a training of it will take.
+// doctor: describes a scene, warns about problems, and estimates the time and memory of a training.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,13 +38,13 @@ void PrintWhatItIs(const std::string& path, const gs::Scene& scene) {
   const bool is_one_size = std::all_of(scene.views.begin(), scene.views.end(), [&](const gs::View& view) {
     return view.camera.width == first.width && view.camera.height == first.height;
   });
-  Print("{}: {}, {} photographs of {} x {} pixels{}, {:.0f} degrees from left to right, {:.0f} MiB once decoded\n",
+  Print("{}: {}, {} photographs of {} x {} pixels{}, horizontal field of view {:.0f} degrees, {:.0f} MiB decoded\n",
         OneLine(path), KindOf(scene), scene.views.size(), first.width, first.height,
         is_one_size ? "" : " and other sizes", gs::HorizontalAngle(first), DecodedMib(scene));
   PrintScene(scene);
 }
 
-// By the trainer's own forecast: it trains for as long as it takes to see how fast that is, and stops.
+// Trains until the trainer makes its own prediction, then stops.
 std::optional<gs::Prediction> Foresee(const gs::Scene& scene, const gs::TrainOptions& options, Device device) {
   std::optional<gs::Prediction> prediction;
   constexpr double kPatience = 20;  // seconds
@@ -53,7 +53,7 @@ std::optional<gs::Prediction> Foresee(const gs::Scene& scene, const gs::TrainOpt
   callbacks.predicted = [&](const gs::Prediction& foreseen) { prediction = foreseen; };
   callbacks.stop = [&] { return prediction || SecondsSinceStart() - start > kPatience; };
   const gs::TrainResult result = gs::Train(scene, options, {0, MemoryMib()}, callbacks, StagesOf(device));
-  if (!prediction && !result.stopped) {  // over before it could be foreseen
+  if (!prediction && !result.stopped) {  // the training ended before a prediction
     const gs::HistoryRow& last = result.history.back();
     prediction = {.seconds = last.seconds + result.eval_seconds,
                   .mib = PeakMemoryMib(),
@@ -64,9 +64,9 @@ std::optional<gs::Prediction> Foresee(const gs::Scene& scene, const gs::TrainOpt
 
 void PrintWhatItTakes(const gs::Scene& scene, const TrainSettings& settings, Device device) {
   const gs::TrainOptions fitted = gs::FitToScene(settings.options, gs::NumTrainingViews(scene));
-  Print("A training ({}) takes {} iterations", settings.preset, fitted.adam.iterations.value_or(0));
+  Print("A training with --preset={} takes {} iterations", settings.preset, fitted.adam.iterations.value_or(0));
   if (const std::optional<gs::Prediction> foreseen = Foresee(scene, settings.options, device)) {
-    Print(": about {} here, {:.0f} MiB of memory; {:.0f} Gaussians on the way, by a first guess",
+    Print(": about {} on this machine, {:.0f} MiB of memory, at most about {:.0f} Gaussians (first estimate)",
           FormatDuration(foreseen->seconds), foreseen->mib, foreseen->gaussians);
   }
   Print("\n");
@@ -82,7 +82,7 @@ int RunDoctor(const CommandLine& line) {
   const gs::Scene scene = gs::LoadScene(path, SceneOptions(line.flags, settings.options));
   PrintWhatItIs(path, scene);
   const std::vector<std::string> doubts = SceneWarnings(scene);
-  Print("{}", doubts.empty() ? "Nothing odd is seen\n" : "To look at:\n");
+  Print("{}", doubts.empty() ? "No warnings\n" : "Warnings:\n");
   for (const std::string& doubt : doubts) Print("  {}\n", OneLine(doubt));
   std::fflush(stdout);
   PrintWhatItTakes(scene, settings, line.flags.device);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// eval: the image quality of a splat.
+// eval: measures the image quality of a splat.
 #include <optional>
 
 #include "apps/cli/outputs.h"
@@ -20,7 +20,7 @@ void PrintQuality(const char* name, const gs::Quality& quality) {
   Print("{:<8}{:>4}{:>9}{:>9}\n", name, quality.views, Figure(quality.psnr, 3), Figure(quality.ssim, 4));
 }
 
-// The test views once more, as the flag says; none where it says none.
+// Measures the test views again with fitted cameras, as --align says; nothing for Align::kNone.
 std::optional<gs::AlignedEvaluation> MeasureAligned(const PosedModel& posed, Align align) {
   if (align == Align::kNone) return std::nullopt;
   gs::AlignOptions options;
@@ -39,9 +39,10 @@ void PrintAligned(const gs::AlignedEvaluation& aligned) {
   if (aligned.whole.views == 0) return;
   Print("aligned: test cameras fitted to the splat, moved by {:.4f} degrees, {:.3f} pixels (medians)", aligned.degrees,
         aligned.pixels);
-  if (aligned.not_found > 0) Print("; {} could not be fitted and stayed", aligned.not_found);
+  if (aligned.not_found > 0) Print("; {} could not be fitted and kept their cameras", aligned.not_found);
   Print("\n");
-  if (aligned.right.views > 0) Print("exposed: right halves with the exposure fitted to the left\n");
+  if (aligned.right.views > 0)
+    Print("right: right halves of the images; exposed: with the exposure fitted on the left halves\n");
 }
 
 }  // namespace

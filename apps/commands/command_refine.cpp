@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// refine and prune: from a splat and its scene to DIR/point_cloud.ply and DIR/metrics.json.
+// refine and prune: train an existing splat further, and write DIR/point_cloud.ply and DIR/metrics.json.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,13 +29,12 @@ double ModelMib(const gs::SplatModel& model) {
   return static_cast<double>(model.data.size() * sizeof(float)) / (1 << 20);
 }
 
-// The part of the Gaussians that a .ply of so many MiB has room for.
+// The fraction of the Gaussians that fits into a .ply of `mib` MiB.
 double PartIn(double mib, const gs::SplatModel& model) {
-  constexpr double kHeader = 4096;  // more than it takes, bytes
+  constexpr double kHeader = 4096;  // upper bound, bytes
   const auto all = static_cast<double>(gs::SplatPlyBytes(model.count, model.sh_degree));
   const double part = (mib * (1 << 20) - kHeader) / all;
-  if (part * static_cast<double>(model.count) < 1)
-    Fail(kBadArgument, "--size_mib={}: has no room for one Gaussian", mib);
+  if (part * static_cast<double>(model.count) < 1) Fail(kBadArgument, "--size_mib={}: too small for one Gaussian", mib);
   return std::min(part, 1.0);
 }
 
@@ -43,13 +42,13 @@ bool IsGiven(const CommandLine& line, const char* option) {
   return std::ranges::any_of(line.options, [&](const GivenOption& given) { return given.field->name == option; });
 }
 
-// Exactly one goal; what a file says to keep gives way to one that the command line has.
+// Checks that exactly one goal is given. A goal on the command line overrides pruning.keep_fraction of --config.
 void CheckOneGoal(const CommandLine& line, const gs::TrainOptions& options) {
   const Flags& flags = line.flags;
   const int own = (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
   const bool keeps = own == 0 ? options.pruning.prunes() : IsGiven(line, "pruning.keep_fraction");
   if (own + (keeps ? 1 : 0) == 0) {
-    throw UsageError("how much is to go? Give --keep=PART, under 1, --max_loss or --size_mib");
+    throw UsageError("how many Gaussians to remove? Give --keep=PART (below 1), --max_loss or --size_mib");
   }
   if (own + (keeps ? 1 : 0) > 1) throw UsageError("--keep, --max_loss and --size_mib: give only one of them");
 }
@@ -60,8 +59,8 @@ std::string GoalText(const Flags& flags, double keep) {
   return fmt::format("--keep={}", keep);
 }
 
-// Takes out at once what the training would take out by and by, where it is too short for that, or what the cost can
-// spare; the options then ask for no more. Returns a line on what went, if any did.
+// For --max_loss, or if the training is too short to prune gradually: prunes at once and turns off pruning during the
+// training. Returns a line for the user, or an empty text if it did nothing.
 std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedModel& posed) {
   constexpr int kFewIterations = 20;
   const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
@@ -78,11 +77,11 @@ std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedMo
       gs::Prune(std::move(posed.model), gs::TrainingViewsOf(posed.scene, options.background), prune);
   posed.model = std::move(result.model);
   options.pruning.keep_fraction = 1;
-  return fmt::format("pruned from {} to {} Gaussians in {} rounds; cost of the training views {:.3f} times what it was",
-                     before, posed.model.count, result.rounds, result.cost_after / result.cost_before);
+  return fmt::format("pruned from {} to {} Gaussians in {} rounds; training loss {:.3f} times its former value", before,
+                     posed.model.count, result.rounds, result.cost_after / result.cost_before);
 }
 
-// Refines what `change` makes of the splat; it returns a line for the user, or none.
+// Applies `change` to the options and the splat, then trains. `change` returns a line for the user, or an empty text.
 template <class Change>
 int RefineChanged(const CommandLine& line, const Change& change) {
   const std::string& ply = line.arguments[0];
@@ -137,8 +136,8 @@ int RunPrune(const CommandLine& line) {
     if (line.flags.size_mib) options.pruning.keep_fraction = PartIn(*line.flags.size_mib, posed.model);
     const std::string goal = GoalText(line.flags, options.pruning.keep_fraction);
     const std::string now = PruneNow(line, options, posed);
-    return now.empty() ? fmt::format("pruned by and by from {} Gaussians, as {} asks", posed.model.count, goal)
-                       : fmt::format("{}, as {} asks", now, goal);
+    return now.empty() ? fmt::format("pruned gradually from {} Gaussians, for {}", posed.model.count, goal)
+                       : fmt::format("{}, for {}", now, goal);
   });
 }
 

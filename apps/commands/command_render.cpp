@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// render: a splat's images of the test views, or along a path of cameras, and that as a film.
+// render: renders images of the test views or along a camera path, and optionally a video of the path.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,10 +19,10 @@
 namespace vesta::app {
 namespace {
 
-// What is drawn, and the file of each.
+// The views to render and their file names.
 struct Frames {
   CameraPath path;
-  std::vector<const gs::View*> views;  // of the path, or the scene
+  std::vector<const gs::View*> views;  // in `path` or in the scene
   std::vector<std::string> names;
 };
 
@@ -42,7 +42,7 @@ void TakeTestViews(const gs::Scene& scene, const ShownViews& shown, Frames* fram
   frames->names = FileNames(frames->views, [&](const std::string& name) { return shown.FilesOf(name); });
 }
 
-// Null where none is asked for.
+// Returns null without --film.
 std::unique_ptr<Film> BeginFilm(const Flags& flags, const Frames& frames) {
   constexpr double kUsualRate = 30;
   if (flags.film.empty()) return nullptr;
@@ -55,7 +55,7 @@ std::unique_ptr<Film> BeginFilm(const Flags& flags, const Frames& frames) {
   return std::make_unique<Film>(flags.film, gs::ImageSize{first.width, first.height}, flags.fps.value_or(kUsualRate));
 }
 
-// The cameras drawn, in the world of the files, for programs that go on with the images.
+// Writes the rendered cameras in world coordinates, for programs that process the images further.
 void WriteCameras(const std::string& file, const gs::Scene& scene, const Frames& frames, const ShownViews& shown,
                   Show show) {
   std::vector<gs::View> cameras;
@@ -92,7 +92,7 @@ int RunRender(const CommandLine& line) {
   ShownViews shown(posed, flags.show);
   Frames frames;
   has_path ? TakePath(flags, posed.scene, &frames) : TakeTestViews(posed.scene, shown, &frames);
-  // Those of a path are too many to look at one by one; each is whole or absent anyway.
+  // The files of a path are not checked one by one: they are many, and each is written atomically.
   if (!has_path) {
     for (const std::string& name : frames.names) {
       for (const std::string& file : shown.FilesOf(name)) files.Writes(given, out.File(file));

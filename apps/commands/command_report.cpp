@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// report: trainings that are over as one page.
+// report: writes an HTML report of finished trainings.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -19,10 +19,11 @@
 namespace vesta::app {
 namespace {
 
-// Splats of finished runs, read again with the scenes they were trained on. Of either one is in memory at a time.
+// Finished runs: their splats, loaded again with the scenes they were trained on. Keeps one splat and one scene in
+// memory at a time.
 class FinishedRuns {
  public:
-  // scene: the folder of all of them; empty: as each says.
+  // scene: the scene folder of all runs; empty: the folder in each metrics.json.
   FinishedRuns(const std::vector<std::string>& folders, const std::string& scene) {
     for (const std::string& folder : folders) {
       RunRecord record = ReadRun(folder);
@@ -55,7 +56,7 @@ class FinishedRuns {
     std::string flag_texts;
     for (const auto& [name, value] : metrics.Texts("scene_flags")) {
       if (!RestoreSceneFlag(name, value, &flags))
-        Fail(kBadFile, "--{}={} of its training is no flag of this program", name, value);
+        Fail(kBadFile, "--{}={}, a flag of its training, is not a flag of this program", name, value);
       flag_texts += fmt::format(" --{}={}", name, value);
     }
     gs::LoadSceneOptions how = SceneOptions(flags, options);
@@ -63,7 +64,7 @@ class FinishedRuns {
     const std::string key = fmt::format("{} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
                                         how.eps2d, flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {
-      scene_.reset();  // before the next one takes its room
+      scene_.reset();  // frees the memory before the next scene is loaded
       scene_ = gs::LoadScene(run.scene, how);
       scene_key_ = key;
     }
@@ -91,7 +92,7 @@ class FinishedRuns {
 int RunReport(const CommandLine& line) {
   const std::vector<std::string>& folders = line.arguments;
   const Flags& flags = line.flags;
-  if (folders.size() > 1 && flags.out.empty()) throw UsageError("of several runs, where to? Give --out=FILE");
+  if (folders.size() > 1 && flags.out.empty()) throw UsageError("a report of several runs needs --out=FILE");
   const std::string file = flags.out.empty() ? folders[0] + "/report.html" : flags.out;
   FinishedRuns runs(folders, flags.scene);
   RunFiles files;

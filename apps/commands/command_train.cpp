@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// train: from a scene to DIR/point_cloud.ply and DIR/metrics.json.
+// train: trains a splat from a scene, and writes DIR/point_cloud.ply and DIR/metrics.json.
 #include <algorithm>
 #include <optional>
 
@@ -22,7 +22,7 @@ namespace {
 ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options) {
   const Index least = std::min(scene.points.size(), options.density.max_gaussians);
   const bool grows = options.density.enabled && options.adam.runs();
-  // Room for the cap, which most scenes are far from, need not be there: few grow by more.
+  // Few scenes grow by more than this. Disk space for max_gaussians would rarely be needed.
   constexpr Index kUsualGrowth = 8, kFew = 50000;
   const Index usual = std::max(kUsualGrowth * least, kFew);
   constexpr int kHighestDegree = 3;
@@ -36,9 +36,9 @@ int RunTrain(const CommandLine& given) {
   CommandLine line = given;
   Flags& flags = line.flags;
   if (!flags.view.empty()) {
-    PlaceOfTrainingsView(flags);  // refused before anything is read
+    PlaceOfTrainingsView(flags);  // fails before any input is read
     if (NumStartedRanks() > 1)
-      Fail(kUnsupported, "--view: a training by several processes has no page; start one, or leave it out");
+      Fail(kUnsupported, "--view: not available with several processes; start one process, or leave the flag out");
   }
   std::optional<gs::Checkpoint> checkpoint;
   std::optional<Origin> origin;
@@ -46,16 +46,16 @@ int RunTrain(const CommandLine& given) {
   if (!flags.resume.empty()) {
     const std::string file = CheckpointFile(flags.resume);
     if (!FileExists(file))
-      Fail(kNotFound, "{}: no such file; a training saves it where --checkpoint_every is given", file);
+      Fail(kNotFound, "{}: no such file; a training writes it if --checkpoint_every is given", file);
     checkpoint = gs::ReadCheckpoint(file);
     origin = ReadOrigin(*checkpoint);
-    // Who goes on is saved as before, so that the next interruption loses no more.
+    // A resumed training keeps the intervals of the first one, so that it is saved as often.
     if (flags.checkpoint_every.empty()) flags.checkpoint_every = origin->checkpoint_every;
     if (flags.snapshot_every.empty()) flags.snapshot_every = origin->snapshot_every;
     for (const auto& [name, value] : origin->scene_flags) {
       if (!RestoreSceneFlag(name, value, &flags)) {
-        Fail(kBadFile, "{}: --{}={} of its training is no flag of this program; train anew", checkpoint->path, name,
-             value);
+        Fail(kBadFile, "{}: --{}={}, a flag of its training, is not a flag of this program; start a new training",
+             checkpoint->path, name, value);
       }
     }
   }
@@ -64,7 +64,7 @@ int RunTrain(const CommandLine& given) {
   gs::TrainOptions& options = settings.options;
   if (checkpoint) CheckResumable(*checkpoint, origin->settings, settings);
   CheckSceneFolder(path);
-  // A checkpoint is not among what is read: that it makes way for the next one is what it is for.
+  // The checkpoint does not count as an input: the next checkpoint may overwrite it.
   const std::string folder = flags.out.empty() ? flags.resume : flags.out;
   std::optional<OutputFolder> out;
   const gs::Scene scene = FirstRankFirst([&] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// view: a splat, or the state of a training, in the browser.
+// view: shows a splat or a checkpoint in the browser.
 #include <poll.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 struct ToView {
   PosedModel posed;
-  std::vector<gs::ViewUnknowns> cameras;  // of the training views, where they were found along; else empty
+  std::vector<gs::ViewUnknowns> cameras;  // refined cameras of the training views; empty: not refined
 };
 
 void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
@@ -30,7 +30,7 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   posed.model = gs::ModelOfCheckpoint(checkpoint, origin.settings.options);
   UseRenderingFlags(line.flags, &posed.model);
   if (line.arguments.size() < 2) return;
-  // The scene as the training read it, in whose frame the checkpoint is, but in the size asked for.
+  // Loads the scene with the flags of the training, because the checkpoint uses its frame, but with this --downscale.
   Flags flags = line.flags;
   for (const auto& [name, value] : origin.scene_flags) RestoreSceneFlag(name, value, &flags);
   gs::LoadSceneOptions options = SceneOptions(flags, origin.settings.options);
@@ -41,8 +41,11 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {
     to_view->cameras = checkpoint.run.cameras;
   } else {
-    Print("{}: found the cameras of {} training views, but the scene has {}; they are shown where the scene has them\n",
-          line.arguments[0], checkpoint.run.cameras.size(), trained);
+    Print(
+        "{}: it has refined cameras of {} training views, but the scene has {} training views; showing the cameras of "
+        "the "
+        "scene\n",
+        line.arguments[0], checkpoint.run.cameras.size(), trained);
   }
 }
 
@@ -72,7 +75,7 @@ int RunView(const CommandLine& line) {
   shown.Put(std::make_shared<const gs::SplatModel>(std::move(posed.model)), to_view.cameras);
   const Viewer viewer(PlaceOfViewer(flags), posed.scene, background, shown);
   CatchInterrupts("\n");
-  Print("{}\nCtrl-C ends it\n", viewer.link());
+  Print("{}\nPress Ctrl-C to end\n", viewer.link());
   std::fflush(stdout);
   constexpr int kMilliseconds = 200;
   while (!Interrupted()) ::poll(nullptr, 0, kMilliseconds);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands. Each reads its own arguments (as many as the table in flags.cpp says) and flags, prints to stdout, and
-// returns the exit status. Throws Error for input that cannot be used.
+// The commands. Each reads its arguments (their number is in the table of flags.cpp) and flags, prints to stdout, and
+// returns the exit status. Throws Error for unusable input.
 #pragma once
 
 #include "apps/cli/flags.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bundle_adjust on a GPU. bundle_on_gpu_none.cpp or bundle_on_gpu_cuda.cpp, as the build has CUDA or not.
+// bundle_adjust on a GPU. Implemented in bundle_on_gpu_cuda.cpp, or in bundle_on_gpu_none.cpp without CUDA.
 #pragma once
 
 #include <functional>
@@ -9,11 +9,11 @@
 
 namespace vesta::app {
 
-// Changes the engine's options.
+// Changes the solver's options.
 using LmOptionsEdit = std::function<void(LmOptions&)>;
 
-// Plain least squares from data.x, in place, by the options for a GPU after `edit`. Throws Error, one line, where the
-// GPU has no room; data are as they were then. Only where there is a GPU (apps/device/device.h).
+// Minimises the sum of squares from data.x in place, with the default options for a GPU changed by `edit`. Throws Error
+// (one line) if GPU memory is exhausted; data is then unchanged. Requires a GPU (CheckDevice).
 LmSummary SolveBundleOnGpu(bundle::BundleData& data, const LmOptionsEdit& edit, const LmCallback& callback);
 
 }  // namespace vesta::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --device: what a run computes on. device_cpu.cpp or device_cuda.cpp, as the build has CUDA or not.
+// --device: the processor that a run computes on. Implemented in device_cuda.cpp, or in device_cpu.cpp without CUDA.
 #pragma once
 
 #include "apps/cli/flags.h"
@@ -8,12 +8,12 @@
 
 namespace vesta::app {
 
-// Throws Error, one line, for --device=cuda where that cannot be.
+// Throws Error (one line) for --device=cuda if there is no usable GPU.
 void CheckDevice(Device device);
-// What trains: the GPU for cuda, and for auto where there is one that can, else the CPU, with a note where there is one
-// that cannot. Several processes train on CPUs. Throws as CheckDevice.
+// The training stages: on the GPU for cuda, and for auto if a GPU is usable; else on the CPU, with a note if a GPU is
+// present but not usable. Under mpirun, auto means the CPU. Throws as CheckDevice.
 gs::StageRunners StagesOf(Device device);
-// For profiles of it.
+// The clock for profiles of this device.
 Profile::Clock ProfileClock(Device device);
 
 }  // namespace vesta::app

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The processes that a program runs in together: `mpirun -n P vesta ...`. ranks_mpi.cpp or ranks_none.cpp, as the build
-// has MPI or not.
+// The MPI ranks of the program: `mpirun -n P vesta ...`. Implemented in ranks_mpi.cpp, or in ranks_none.cpp without
+// MPI.
 #pragma once
 
 #include <memory>
@@ -10,22 +10,22 @@
 
 namespace vesta::app {
 
-// All processes, where mpirun or alike started several; else this one alone. The first call begins MPI. Throws Error
-// where processes were started together by a program that was built without MPI.
+// The communicator of all ranks, or of this process alone if mpirun started none. The first call initialises MPI.
+// Throws Error if mpirun started several processes of a build without MPI.
 Communicator& WorldCommunicator();
-// Whether another process has said the same, so that it need not be said again.
+// Whether another rank has already reported this error.
 bool IsKnownToOthers(const std::string& why);
-// Where there are others, tells them why this process ends, unless they know, and ends it at once, since MPI would wait
-// for ever. Alone it returns.
+// If other ranks run: sends them the reason, unless they know it, and exits at once, because MPI_Finalize would wait
+// forever. Returns if this rank is alone.
 void EndWithOthers(const std::string& why, int status);
-// At the end of the program: waits for the others, so that none ends well where another does not.
+// At the end of the program: waits for the other ranks, so that no rank succeeds if another one fails.
 void MeetAtEnd();
-// Its name among several, "process 2 of 4: "; alone nothing.
+// "process 2 of 4: " with several ranks, else empty.
 std::string RankPrefix();
 
-// The first of the processes prints and writes files.
+// Rank 0 prints and writes files.
 inline bool IsFirstRank() { return WorldCommunicator().rank() == 0; }
-// What body gives, of the first process before the others begin: what is wrong for all is said once.
+// Runs body on rank 0 before the other ranks start it, so that a common error is reported once. Returns its result.
 template <class Body>
 auto FirstRankFirst(const Body& body) {
   if (!IsFirstRank()) OnAnyRank(WorldCommunicator(), false);

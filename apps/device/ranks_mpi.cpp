@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// By MPI.
+// Builds with MPI.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -33,7 +33,7 @@ bool IsKnownToOthers(const std::string& why) {
   try {
     return WorldCommunicator().IsKnown(why);
   } catch (const Error&) {
-    return false;  // without MPI each says its own
+    return false;  // without MPI every process reports its own error
   }
 }
 
@@ -41,7 +41,7 @@ void EndWithOthers(const std::string& why, int status) {
   if (!world || world->size() == 1) return;
   world->Abandon(why);
   std::fflush(stdout);
-  // MPI_Finalize would wait for calls that nobody answers any more.
+  // MPI_Finalize would wait for collective calls that the other ranks never make.
   _exit(status);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Without MPI.
+// Builds without MPI.
 #include "apps/device/ranks.h"
 #include "kernels/core/check.h"
 
@@ -9,7 +9,8 @@ Communicator& WorldCommunicator() {
   static SoloRank alone;
   if (NumStartedRanks() > 1) {
     Fail(kUnavailable,
-         "this vesta was started by mpirun, but built without MPI; build it with -DVESTA_MPI=ON, or start it alone");
+         "this vesta was started by mpirun, but built without MPI; build it with -DVESTA_MPI=ON, or start it without "
+         "mpirun");
   }
   return alone;
 }

@@ -44,7 +44,7 @@ bool IsBurnt(const gs::Image& image, std::size_t pixel) {
   return is_at_top(0) || is_at_top(1) || is_at_top(2);
 }
 
-// Of any size: what is smaller than the thumbnail repeats its pixels.
+// Works for any image size: pixels of small images are repeated.
 std::vector<float> ThumbnailOf(const gs::Image& image) {
   const gs::Image small = gs::ResizeArea(image, std::min(image.width, kThumbnail), std::min(image.height, kThumbnail));
   std::vector<float> pixels;
@@ -58,16 +58,16 @@ std::vector<float> ThumbnailOf(const gs::Image& image) {
   return pixels;
 }
 
-constexpr Index kSample = 5000;      // of the points
-constexpr std::size_t kFewest = 20;  // that tell anything
+constexpr Index kSample = 5000;      // at most about this many points
+constexpr std::size_t kFewest = 20;  // points for a reliable estimate
 
-// log2 of the light of a colour, 0..1; NaN where it is too dark or too light to tell.
+// log2 of the light of a colour with channels 0..1; NaN if it is too dark or too bright for an estimate.
 double Stops(double red, double green, double blue) {
   const double luma = Luma(red, green, blue);
   return luma > 0.04 && luma < 0.98 ? 2.2 * std::log2(luma) : std::numeric_limits<double>::quiet_NaN();
 }
 
-// The pixel that shows the point, which lies in the image.
+// The pixel that shows the point. The point must be inside the image.
 std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
   const auto t =
       gs::InCamera(view, {static_cast<double>(point[0]), static_cast<double>(point[1]), static_cast<double>(point[2])});
@@ -78,7 +78,7 @@ std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
 }
 
-// Quartiles of the differences of its points; NaN where they are too few.
+// Quartiles of the brightness differences of the points of a view; NaN with too few points.
 struct Quartiles {
   double low = std::numeric_limits<double>::quiet_NaN(), middle = low, high = low;
 };
@@ -104,16 +104,16 @@ Quartiles DifferencesOf(const gs::View& view, const gs::PointCloud& points) {
   return {differences[count / 4], differences[count / 2], differences[count - 1 - count / 4]};
 }
 
-// Thresholds: from these on something is worth a look.
+// Thresholds for warnings.
 constexpr Index kFewViews = 10, kFewPoints = 500, kFewSeen = 20;
 constexpr double kSameThumbnail = 1.0 / 255;  // mean difference
-constexpr double kBlurred = 0.25;             // sharpness, by the median of the views
-constexpr double kStops = 0.6;                // of exposure, beside the median view
-constexpr double kBurnt = 0.2;                // of the pixels
+constexpr double kBlurred = 0.25;             // sharpness / median sharpness of the views
+constexpr double kStops = 0.6;                // exposure relative to the median view
+constexpr double kBurnt = 0.2;                // fraction of the pixels
 constexpr double kFlat = 2.0 / 255;           // contrast
-constexpr Index kCountedPoints = 20000;       // of the points, where there are more
+constexpr Index kCountedPoints = 20000;       // points tested per view, at most about this many
 
-// Lines about single views, of which the first few are told.
+// Warnings about single views; only the first few are printed.
 class Findings {
  public:
   void Add(std::string line) { lines_.push_back(std::move(line)); }
@@ -131,10 +131,11 @@ class Findings {
 
 void WarnOfNumbers(const gs::Scene& scene, std::vector<std::string>* doubts) {
   const auto views = static_cast<Index>(scene.views.size());
-  if (views < kFewViews) doubts->push_back(fmt::format("{} views are few: more of them, all round, help most", views));
+  if (views < kFewViews)
+    doubts->push_back(fmt::format("only {} views: more photographs, from all around, help most", views));
   if (scene.points.size() < kFewPoints) {
     doubts->push_back(
-        fmt::format("{} points are few to start from: did the reconstruction find the scene?", scene.points.size()));
+        fmt::format("only {} points to start from: did the reconstruction succeed?", scene.points.size()));
   }
 }
 
@@ -146,7 +147,8 @@ void WarnOfSeen(const gs::Scene& scene, std::vector<std::string>* doubts) {
     for (Index i = 0; i < scene.points.size(); i += stride) {
       if (gs::DepthInView(view, scene.points.positions[static_cast<std::size_t>(i)]) > 0) seen += stride;
     }
-    if (seen < kFewSeen) findings.Add(fmt::format("{}: sees {} of the points: is its pose right?", view.name, seen));
+    if (seen < kFewSeen)
+      findings.Add(fmt::format("{}: sees only {} of the points: is its pose right?", view.name, seen));
   }
   findings.AppendTo(doubts, "views that see few points");
 }
@@ -158,7 +160,7 @@ void WarnOfDuplicates(const gs::Scene& scene, const std::vector<ViewDiagnostics>
     for (std::size_t j = 0; j < i; ++j) {
       if (ThumbnailDistance(signs[i], signs[j]) >= kSameThumbnail) continue;
       findings.Add(fmt::format("{}: nearly the same photograph as {}", scene.views[i].name, scene.views[j].name));
-      break;  // one is enough
+      break;  // report only the first match
     }
   }
   findings.AppendTo(doubts, "photographs that are nearly the same as another");
@@ -177,11 +179,11 @@ void WarnOfPoses(const gs::Scene& scene, std::vector<std::string>* doubts) {
       for (std::size_t k = 0; k < 9; ++k)
         turn = std::max(turn, std::abs(view.rotation[k] - scene.views[j].rotation[k]));
       if (distance > kNear * scene.extent || turn > kNear) continue;
-      findings.Add(fmt::format("{}: has the pose of {}", view.name, scene.views[j].name));
+      findings.Add(fmt::format("{}: has the same pose as {}", view.name, scene.views[j].name));
       break;
     }
   }
-  findings.AppendTo(doubts, "views with the pose of another");
+  findings.AppendTo(doubts, "views with the same pose as another");
 }
 
 void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics>& signs,
@@ -197,11 +199,11 @@ void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics
     const std::string& name = scene.views[i].name;
     const double stops = stops_of[i];
     if (sign.contrast < kFlat) {
-      flat.Add(fmt::format("{}: of one colour", name));
+      flat.Add(fmt::format("{}: has a single colour", name));
       continue;
     }
     if (sign.sharpness < kBlurred * usual_sharpness) {
-      blurred.Add(fmt::format("{}: blurred? It has {:.0f} % of the usual sharpness", name,
+      blurred.Add(fmt::format("{}: blurred? Its sharpness is {:.0f} % of the median", name,
                               100 * sign.sharpness / usual_sharpness));
     }
     if (std::abs(stops) > kStops) {
@@ -209,19 +211,19 @@ void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics
           fmt::format("{}: {:.1f} stops {} than the others", name, std::abs(stops), stops < 0 ? "darker" : "lighter"));
     }
     if (sign.burnt > kBurnt) {
-      burnt.Add(fmt::format("{}: {:.0f} % of its pixels are at the top of a channel", name, 100 * sign.burnt));
+      burnt.Add(fmt::format("{}: {:.0f} % of its pixels are saturated in a channel", name, 100 * sign.burnt));
     }
   }
   flat.AppendTo(doubts, "photographs of one colour");
   blurred.AppendTo(doubts, "photographs that may be blurred");
-  exposed.AppendTo(doubts, "photographs of another exposure");
-  burnt.AppendTo(doubts, "photographs with much at the top of a channel");
+  exposed.AppendTo(doubts, "photographs with a different exposure");
+  burnt.AppendTo(doubts, "photographs with many saturated pixels");
 }
 
 }  // namespace
 
 ViewDiagnostics DiagnosticsOf(const gs::Image& image) {
-  VESTA_CHECK(!image.empty(), "an image without pixels has no signs");
+  VESTA_CHECK(!image.empty(), "diagnostics need an image with pixels");
   gs::Image resized;
   if (image.width > kMaxWidth) {
     const auto height = std::lround(static_cast<double>(image.height) * kMaxWidth / image.width);
@@ -239,7 +241,7 @@ ViewDiagnostics DiagnosticsOf(const gs::Image& image) {
   }
   const double variance = std::max(square - mean * mean, 0.0);
   signs.contrast = std::sqrt(variance);
-  constexpr double kLeastVariance = 1e-6;  // a quarter of a level of 8 bits, squared
+  constexpr double kLeastVariance = 1e-6;  // (a quarter of an 8-bit level)^2
   signs.sharpness = variance > kLeastVariance ? MeanSquaredLaplacian(luma, seen.width, seen.height) / variance : 0;
   signs.thumbnail = ThumbnailOf(image);
   return signs;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is odd about a scene before anything is trained on it, and the signs of it in single views: sharpness, contrast,
-// exposure.
+// Warnings about a scene before training, from diagnostics of single photographs: sharpness, contrast, exposure.
 #pragma once
 
 #include <array>
@@ -12,34 +11,34 @@
 
 namespace vesta::app {
 
-// What a photograph shows of how it was taken, in a few figures that can be compared between the views of a scene.
+// Diagnostics of a photograph that can be compared between the views of a scene.
 struct ViewDiagnostics {
-  double sharpness = 0;  // mean square of the Laplacian of the luma, by its variance; blur lowers it, contrast does not
-  double burnt = 0;      // part of the pixels with a channel at its top, 0..1
+  double sharpness = 0;  // mean square Laplacian of the luma / its variance: low when blurred, independent of contrast
+  double burnt = 0;      // fraction of the pixels with a saturated channel
   double contrast = 0;   // standard deviation of the luma, 0..1
   std::vector<float> thumbnail;  // kThumbnail x kThumbnail pixels of three channels, 0..1
 };
 inline constexpr int kThumbnail = 16;
 
-// Of a colour, 0..1 (Rec. 601).
+// Luma of a colour, 0..1 (Rec. 601).
 inline double Luma(double red, double green, double blue) { return 0.299 * red + 0.587 * green + 0.114 * blue; }
 
-// Of an image with pixels. Large ones are made 640 pixels wide first, so that figures of one scene are of one scale.
+// image: not empty. Images wider than 640 pixels are first resized to that width, for comparable diagnostics.
 ViewDiagnostics DiagnosticsOf(const gs::Image& image);
 
 // Mean over pixels and channels of |a - b| of two thumbnails, 0..1.
 double ThumbnailDistance(const ViewDiagnostics& a, const ViewDiagnostics& b);
 
-// Of each view, in stops (factors of two of light, by luma^2.2) beside the median view: the median over the points that
-// lie in its image of how much lighter its pixel is than the point's colour, which is the mean of all photographs that
-// found it. So it tells the exposure, not what the picture is of. 0 where the quarters
-// of its points do not agree which way: then things before the points are seen. NaN with fewer than 20 of them.
+// The exposure of each view relative to the median view, in stops (powers of two of light, luma^2.2). It is the median,
+// over the points in the image, of the brightness of the pixel relative to the colour of the point. That colour is the
+// mean over all photographs of the point, so the content of the image cancels out. 0 if the two quartiles of a view
+// disagree in sign, as when foreground hides the points. NaN with fewer than 20 points.
 std::vector<double> ExposureStops(const gs::Scene& scene);
 
-// A line for each thing, most telling first; of things that many views share, the first few and how many more. Looked
-// for: few views, few points, views that see few of the points, photographs of one colour, that are nearly the same as
-// another, blurred, or darker or lighter than the others, or burnt out, and views at one place that look one way. The
-// images must be there. These are signs, and a photograph that is meant so shows them too.
+// One line per warning, the most serious first; of warnings that many views share, the first five and the number of the
+// others. Warns about few views, few points, views that see few points, views with equal poses, and photographs that
+// are nearly identical, of one colour, blurred, of another exposure, or saturated. The images must be loadable.
+// Warnings are hints: an intended photograph can cause them too.
 std::vector<std::string> SceneWarnings(const gs::Scene& scene);
 
 }  // namespace vesta::app

@@ -10,7 +10,7 @@
 namespace vesta::app {
 namespace {
 
-// About what pictures of two different things have. NaN is no quality either.
+// Images of two unrelated things reach about this PSNR. NaN counts as hopeless too.
 bool IsHopeless(double psnr) {
   constexpr double kAnyTwoPhotographs = 14;
   return !(psnr >= kAnyTwoPhotographs);
@@ -38,12 +38,12 @@ bool SeesNoPoint(const gs::View& view, const gs::PointCloud& points) {
 const char* ReasonOf(const gs::Scene& scene) {
   const auto& points = scene.points.positions;
   if (std::all_of(points.begin(), points.end(), [&](const auto& point) { return point == points[0]; })) {
-    return "all points it starts from are one";
+    return "all its initial points have the same position";
   }
   if (HoldsForTrainingViews(scene, [&](const gs::View& view) { return SeesNoPoint(view, scene.points); })) {
-    return "no training view sees any of the points it starts from; are poses and points of one model?";
+    return "no training view sees any of the initial points; do poses and points belong to the same model?";
   }
-  return "are the poses those of these photographs, and the options as meant?";
+  return "do the poses belong to these photographs, and are the options correct?";
 }
 
 }  // namespace
@@ -51,17 +51,19 @@ const char* ReasonOf(const gs::Scene& scene) {
 std::string WarningOfScene(double train_psnr) {
   if (!IsHopeless(train_psnr)) return "";
   return fmt::format(
-      "The splat meets the photographs at {} dB only: is it of this scene, in the same frame and scale, and over "
-      "--background?\n",
+      "The splat reaches only {} dB on the training views: does it show this scene, in the same frame and scale, and "
+      "with "
+      "this --background?\n",
       Figure(train_psnr, 1));
 }
 
 std::string WarningOfTraining(const gs::Scene& scene, double train_psnr) {
   if (HoldsForTrainingViews(scene, [](const gs::View& view) { return IsOfOneColor(*view.Photograph()); })) {
-    return "There is nothing to see in the photographs: each is of one colour\n";
+    return "The photographs show nothing: each has a single colour\n";
   }
   if (!IsHopeless(train_psnr)) return "";
-  return fmt::format("The training meets the photographs at {} dB only: {}\n", Figure(train_psnr, 1), ReasonOf(scene));
+  return fmt::format("The training reached only {} dB on the training views: {}\n", Figure(train_psnr, 1),
+                     ReasonOf(scene));
 }
 
 }  // namespace vesta::app

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Doubts about what was given, where results are so bad, or so good, that it can hardly have been meant. A line each,
-// or nothing.
+// Warnings about inputs that probably do not match, judged by the quality of the result. Each is one line, or empty.
 #pragma once
 
 #include <string>
@@ -9,11 +8,11 @@
 
 namespace vesta::app {
 
-// Whether splat and scene belong together. train_psnr: mean of the training views, dB.
+// Warns if the splat does not seem to show this scene. train_psnr: mean over the training views, in dB.
 std::string WarningOfScene(double train_psnr);
 
-// Whether the scene, or the options, of a training that ended so were what was meant; with the reason, where it is
-// seen: photographs of one colour, points that no training view sees, or that are all one.
+// Warns if a training ended with this PSNR because of a wrong scene or wrong options. Names the reason if it finds one:
+// photographs of one colour, points that no training view sees, or points that all coincide.
 std::string WarningOfTraining(const gs::Scene& scene, double train_psnr);
 
 }  // namespace vesta::app

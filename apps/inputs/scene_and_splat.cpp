@@ -20,10 +20,10 @@ namespace {
 
 constexpr const char* kNames[] = {"images", "allow_missing", "test_every", "test_list"};
 
-// Null where it is no flag of scenes.
+// Returns null if this is not a scene flag.
 const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
   if (std::ranges::find(kNames, name) == std::end(kNames)) return nullptr;
-  for (const FlagRow& row : ProgramFlags().after_options) {
+  for (const FlagRow& row : ProgramFlags()) {
     if (row.field.name == name) return &row.field;
   }
   return nullptr;
@@ -31,7 +31,7 @@ const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
 
 bool IsGiven(const schema::Field<Flags>& flag, const Flags& flags) { return flag.Text(flags) != flag.Text(Flags()); }
 
-// What decoded photographs may take: where nothing else is said a half of what there is for the program.
+// Memory for decoded photographs: --photographs_mib, or half of the memory that the program may use.
 double PhotographsBytes(const Flags& flags, double memory_budget_gib) {
   constexpr double kMib = 1 << 20, kMibInGib = 1024, kPart = 0.5;
   if (flags.photographs_mib) return *flags.photographs_mib * kMib;
@@ -73,7 +73,8 @@ bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* 
 void CheckSceneFolder(const std::string& path) {
   if (FolderExists(path)) return;
   if (FileExists(path))
-    Fail(kNotFound, "{}: a file, where the scene's folder is to be named; `vesta help` shows the order", path);
+    Fail(kNotFound, "{}: this is a file, but a scene folder is expected; `vesta help` shows the order of arguments",
+         path);
   Fail(kNotFound, "{}: no such scene folder", path);
 }
 
@@ -82,9 +83,9 @@ void PrintScene(const gs::Scene& scene) {
     return std::ranges::count_if(scene.views, [&](const gs::View& view) { return view.role == role; });
   };
   const auto held_out = count(gs::ViewRole::kHeldOut);
-  Print("{} views to train on, {}{} to test; {} points; loaded in {:.1f} s\n", count(gs::ViewRole::kTraining),
-        held_out > 0 ? fmt::format("{} held out to judge by, ", held_out) : "", count(gs::ViewRole::kTest),
-        scene.points.size(), SecondsSinceStart());
+  Print("{} training views, {}{} test views; {} points; loaded in {:.1f} s\n", count(gs::ViewRole::kTraining),
+        held_out > 0 ? fmt::format("{} held out, ", held_out) : "", count(gs::ViewRole::kTest), scene.points.size(),
+        SecondsSinceStart());
   for (const std::string& note : scene.notes) Print("{}\n", note);
   std::fflush(stdout);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inputs of a command: the scene, by its folder and the flags that choose its photographs, and a splat with the
-// scene that it shows.
+// The inputs of a command: a scene, with the flags that select its photographs, and a splat with its scene.
 #pragma once
 
 #include <array>
@@ -16,35 +15,35 @@
 
 namespace vesta::app {
 
-// Sets the options by the flags that all commands with a SCENE take. memory_budget_gib: as MemoryOptions has it. Throws
-// UsageError where flags exclude each other.
+// Sets the options from the flags that all commands with a SCENE accept. memory_budget_gib: as in MemoryOptions. Throws
+// UsageError if flags exclude each other.
 void UseSceneFlags(const Flags& flags, double memory_budget_gib, gs::LoadSceneOptions* options);
 
-// As a checkpoint keeps them: names and values of those given. A file's path is absolute.
+// Names and values of the scene flags that were given, as a checkpoint stores them. Paths of files are absolute.
 std::vector<std::pair<std::string, std::string>> SceneFlagTexts(const Flags& flags);
-// Sets the flag, unless the command line has. False where there is no such flag or value.
+// Sets the flag unless the command line gave it. Returns false if there is no such flag or the value is invalid.
 bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* flags);
 
-// Throws Error where there is no such folder.
+// Throws Error if the folder does not exist.
 void CheckSceneFolder(const std::string& path);
 
-// How many views and points were loaded, and what is odd about them.
+// Prints the numbers of views and points, and the notes of loading.
 void PrintScene(const gs::Scene& scene);
 
-// A splat and the scene it shows: what refine, eval and render start from.
+// A splat and the scene it shows: the inputs of refine, prune, eval and render.
 struct PosedModel {
-  gs::SplatModel model;  // in the frame of the scene; its background and eps2d are those to render with
+  gs::SplatModel model;  // in the frame of the scene; rendered with its own background and eps2d
   gs::Scene scene;
 };
 
-// The flags' background and low-pass filter, where they are given, in place of what the splat states.
+// Replaces the background and eps2d of the splat by --background and --eps2d, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
-// Has a scene loaded for what the splat is rendered with.
+// Loads the scene with the background and eps2d of the splat.
 void LoadFor(const gs::SplatModel& model, gs::LoadSceneOptions* options);
-// Reads both, the scene as told but for what the splat states, or the flags do.
+// Reads both. The background and eps2d come from the flags or the splat, not from `options`.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);
-// Those that eval or render name.
+// Reads the SPLAT and SCENE of eval, render or view.
 PosedModel LoadPosedModel(const CommandLine& line);
 
 std::array<double, 3> ToDouble(const std::array<float, 3>& color);

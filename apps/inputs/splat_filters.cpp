@@ -35,12 +35,12 @@ std::optional<gs::Box> BoxOf(const Flags& flags) {
   for (std::size_t k = 0; is_box && k < 3; ++k) is_box = ends[k] < ends[3 + k];
   if (!is_box) {
     throw UsageError(fmt::format(
-        "--box={}: it must be six numbers X0,Y0,Z0,X1,Y1,Z1, the lower and the upper end of each axis", flags.box));
+        "--box={}: it must be six numbers X0,Y0,Z0,X1,Y1,Z1, the lower and the upper bound of each axis", flags.box));
   }
   return gs::Box{{ends[0], ends[1], ends[2]}, {ends[3], ends[4], ends[5]}};
 }
 
-// Where the means are, for who has missed them.
+// The bounding box of the means, for the error message of an empty box.
 std::string ExtentText(const gs::SplatModel& model) {
   std::array<double, 6> ends;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -54,9 +54,10 @@ std::string ExtentText(const gs::SplatModel& model) {
 gs::SplatModel Cropped(const std::string& given, const gs::Box& box, gs::SplatModel model, std::string* said) {
   const std::vector<Index> within = gs::GaussiansWithin(model, box);
   if (within.empty()) {
-    Fail(kBadArgument, "{}: no Gaussian lies within; their centres lie in {}", Given("box", given), ExtentText(model));
+    Fail(kBadArgument, "{}: no Gaussian is inside this box; their centres are in {}", Given("box", given),
+         ExtentText(model));
   }
-  *said += fmt::format("box: {} of {} Gaussians lie within\n", within.size(), model.count);
+  *said += fmt::format("box: {} of {} Gaussians are inside\n", within.size(), model.count);
   return gs::InOrder(std::move(model), within);
 }
 
@@ -76,10 +77,12 @@ gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, Run
 
 gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
   const gs::FloaterCount found = FloatersOf(flags, model, files);
-  if (found.kept.empty()) Fail(kBadArgument, "--clean: all {} Gaussians would go; leave the flag out", model.count);
-  *said += fmt::format("clean: {} of {} Gaussians stay; {} too faint, {} around everything, {} alone",
-                       found.kept.size(), model.count, found.faint, found.huge, found.isolated);
-  *said += flags.scene.empty() ? "\n" : fmt::format(", {} in no photograph\n", found.unsupported);
+  if (found.kept.empty())
+    Fail(kBadArgument, "--clean: all {} Gaussians would be removed; leave the flag out", model.count);
+  *said += fmt::format(
+      "clean: kept {} of {} Gaussians; removed {} too faint, {} that enclose the scene, {} without neighbours",
+      found.kept.size(), model.count, found.faint, found.huge, found.isolated);
+  *said += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.unsupported);
   return gs::InOrder(std::move(model), found.kept);
 }
 
@@ -87,9 +90,9 @@ gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files
 
 void CheckFilterFlags(const Flags& flags) {
   BoxOf(flags);
-  if (!flags.clean && !flags.scene.empty()) throw UsageError("--scene is of --clean; give both");
+  if (!flags.clean && !flags.scene.empty()) throw UsageError("--scene needs --clean; give both");
   if (flags.scene.empty() && !SceneFlagTexts(flags).empty()) {
-    throw UsageError(fmt::format("--{} is of --scene; give both", SceneFlagTexts(flags).front().first));
+    throw UsageError(fmt::format("--{} needs --scene; give both", SceneFlagTexts(flags).front().first));
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What convert leaves out of a splat.
+// The filters of convert: --box and --clean.
 #pragma once
 
 #include <string>
@@ -10,12 +10,11 @@
 
 namespace vesta::app {
 
-// Throws UsageError where the flags of the filters are none or do not go together, before anything is read.
+// Throws UsageError if a filter flag is invalid or the flags do not fit together. Reads no files.
 void CheckFilterFlags(const Flags& flags);
 
-// The splat without what lies outside of --box, and then without what --clean takes for floaters; it may be as it was.
-// `files`: of the run, which get those of --scene; `said` gets a line for each. Throws Error where nothing would be
-// left.
+// Removes the Gaussians outside --box, then the floaters found by --clean. Adds the files of --scene to `files` and one
+// line per filter to `said`. Throws Error if no Gaussian would remain.
 gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said);
 
 }  // namespace vesta::app

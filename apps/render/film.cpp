@@ -26,7 +26,7 @@
 namespace vesta::app {
 namespace {
 
-// Where PATH has the program; empty where it has not.
+// The program's file on PATH, or empty.
 std::string FindProgram(const std::string& name) {
   const char* path = std::getenv("PATH");
   for (const std::string& folder : schema::SplitAt(path ? path : "", ':')) {
@@ -40,13 +40,13 @@ std::string FindFfmpeg(const std::string& film) {
   std::string program = FindProgram("ffmpeg");
   if (program.empty()) {
     Fail(kUnavailable,
-         "{}: there is no program ffmpeg; install it, or leave the flag out: the images are frames in order",
+         "{}: the program ffmpeg is not installed; install it, or leave the flag out: the images are numbered frames",
          Given("film", film));
   }
   return program;
 }
 
-// What to do with what happens before exec in the new process.
+// Owns posix_spawn file actions.
 class SpawnActions {
  public:
   SpawnActions() { posix_spawn_file_actions_init(&actions_); }
@@ -59,20 +59,21 @@ class SpawnActions {
   posix_spawn_file_actions_t actions_;
 };
 
-// Raw RGB from stdin; yuv420p, of even sides only, is what every player shows, in the colours of HDTV.
+// Reads raw RGB from stdin. Writes yuv420p, which every player supports but which needs even sides, in Rec. 709
+// colours.
 std::vector<std::string> ArgumentsOf(const AtomicFile& file, gs::ImageSize size, double frames_per_second) {
   const std::string frame_size = fmt::format("{}x{}", size.width, size.height);
   return {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
-          // What is read.
+          // Input.
           "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", frame_size, "-framerate",
           fmt::format("{}", frames_per_second), "-i", "pipe:0",
-          // What is written.
+          // Output.
           "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p",
           "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags",
           "+faststart", "-f", "mp4", "file:" + file.temporary()};
 }
 
-// A view's name as that of a file: folders become part of the name, with_extension keeps ".jpg" before ".png".
+// A file name for a view: "/" becomes "_"; with_extension keeps ".jpg" before ".png".
 std::string FileName(const gs::View& view, bool with_extension) {
   std::string name = view.name;
   if (!with_extension) name = std::filesystem::path(name).replace_extension().string();
@@ -82,7 +83,7 @@ std::string FileName(const gs::View& view, bool with_extension) {
 
 using Files = std::vector<std::string>;
 
-// Adds them, unless one of them is there.
+// Adds all files and returns true, or returns false if one of them is already in the set.
 bool AddAll(const Files& files, std::set<std::string>* taken) {
   if (std::ranges::any_of(files, [&](const std::string& file) { return taken->contains(file); })) return false;
   taken->insert(files.begin(), files.end());
@@ -92,14 +93,14 @@ bool AddAll(const Files& files, std::set<std::string>* taken) {
 }  // namespace
 
 void CheckFilm(const std::string& file) {
-  if (!file.ends_with(".mp4")) Fail(kBadArgument, "{}: films are .mp4; name it so", Given("film", file));
+  if (!file.ends_with(".mp4")) Fail(kBadArgument, "{}: the name of a video must end in .mp4", Given("film", file));
   FindFfmpeg(file);
   CheckWritable("film", file);
 }
 
 Film::Film(const std::string& file, gs::ImageSize size, double frames_per_second)
     : file_(file), size_(size), complaints_(std::tmpfile(), std::fclose) {
-  if (!complaints_) Fail(kCannotWrite, "{}: no temporary file can be made; free some space", Given("film", file));
+  if (!complaints_) Fail(kCannotWrite, "{}: cannot create a temporary file; free some disk space", Given("film", file));
   Start(FindFfmpeg(file), frames_per_second);
 }
 
@@ -114,7 +115,7 @@ void Film::Start(const std::string& program, double frames_per_second) {
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  // A socket and no pipe: where ffmpeg ends early, writing is an error and no signal.
+  // A socket instead of a pipe: if ffmpeg ends early, a write then fails without SIGPIPE.
   std::array<int, 2> ends;
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     Fail(kCannotWrite, "{}: {}", Given("film", file_.path()), std::generic_category().message(errno));
@@ -129,14 +130,15 @@ void Film::Start(const std::string& program, double frames_per_second) {
   if (error != 0) {
     process_ = -1;
     Wait();
-    Fail(kUnavailable, "{}: {} does not run: {}", Given("film", file_.path()), program,
+    Fail(kUnavailable, "{}: cannot run {}: {}", Given("film", file_.path()), program,
          std::generic_category().message(error));
   }
 }
 
 void Film::Add(const gs::Image& frame) {
-  VESTA_CHECK(frame.width == size_.width && frame.height == size_.height, "{}: a frame of {} x {} among {} x {}",
-              file_.path(), frame.width, frame.height, size_.width, size_.height);
+  VESTA_CHECK(frame.width == size_.width && frame.height == size_.height,
+              "{}: a frame has {} x {} pixels instead of {} x {}", file_.path(), frame.width, frame.height, size_.width,
+              size_.height);
   const std::vector<std::uint8_t> bytes = gs::InterleavedBytes(frame);
   for (std::size_t sent = 0; sent < bytes.size();) {
     const ssize_t now = ::send(frames_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
@@ -164,7 +166,7 @@ void Film::FailWithReason() {
   Wait();
   std::array<char, 512> line{};
   std::rewind(complaints_.get());
-  if (!std::fgets(line.data(), line.size(), complaints_.get())) line = {"it ended without a reason"};
+  if (!std::fgets(line.data(), line.size(), complaints_.get())) line = {"it ended without a message"};
   std::string reason = line.data();
   if (reason.ends_with('\n')) reason.pop_back();
   Fail(kCannotWrite, "{}: ffmpeg failed: {}", Given("film", file_.path()), reason);
@@ -183,7 +185,7 @@ std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
     }
     if (are_different) return names;
   }
-  std::set<std::string> wanted, seen;  // by all, and by those before
+  std::set<std::string> wanted, seen;  // of all names; of the names so far
   for (const std::string& name : names) {
     for (std::string& file : files_of(name)) wanted.insert(std::move(file));
   }

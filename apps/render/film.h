@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names for the images of views, and films, by the program ffmpeg.
+// Videos, encoded by the program ffmpeg, and file names for the images of views.
 #pragma once
 
 #include <sys/types.h>
@@ -16,38 +16,38 @@
 
 namespace vesta::app {
 
-// Throws Error, one line naming the flag --film, unless the file ends in .mp4 and can be written, and there is ffmpeg.
+// Throws Error (one line with --film) unless the file name ends in .mp4, the file can be written, and ffmpeg exists.
 void CheckFilm(const std::string& file);
 
-// A film while it is written: H.264, or what ffmpeg has in its place. It is there whole, by Finish, or not at all.
+// Writes a video: H.264, or the default codec of ffmpeg. The file appears, complete, only in Finish.
 class Film {
  public:
-  // frames_per_second > 0. Of a size with odd sides one row or column of black is added.
+  // frames_per_second > 0. An odd width or height is padded by one black column or row.
   Film(const std::string& file, gs::ImageSize size, double frames_per_second);
   ~Film();
   Film(const Film&) = delete;
   Film& operator=(const Film&) = delete;
 
-  // A frame of that size; colours are clamped to 0..1. Throws Error with ffmpeg's reason where it has given up.
+  // Adds a frame of this size; colours are clamped to 0..1. Throws Error with ffmpeg's message if it has failed.
   void Add(const gs::Image& frame);
   void Finish();
 
  private:
   void Start(const std::string& program, double frames_per_second);
-  // Ends what ffmpeg reads, and waits; its exit status, not 0 where it failed.
+  // Closes the input of ffmpeg and waits for it. Returns its exit status, 0 for success.
   int Wait();
   [[noreturn]] void FailWithReason();
 
   AtomicFile file_;
   gs::ImageSize size_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> complaints_;  // what ffmpeg prints
-  int frames_ = -1;                                             // descriptor of the socket that it reads from
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> complaints_;  // output of ffmpeg
+  int frames_ = -1;                                             // socket that ffmpeg reads from
   pid_t process_ = -1;
 };
 
-// One .png for each view, such that no two files are the same: with extensions where they would be without, and
-// numbered where with them too ("a/b.jpg" beside "a_b.jpg"). files_of(name): the files of an image of that name, itself
-// the first.
+// A unique .png name for each view. The extension of the view's name is dropped, kept if names would clash without it,
+// and numbered if they clash even so ("a/b.jpg" and "a_b.jpg"). files_of(name): all files that are written for an image
+// of this name, the name itself first.
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
                                    const std::function<std::vector<std::string>(const std::string&)>& files_of);
 

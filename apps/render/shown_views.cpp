@@ -25,7 +25,7 @@
 namespace vesta::app {
 namespace {
 
-constexpr int kFramesOfALoop = 180;  // six seconds of film
+constexpr int kFramesOfALoop = 180;  // 6 s of video
 constexpr int kFramesBetweenPhotographs = 10;
 
 std::optional<gs::ImageSize> SizeOf(const Flags& flags) {
@@ -42,7 +42,7 @@ std::optional<gs::ImageSize> SizeOf(const Flags& flags) {
   return gs::ImageSize{static_cast<int>(width), static_cast<int>(height)};
 }
 
-// The camera with an image of another shape: the middle of the old one, as large as its sides allow.
+// The camera with another image size: the central crop of the old image, as large as possible.
 gs::Camera Covered(const gs::Camera& camera, gs::ImageSize size) {
   const double across = static_cast<double>(size.width) / camera.width;
   const double down = static_cast<double>(size.height) / camera.height;
@@ -59,8 +59,9 @@ CameraPath OrbitPath(const gs::Scene& scene, const gs::Camera& camera, int frame
   std::string note;
   if (orbit.unseen_degrees > kWide) {
     note = fmt::format(
-        "note: over {:.0f} degrees of the orbit there is no photograph; --path=spiral and --path=photographs stay "
-        "where they are",
+        "note: {:.0f} degrees of the orbit have no photograph nearby; --path=spiral and --path=photographs stay near "
+        "the "
+        "photographs",
         orbit.unseen_degrees);
   }
   return {std::move(orbit.views), std::move(note)};
@@ -74,11 +75,11 @@ CameraPath PhotographsPath(const gs::Scene& scene, const gs::Camera& camera, con
     key.rotation = scene.views[i].rotation, key.translation = scene.views[i].translation;
   }
   const int between = kFramesBetweenPhotographs * static_cast<int>(keys.size() - 1) + 1;
-  return {gs::PathThrough(keys, scene.extent, camera, frames.value_or(between)),
-          tour.is_reordered
-              ? "note: the photographs jump in the order of their names; the path goes from each to a near "
-                "one"
-              : ""};
+  return {
+      gs::PathThrough(keys, scene.extent, camera, frames.value_or(between)),
+      tour.is_reordered
+          ? "note: in the order of their names the photographs jump; the path visits neighbouring photographs instead"
+          : ""};
 }
 
 CameraPath FilePath(const Flags& flags, const gs::Scene& scene, const gs::Camera& usual) {
@@ -91,7 +92,7 @@ CameraPath FilePath(const Flags& flags, const gs::Scene& scene, const gs::Camera
   return {gs::PathThrough(keys, scene.extent, keys.front().camera, *flags.frames), ""};
 }
 
-// Both of the same size.
+// left, right: of the same size.
 gs::Image SideBySide(const gs::Image& left, const gs::Image& right) {
   gs::Image both(2 * left.width, left.height);
   for (int channel = 0; channel < 3; ++channel) {
@@ -105,7 +106,7 @@ gs::Image SideBySide(const gs::Image& left, const gs::Image& right) {
   return both;
 }
 
-// Depth in levels of the unit: 0 where there is none, the last level for all that is farther.
+// Writes depth in levels of `unit`: 0 for no depth, and the last level for all larger depths.
 void SaveDepth(const std::string& path, const gs::DepthImage& depth, double unit) {
   std::vector<std::uint16_t> levels;
   levels.reserve(depth.depth.size());
@@ -116,7 +117,7 @@ void SaveDepth(const std::string& path, const gs::DepthImage& depth, double unit
   }
   gs::SaveGrayPng(
       path, {depth.width, depth.height}, levels,
-      fmt::format("depth along the optical axis: {} units of the scene a level; 0: none; 65535: or more", unit));
+      fmt::format("depth along the optical axis: {} scene units per level; 0: none; 65535: this depth or more", unit));
 }
 
 std::string PreviewOf(const std::string& name) { return std::filesystem::path(name).stem().string() + "_preview.png"; }
@@ -126,10 +127,10 @@ std::string PreviewOf(const std::string& name) { return std::filesystem::path(na
 void CheckPathFlags(const Flags& flags) {
   SizeOf(flags);
   const bool has_any = flags.frames || !flags.size.empty() || !flags.film.empty();
-  if (flags.path.empty() && has_any) throw UsageError("--frames, --size and --film are of a --path; give one");
-  if (flags.fps && flags.film.empty()) throw UsageError("--fps is of a --film; give one");
+  if (flags.path.empty() && has_any) throw UsageError("--frames, --size and --film need a --path");
+  if (flags.fps && flags.film.empty()) throw UsageError("--fps needs a --film");
   if (flags.truth && (!flags.path.empty() || flags.show != Show::kColor)) {
-    throw UsageError("--truth: photographs are of the test views alone, and of colours; leave out --path and --show");
+    throw UsageError("--truth: there are photographs only of the test views, in colour; leave out --path and --show");
   }
   const bool is_known = flags.path.empty() || flags.path == "orbit" || flags.path == "spiral" ||
                         flags.path == "photographs" || flags.path.ends_with(".json");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views that render draws: the cameras of --path, and the images that --show chooses.
+// The views that render draws: cameras of --path, and images of the quantity --show.
 #pragma once
 
 #include <string>
@@ -13,30 +13,31 @@
 
 namespace vesta::app {
 
-// The cameras that --path names.
+// The cameras of --path.
 struct CameraPath {
   std::vector<gs::View> views;  // in the frame of the scene, without images
-  std::string note;             // a line for the user, or none
+  std::string note;             // a line for the user, or empty
 };
 
-// Throws UsageError where flags of render do not go together or are none, before anything is read.
+// Throws UsageError if flags of render are invalid or do not fit together. Reads no files.
 void CheckPathFlags(const Flags& flags);
 
-// With --path. Cameras are that of the scene's first view, or those of the file, each of --size where that is given:
-// then the middle of what it sees. Throws Error, one line with flag or file.
+// For --path. Uses the intrinsics of the first view of the scene, or those in the file. --size changes the image size
+// and crops to another aspect ratio. Throws Error (one line with the flag or the file).
 CameraPath PathOfFlags(const Flags& flags, const gs::Scene& scene);
 
-// Draws views of one model, which must outlive this.
+// Draws views of one model, which must outlive this object.
 class ShownViews {
  public:
   ShownViews(const PosedModel& posed, Show show);
 
-  // The files of a view whose image is to have this name: that, and of depth a preview in colours too.
+  // The files of an image of this name: the image itself, and for depth a coloured preview.
   std::vector<std::string> FilesOf(const std::string& name) const;
-  // Writes them into the folder; with_truth: beside the photograph. Returns what a film shows.
+  // Draws the view and writes its files into the folder; with_truth: with the photograph on the right. Returns the
+  // image for the video.
   gs::Image Draw(const gs::View& view, const std::string& folder, const std::string& name, bool with_truth);
 
-  // World units in a level of depth files: so far apart that 16 bits reach 32 extents of the scene, 16 median depths.
+  // World units per level of a depth image: 16 bits reach 32 scene extents, which is 16 median depths.
   double depth_unit() const;
 
  private:

@@ -24,7 +24,7 @@
 namespace vesta::app {
 namespace {
 
-// Of matplotlib's inferno, which the page's scale shows too.
+// From matplotlib's inferno. The legend of the page has the same colours.
 constexpr std::array<std::array<float, 3>, 6> kColors = {{{0.000f, 0.000f, 0.016f},
                                                           {0.259f, 0.039f, 0.408f},
                                                           {0.576f, 0.149f, 0.404f},
@@ -36,11 +36,11 @@ constexpr int kLevels = 255;
 
 constexpr std::int64_t kGrain = 1 << 14;
 
-// Calls take(pixel, differences of the channels in levels of 8 bits), on all threads.
+// Calls take(pixel, channel differences in 8-bit levels) for all pixels, on all threads.
 template <class Take>
 void ForEachDifference(const gs::Image& render, const gs::Image& truth, const Take& take) {
   VESTA_CHECK(render.width == truth.width && render.height == truth.height && !render.empty() && !truth.empty(),
-              "images of {} x {} and {} x {}", render.width, render.height, truth.width, truth.height);
+              "images of different sizes: {} x {} and {} x {}", render.width, render.height, truth.width, truth.height);
   ParallelFor(static_cast<std::int64_t>(render.num_pixels()), kGrain, [&](std::int64_t i) {
     std::array<int, 3> difference;
     for (int c = 0; c < 3; ++c) {
@@ -71,7 +71,7 @@ Vec3 Unit(const Vec3& a, const Vec3& otherwise) {
   const double length = std::sqrt(Dot(a, a));
   return length > 1e-9 ? Vec3{a[0] / length, a[1] / length, a[2] / length} : otherwise;
 }
-// An axis of a camera (x right, y down, z forward) in the world.
+// An axis of the camera (x right, y down, z forward) in world coordinates.
 Vec3 Axis(const gs::View& view, std::size_t axis) {
   return {view.rotation[3 * axis], view.rotation[3 * axis + 1], view.rotation[3 * axis + 2]};
 }
@@ -82,13 +82,13 @@ struct Axes {
 
 Axes AxesOf(const gs::Scene& scene) {
   const Vec3 up = Unit(gs::SumOfUps(scene.views), {0, 0, 1});
-  // Square to it: how the first camera looks, or holds itself where it looks down.
+  // Perpendicular to up and to the viewing direction of the first camera, or to its y axis if it looks straight down.
   const gs::View& first = scene.views.front();
   const Vec3 right = Unit(Cross(Axis(first, 2), up), Unit(Cross(Axis(first, 1), up), {1, 0, 0}));
   return {right, Cross(up, right), up};
 }
 
-// A plane that things are drawn in, with what is to be seen of it.
+// A drawing plane, and the range of the points to show.
 class Drawing {
  public:
   Drawing(const Vec3& across, const Vec3& along) : across_(across), along_(along) {}
@@ -102,7 +102,7 @@ class Drawing {
     }
   }
   double extent() const { return std::max({high_[0] - low_[0], high_[1] - low_[1], 1e-12}); }
-  // In pixels; the scale is that of both axes.
+  // Pixel position; both axes have the same scale.
   std::array<double, 2> At(const Vec3& point) const {
     const double scale = (kSize - 2 * kMargin) / extent();
     const auto at = InPlane(point);
@@ -115,7 +115,7 @@ class Drawing {
   std::array<double, 2> low_{INFINITY, INFINITY}, high_{-INFINITY, -INFINITY};
 };
 
-// Some hundred points, without the outermost, which lie where little is known.
+// Several hundred points without the outermost ones, which are often outliers.
 std::vector<Vec3> SampleOf(const gs::PointCloud& points, const Axes& axes) {
   constexpr Index kMost = 900;
   constexpr double kOutermost = 0.03;
@@ -134,7 +134,7 @@ std::vector<Vec3> SampleOf(const gs::PointCloud& points, const Axes& axes) {
   return sample;
 }
 
-// A wedge that opens the way the camera looks.
+// A wedge that opens in the viewing direction.
 std::string Camera(const Drawing& drawing, const gs::View& view) {
   const Vec3 center = gs::CameraCenter(view), right = Axis(view, 0), forward = Axis(view, 2);
   const double length = 0.05 * drawing.extent();
@@ -149,7 +149,7 @@ std::string Camera(const Drawing& drawing, const gs::View& view) {
       tip[1], left[0], left[1], other[0], other[1], tip[0], tip[1]);
 }
 
-// Red for the worst, green for the best.
+// From red (worst view) to green (best view).
 std::string ColorOf(double psnr, std::span<const ViewError> errors) {
   double worst = INFINITY, best = -INFINITY;
   for (const ViewError& error : errors) {
@@ -210,7 +210,7 @@ double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth) {
   ForEachDifference(render, truth, [&](std::size_t pixel, const std::array<int, 3>& d) {
     errors[pixel] = static_cast<std::uint32_t>(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   });
-  std::vector<std::uint32_t> pixels_with(3 * kLevels * kLevels + 1);  // by their squared error
+  std::vector<std::uint32_t> pixels_with(3 * kLevels * kLevels + 1);  // histogram over the squared error
   double all = 0;
   for (const std::uint32_t squared : errors) {
     ++pixels_with[squared];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well the test views are met, as images: colours, error maps, and plans of their cameras.
+// Errors of the test views as images: colour scale, error maps, and plans of the cameras.
 #pragma once
 
 #include <array>
@@ -15,42 +15,43 @@
 
 namespace vesta::app {
 
-// From black by red to pale yellow, r, g, b in 0..1. of: 0..1.
+// The colour scale from black over red to pale yellow: r, g, b in 0..1. of: 0..1.
 std::array<float, 3> HeatColor(float of);
 
-// The error from which on the picture is brightest: mean over channels of |render - truth|, colours in 0..1.
+// The error with the brightest colour: mean over channels of |render - truth|, colours in 0..1.
 inline constexpr double kBrightestError = 0.25;
 
-// A colour for each pixel, from black (no error) by red to pale yellow (kBrightestError and more). Both images, of one
-// size, count as 8 bits hold them.
+// Colours each pixel from black (no error) over red to pale yellow (kBrightestError or more). The images must have the
+// same size; both are quantised to 8 bits.
 gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth);
 
-// The least part of the pixels, 0..1, that has half of the squared error: small where the error is in few places, near
-// a half where it is everywhere. 0 for equal images.
+// The smallest fraction of the pixels, 0..1, that contains half of the squared error: small if the error is
+// concentrated in a few places, near 0.5 if it is spread evenly. 0 for equal images.
 double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth);
 
-// A test view, and how well it is met.
+// A test view and its quality.
 struct ViewError {
   std::string name;
   ImageQuality quality;
-  double half_in = 0;  // PartWithHalfOfError, of the pixels that count
+  double half_in = 0;  // PartWithHalfOfError, relative to the unmasked pixels
 };
 
-// Pictures of a view as files within a page (DataUri), JPEG.
+// Images of a view as JPEGs embedded in the page (DataUri).
 struct ViewPictures {
-  int width = 0, height = 0;         // as they are shown
-  std::string truth, render, error;  // error: ErrorMap, of half the size
+  int width = 0, height = 0;         // displayed size, pixels
+  std::string truth, render, error;  // error: ErrorMap at half the size
 };
 
-// Renders as the training's evaluation does. The model is in the frame of the scene, whose images are there.
+// Renders views as the evaluation of a training does. The model must be in the frame of the scene, and the images of
+// the scene must be loadable.
 class ViewRenderer {
  public:
-  // Both must outlive this.
+  // Both must outlive this object.
   ViewRenderer(const gs::SplatModel& model, const gs::Scene& scene);
 
-  // Of all test views, in the order of the scene.
+  // Measures all test views, in the order of the scene.
   std::vector<ViewError> Measure();
-  // At most so many pixels wide.
+  // The images of a view, at most max_width pixels wide.
   ViewPictures Picture(const gs::View& view, int max_width);
 
  private:
@@ -59,9 +60,9 @@ class ViewRenderer {
   gs::Renderer renderer_;
 };
 
-// Two drawings (SVG), from above and from the side, where up is the mean of the cameras' own: training views grey, test
-// views from green (the one met best) to red (the worst), each with its name; a sample of the points behind them.
-// errors: of the test views, or none.
+// Two drawings (SVG) of the cameras with a sample of the points, from above and from the side; up is the mean up axis
+// of the cameras. Training views are grey, test views green (best) to red (worst), each with its name. errors: of the
+// test views, or empty.
 std::string CameraPlans(const gs::Scene& scene, std::span<const ViewError> errors);
 
 }  // namespace vesta::app

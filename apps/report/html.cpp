@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
 
-// Length in bytes of the character of UTF-8 that the text begins with; 0 where it begins with none.
+// Bytes of the first UTF-8 character of the text; 0 if it is invalid.
 std::size_t CharacterLength(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned first = byte(0);
@@ -26,7 +26,7 @@ std::size_t CharacterLength(std::string_view text) {
   for (std::size_t i = 1; i < length; ++i) {
     if ((byte(i) & 0xc0) != 0x80) return 0;
   }
-  // Too long for what they say, surrogates, beyond the last.
+  // Rejects overlong forms, surrogates, and code points above U+10FFFF.
   const unsigned second = byte(1);
   if ((first == 0xe0 && second < 0xa0) || (first == 0xed && second >= 0xa0)) return 0;
   if ((first == 0xf0 && second < 0x90) || (first == 0xf4 && second >= 0x90)) return 0;
@@ -63,7 +63,7 @@ using Point = std::array<double, 2>;
 
 bool IsFinite(const Point& point) { return std::isfinite(point[0]) && std::isfinite(point[1]); }
 
-// The range of all points along an axis, and never an empty one.
+// The range of all points along an axis. Widen makes it non-empty.
 struct Extent {
   double low = INFINITY, high = -INFINITY;
   bool empty() const { return !(low <= high); }
@@ -86,7 +86,7 @@ Extent ExtentOf(const Chart& chart, std::size_t axis) {
   return extent;
 }
 
-// From numbers to pixels.
+// Maps values to pixels.
 struct Frame {
   Extent x, y;
   double AtX(double value) const { return kLeft + (value - x.low) / (x.high - x.low) * (kWidth - kLeft - kRight); }
@@ -191,7 +191,7 @@ std::string ToSvg(const Chart& chart) {
       kWidth, kHeight, Escape(chart.title), kLeft, Escape(chart.title));
   Frame frame{ExtentOf(chart, 0), ExtentOf(chart, 1)};
   if (frame.x.empty()) {
-    svg += fmt::format(R"(<text class="tick" x="{}" y="{}">no figures</text>)", kLeft, kHeight / 2);
+    svg += fmt::format(R"(<text class="tick" x="{}" y="{}">no data</text>)", kLeft, kHeight / 2);
   } else {
     frame.x.Widen(), frame.y.Widen();
     svg += Axes(frame, chart);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text, images and curves as parts of a page that stands alone.
+// Text, images and charts for a self-contained HTML page.
 #pragma once
 
 #include <array>
@@ -9,19 +9,19 @@
 
 namespace vesta::app {
 
-// Any bytes as text of a page or value of a quoted attribute: the characters that mean something there as entities,
-// what is no UTF-8 and control characters as U+FFFD. Names of files and views are not to be trusted.
+// Escapes any bytes for the text of a page or a quoted attribute: special characters become entities; control
+// characters and invalid UTF-8 become U+FFFD. Names of files and views are untrusted input.
 std::string Escape(std::string_view text);
 
-// "data:TYPE;base64,...": a file within the page. type: as "image/jpeg".
+// "data:TYPE;base64,...": a file embedded in the page. type: for example "image/jpeg".
 std::string DataUri(std::string_view type, std::string_view bytes);
 
-// Curves as SVG, in the colours of the page (page.h).
+// A curve of a chart, in a colour of the page (page.h).
 struct Series {
   std::string name;
-  std::size_t color = 0;  // of the page's, which repeat
+  std::size_t color = 0;  // number of a colour; colours repeat after kRunColors
   bool is_dashed = false;
-  std::vector<std::array<double, 2>> points;  // x, y; those that are not finite are left out
+  std::vector<std::array<double, 2>> points;  // x, y; points that are not finite are skipped
 };
 
 struct Chart {
@@ -29,13 +29,13 @@ struct Chart {
   std::vector<Series> series;
 };
 
-// Names are escaped here. Without a finite point the chart says so.
+// Draws the chart as SVG and escapes its names. Without a finite point, the chart shows a note instead.
 std::string ToSvg(const Chart& chart);
 
-// A number of some axis whose marks lie `step` apart, short: "0.25", "120k", "1.5M".
+// A short label of an axis whose marks are `step` apart: "0.25", "120k", "1.5M".
 std::string ShortNumber(double value, double step);
 
-// Marks of an axis: round numbers from within [low, high], about `count` of them. high > low.
+// Marks of an axis: about `count` round numbers within [low, high]. high > low.
 std::vector<double> RoundMarks(double low, double high, int count);
 
 }  // namespace vesta::app

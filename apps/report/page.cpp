@@ -15,7 +15,7 @@ namespace {
 
 std::string Swatch(std::size_t run) { return fmt::format(R"(<span class="key run{}"></span>)", run % kRunColors); }
 
-// "12,345"; "-" where it is not known.
+// "12,345"; "-" if unknown.
 std::string Count(double value) {
   if (!std::isfinite(value)) return "-";
   std::string digits = fmt::format("{:.0f}", value);
@@ -34,7 +34,7 @@ std::string Seconds(double seconds) { return std::isfinite(seconds) ? fmt::forma
 
 std::string TextOr(const std::string& text) { return text.empty() ? "-" : Escape(text); }
 
-// A row of figures, one for each run.
+// A table row with one value per run.
 struct Row {
   const char* name;
   std::function<std::string(const ReportedRun&)> of;  // as HTML
@@ -58,7 +58,7 @@ Row Quality(const char* name, const char* path, int digits) {
   return {name, [=](const ReportedRun& run) { return Figure(run.source.record.Number(path), digits); }};
 }
 
-// Seconds between two times of metrics.json; from: null, the start.
+// Seconds between two times in metrics.json. from: null for the start of the run.
 Row Span(const char* name, const char* from, const char* to) {
   return {name, [=](const ReportedRun& run) {
             const RunRecord& record = run.source.record;
@@ -73,7 +73,7 @@ std::string Result(const Report& report) {
       Quality("training PSNR, dB", "train.psnr", 2),
       Quality("training SSIM", "train.ssim", 4),
       {"Gaussians", [](const ReportedRun& run) { return Count(run.source.record.Number("gaussians")); }},
-      {"of degree 0, 1, ... of harmonics",
+      {"Gaussians of SH degree 0, 1, ...",
        [](const ReportedRun& run) {
          std::string counts;
          for (const Index count : run.gaussians_of_degree) {
@@ -84,7 +84,7 @@ std::string Result(const Report& report) {
       {"parameters", [](const ReportedRun& run) { return Count(run.source.record.Number("parameters")); }},
       {"point_cloud.ply",
        [](const ReportedRun& run) { return Bytes(static_cast<double>(run.source.record.splat_bytes())); }},
-      {"most memory",
+      {"peak memory",
        [](const ReportedRun& run) { return Bytes(run.source.record.Number("peak_memory_mib") * (1 << 20)); }},
       {"scene", [](const ReportedRun& run) { return "<bdi>" + TextOr(run.source.record.Text("scene")) + "</bdi>"; }},
       {"command", [](const ReportedRun& run) { return TextOr(run.source.record.Text("command")); }},
@@ -105,7 +105,7 @@ std::string Cards(const ReportedRun& run) {
          card(Figure(record.Number("test.ssim"), 3), "test SSIM") +
          card(Count(record.Number("gaussians")), "Gaussians") +
          card(Bytes(static_cast<double>(record.splat_bytes())), "point_cloud.ply") +
-         card(Seconds(record.Number("seconds.total")), "in all") + "</div>\n";
+         card(Seconds(record.Number("seconds.total")), "total time") + "</div>\n";
 }
 
 std::string Notes(const Report& report) {
@@ -121,7 +121,7 @@ std::string Notes(const Report& report) {
   return items.empty() ? "" : "<h2>Notes</h2>\n<ul>\n" + items + "</ul>\n";
 }
 
-// One figure over time: of training views dashed, where there is such a one.
+// Chart of a value over time, with the value of the training views as dashed curves if of_training is given.
 std::string Curves(const Report& report, const char* title, const char* figure, const char* of_training = nullptr) {
   Chart chart{title, "seconds", {}};
   const auto add = [&](std::size_t run, const char* of, bool is_dashed) {
@@ -139,10 +139,11 @@ std::string Curves(const Report& report, const char* title, const char* figure, 
 }
 
 std::string Course(const Report& report) {
-  return "<h2>Course</h2>\n<p class=\"mute\">Test views solid, training views dashed; time without evaluations. Each "
+  return "<h2>Progress</h2>\n<p class=\"mute\">Test views: solid; training views: dashed. Time excludes evaluations. "
+         "Each "
          "point is a row of the history in metrics.json.</p>\n<div class=\"grid-of-charts\">\n" +
          Curves(report, "PSNR, dB", "test_psnr", "train_psnr") + Curves(report, "SSIM", "test_ssim", "train_ssim") +
-         Curves(report, "cost of the training views", "cost") + Curves(report, "Gaussians", "gaussians") + "</div>\n";
+         Curves(report, "training loss", "cost") + Curves(report, "Gaussians", "gaussians") + "</div>\n";
 }
 
 const ViewError* FindView(const ReportedRun& run, const ReportedView& view) {
@@ -151,7 +152,7 @@ const ViewError* FindView(const ReportedRun& run, const ReportedView& view) {
   return found == run.views.end() ? nullptr : &*found;
 }
 
-// number: of the view on the page.
+// The image comparison of a view. number: of the view on the page.
 std::string Slider(const Report& report, const ReportedView& view, std::size_t number, std::size_t in_view) {
   const auto& [run, pictures] = view.runs[in_view];
   const std::string truth = pictures.truth.empty() ? fmt::format(R"(data-of="truth{}")", number)
@@ -164,7 +165,7 @@ std::string Slider(const Report& report, const ReportedView& view, std::size_t n
                            Figure(error->quality.psnr, 2), Figure(error->quality.ssim, 3), 100 * error->half_in);
   }
   return fmt::format(
-      R"(<figure><div class="slide" style="aspect-ratio:{}/{}"><img alt="photograph" {}><img class="render" alt="render" src="{}"><img class="error" alt="error" src="{}"><input type="range" min="0" max="100" step="0.5" value="50" aria-label="render to the left of it, photograph to the right"></div><figcaption>{}</figcaption></figure>)"
+      R"(<figure><div class="slide" style="aspect-ratio:{}/{}"><img alt="photograph" {}><img class="render" alt="render" src="{}"><img class="error" alt="error" src="{}"><input type="range" min="0" max="100" step="0.5" value="50" aria-label="position of the line: render on the left, photograph on the right"></div><figcaption>{}</figcaption></figure>)"
       "\n",
       pictures.width, pictures.height, truth, pictures.render, pictures.error, caption);
 }
@@ -172,9 +173,10 @@ std::string Slider(const Report& report, const ReportedView& view, std::size_t n
 std::string Views(const Report& report) {
   if (report.views.empty()) return "";
   std::string html = fmt::format(
-      "<h2>Test views, the worst first</h2>\n<p class=\"mute\">{} of {}. Left of the line the render, right of it the "
-      "photograph; drag it, or use the arrow keys.</p>\n<p><label><input type=\"checkbox\" id=\"errors\"> where the "
-      "error is</label> <span class=\"mute\">0 <span class=\"scale\"></span> 64 of 255 and more, mean of the "
+      "<h2>Test views, worst first</h2>\n<p class=\"mute\">{} of {}. The render is on the left of the line, the "
+      "photograph on the right; drag the line or use the arrow keys.</p>\n<p><label><input type=\"checkbox\" "
+      "id=\"errors\"> show the "
+      "error</label> <span class=\"mute\">0 <span class=\"scale\"></span> 64 of 255 or more, mean over the "
       "channels</span></p>\n<div class=\"{}\">\n",
       report.views.size(), report.test_views, report.runs.size() > 1 ? "" : "views");
   for (std::size_t i = 0; i < report.views.size(); ++i) {
@@ -187,7 +189,7 @@ std::string Views(const Report& report) {
   return html + "</div>\n";
 }
 
-// Every test view of every run.
+// Table of all test views of each run.
 std::string ViewTable(const Report& report) {
   std::string html;
   for (std::size_t i = 0; i < report.runs.size(); ++i) {
@@ -221,13 +223,12 @@ std::string FromTo(T low, T high, int digits) {
 std::string Cameras(const Report& report) {
   if (report.scenes.empty()) return "";
   std::string html =
-      "<h2>Cameras</h2>\n<p class=\"mute\">Training views grey; test views green to red, the best to the worst; a "
-      "sample "
-      "of the points that the training started from.</p>\n";
+      "<h2>Cameras</h2>\n<p class=\"mute\">Training views are grey, test views green (best) to red (worst). The dots "
+      "are a sample of the initial points.</p>\n";
   for (const ReportedScene& scene : report.scenes) {
     if (report.scenes.size() > 1) html += fmt::format("<h3><bdi>{}</bdi></h3>", Escape(scene.scene));
     html += fmt::format(
-        "<p>{} views to train on, {}{} to test; {} × {} pixels, {}° from left to right; {} points</p>\n<div "
+        "<p>{} training views, {}{} test views; {} × {} pixels, horizontal field of view {}°; {} points</p>\n<div "
         "class=\"grid-of-plans\">\n{}</div>\n",
         scene.training, scene.held_out > 0 ? fmt::format("{} held out, ", scene.held_out) : "", scene.test,
         FromTo(scene.min_width, scene.max_width, 0), FromTo(scene.min_height, scene.max_height, 0),
@@ -236,7 +237,7 @@ std::string Cameras(const Report& report) {
   return html;
 }
 
-// --profile: the rows of metrics.json, a bar each. run: its number.
+// The phases of --profile, with a bar for each. run: the number of the run.
 std::string Phases(const RunRecord& record, std::size_t run) {
   const std::vector<PhaseRow> rows = record.phases();
   if (rows.empty()) return "";
@@ -258,10 +259,10 @@ std::string Phases(const RunRecord& record, std::size_t run) {
 }
 
 std::string Times(const Report& report) {
-  const std::vector<Row> rows = {
-      Span("loading", nullptr, "seconds.load"), Span("Adam", "seconds.load", "seconds.adam_end"),
-      Span("Levenberg-Marquardt", "seconds.adam_end", "seconds.lm_end"), Span("evaluations", nullptr, "seconds.eval"),
-      Span("from start to end", nullptr, "seconds.total")};
+  const std::vector<Row> rows = {Span("loading", nullptr, "seconds.load"),
+                                 Span("Adam", "seconds.load", "seconds.adam_end"),
+                                 Span("Levenberg-Marquardt", "seconds.adam_end", "seconds.lm_end"),
+                                 Span("evaluations", nullptr, "seconds.eval"), Span("total", nullptr, "seconds.total")};
   std::string html = "<h2>Times</h2>\n" + Figures(report.runs, rows);
   for (std::size_t i = 0; i < report.runs.size(); ++i) html += Phases(report.runs[i].source.record, i);
   return html;

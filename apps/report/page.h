@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of a report, its table of settings, its style and its script. It loads nothing from a network.
+// The HTML page of a report, its table of settings, style and script. It loads nothing from the network.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,17 @@
 
 namespace vesta::app {
 
-// HTML with all that it shows within itself. What comes from files is escaped; a policy in its head forbids requests.
+// Self-contained HTML. Text from files is escaped, and a Content-Security-Policy forbids requests.
 std::string ReportPage(const Report& report);
 
-// Colours of runs, classes run0, run1, ... of what is drawn.
+// Number of colours for runs: the CSS classes run0, run1, ...
 inline constexpr std::size_t kRunColors = 6;
 
 std::string_view PageStyle();   // CSS
 std::string_view PageScript();  // JavaScript
 
-// HTML: first what a run has otherwise than its preset, or than another run; all the others folded away.
+// HTML table of the settings. Settings that differ from the preset or between runs come first; the others are
+// collapsed.
 std::string SettingsTable(const Report& report);
 
 }  // namespace vesta::app

@@ -19,10 +19,10 @@
 namespace vesta::app {
 namespace {
 
-constexpr std::size_t kMostViews = 12;  // with pictures
-constexpr int kMaxWidth = 1000;         // of a picture
+constexpr std::size_t kMostViews = 12;  // views with images
+constexpr int kMaxWidth = 1000;         // of an image, pixels
 
-// A view without a figure is no good one.
+// Sorts a view without a PSNR as the worst.
 double Rank(double psnr) { return std::isnan(psnr) ? -INFINITY : psnr; }
 
 std::vector<Index> GaussiansOfDegree(const gs::SplatModel& model) {
@@ -50,7 +50,7 @@ ReportedScene DescribeScene(const std::string& name, const gs::Scene& scene, std
   return described;
 }
 
-// What becomes known of a run once its splat and scene are there.
+// Measures a run with its splat and its scene.
 void MeasureRun(const PosedSplat& posed, ReportedRun* run, Report* report) {
   run->views = ViewRenderer(*posed.model, *posed.scene).Measure();
   run->gaussians_of_degree = GaussiansOfDegree(*posed.model);
@@ -65,7 +65,7 @@ void MeasureRun(const PosedSplat& posed, ReportedRun* run, Report* report) {
   std::stable_sort(run->views.begin(), run->views.end(), is_worse);
 }
 
-// The views that are met worst, by the run that meets each worst.
+// The views with the lowest PSNR over the runs.
 std::vector<ReportedView> ChooseViews(const std::vector<ReportedRun>& runs, Index* all) {
   struct Ranked {
     double psnr;
@@ -100,7 +100,7 @@ void AddPictures(const PosedSplat& posed, std::size_t run, const std::string& sc
     for (const gs::View& view : posed.scene->views) {
       if (!view.is_test() || view.name != reported.name) continue;
       reported.runs.emplace_back(run, renderer.Picture(view, kMaxWidth));
-      // One copy of the photograph is enough.
+      // The page has the photograph only once.
       if (reported.runs.size() > 1) reported.runs.back().second.truth.clear();
     }
   }
@@ -130,7 +130,7 @@ Report GatherReport(std::vector<RunSource> sources, const SplatLoader& load) {
 
 std::string SceneToReport(const std::string& folder, int downscale) {
   const std::string path = std::filesystem::absolute(folder).lexically_normal().string();
-  return downscale == 1 ? path : fmt::format("{}, by {} smaller", path, downscale);
+  return downscale == 1 ? path : fmt::format("{}, downscaled by {}", path, downscale);
 }
 
 std::vector<std::string> WriteReport(const std::string& file, std::vector<RunSource> runs, const SplatLoader& load) {
@@ -151,7 +151,7 @@ using Json = nlohmann::ordered_json;
 
 RunRecord::RunRecord(std::string name, const std::string& metrics, std::int64_t splat_bytes)
     : name_(std::move(name)), json_(Json::parse(metrics, nullptr, false)), splat_bytes_(splat_bytes) {
-  if (!json_.is_object()) Fail(kBadFile, "{}: its metrics.json is not that of a training", name_);
+  if (!json_.is_object()) Fail(kBadFile, "{}: its metrics.json is not from a training", name_);
 }
 
 const Json* RunRecord::At(const std::string& path) const {

@@ -13,7 +13,7 @@ namespace {
 
 using Settings = std::map<std::string, std::string>;
 
-// As they are where nothing but the preset is given; none where there is no such preset or command.
+// The settings of the preset alone; empty for an unknown preset or command.
 Settings PresetSettings(const RunRecord& record) {
   const std::string preset = record.Text("preset"), name = record.Text("command");
   const CommandInfo* command = FindCommand(name.empty() ? "train" : name);
@@ -39,7 +39,7 @@ std::string Head(const Report& report) {
 }  // namespace
 
 std::string SettingsTable(const Report& report) {
-  std::vector<std::string> keys;  // in the order of the files
+  std::vector<std::string> keys;  // in the order of metrics.json
   std::vector<Settings> of_runs, of_presets;
   for (const ReportedRun& run : report.runs) {
     const auto options = run.source.record.Options();
@@ -62,8 +62,8 @@ std::string SettingsTable(const Report& report) {
     (differs ? changed : same) += row;
   }
   std::string html = "<h2>Settings</h2>\n";
-  html +=
-      changed.empty() ? "<p>All as the preset has them.</p>\n" : Head(report) + changed + "</tbody></table></div>\n";
+  html += changed.empty() ? "<p>All settings are as in the preset.</p>\n"
+                          : Head(report) + changed + "</tbody></table></div>\n";
   if (!same.empty()) {
     html +=
         "<details><summary>All other settings</summary>\n" + Head(report) + same + "</tbody></table></div></details>\n";

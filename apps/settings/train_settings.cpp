@@ -18,13 +18,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 using schema::Kind;
 
-// The field's text as the JSON that is meant.
+// The value of a field, given as text, as JSON.
 Json ToJson(const schema::FieldInfo& field, const std::string& text) {
   if (field.kind == Kind::kChoice || field.kind == Kind::kWords || (field.may_be_auto && text == "auto")) return text;
   return Json::parse(field.kind == Kind::kColor ? "[" + text + "]" : text);
 }
 
-// And back; nothing where it is of another type.
+// The inverse; nothing if the JSON type does not fit.
 std::optional<std::string> ToText(const schema::FieldInfo& field, const Json& json) {
   if (field.may_be_auto && json == "auto") return "auto";
   switch (field.kind) {
@@ -48,7 +48,7 @@ std::optional<std::string> ToText(const schema::FieldInfo& field, const Json& js
 
 std::string Shown(const Json& json) { return Printable(json.dump(-1, ' ', true, Json::error_handler_t::replace)); }
 
-// The last key that the text has before this byte, as ", after "KEY"".
+// The last key before this byte of the text, as `, after "KEY"`.
 std::string AfterWhichKey(const std::string& text, std::size_t byte) {
   const std::size_t colon = text.rfind("\":", byte);
   const std::size_t quote = colon == std::string::npos || colon == 0 ? colon : text.rfind('"', colon - 1);
@@ -73,29 +73,29 @@ ConfigFile::ConfigFile(const std::string& path, const std::string& text) : path_
   try {
     json_ = Json::parse(text);
   } catch (const Json::parse_error& error) {
-    Fail(kBadFile,
-         "{}: not JSON from byte {} on{}: no number, text or bracket that belongs there, or its end is missing", path,
+    Fail(kBadFile, "{}: invalid JSON at byte {}{}: unexpected or missing value, bracket or end of file", path,
          error.byte, AfterWhichKey(text, error.byte));
   } catch (const Json::out_of_range&) {
-    Fail(kBadFile, "{}: a number in it is larger than any that can be stored; correct it", path);
+    Fail(kBadFile, "{}: a number is too large; correct it", path);
   }
   if (!json_.is_object() || !json_.contains("options") || !json_["options"].is_object()) {
-    Fail(kBadFile, "{}: it has no \"options\"; choose the metrics.json of a training, or what `vesta config` prints",
+    Fail(kBadFile, "{}: it has no \"options\"; give the metrics.json of a training or the output of `vesta config`",
          path);
   }
 }
 
 std::string ConfigFile::Text(const char* key) const {
-  if (!json_.contains(key) || !json_[key].is_string()) Fail(kBadFile, "{}: it does not say its {}", path_, key);
+  if (!json_.contains(key) || !json_[key].is_string())
+    Fail(kBadFile, "{}: the key {} is missing or is not a text", path_, key);
   return json_[key].get<std::string>();
 }
 
 std::vector<std::pair<std::string, std::string>> ConfigFile::Texts(const char* key) const {
   std::vector<std::pair<std::string, std::string>> texts;
   if (!json_.contains(key)) return texts;
-  if (!json_[key].is_object()) Fail(kBadFile, "{}: its {} are no object", path_, key);
+  if (!json_[key].is_object()) Fail(kBadFile, "{}: {} is not an object", path_, key);
   for (const auto& [name, value] : json_[key].items()) {
-    if (!value.is_string()) Fail(kBadFile, "{}: its {}.{} is no text", path_, key, Printable(name));
+    if (!value.is_string()) Fail(kBadFile, "{}: {}.{} is not a text", path_, key, Printable(name));
     texts.emplace_back(name, value.get<std::string>());
   }
   return texts;
@@ -114,7 +114,7 @@ std::string ConfigFile::preset() const {
 void ConfigFile::Apply(gs::TrainOptions& options) const {
   for (const auto& [room, values] : json_["options"].items()) {
     if (!values.is_object())
-      Fail(kBadFile, "{}: {}: it must hold options of its own, in braces", path_, Printable(room));
+      Fail(kBadFile, "{}: {}: it must be an object with options, in braces", path_, Printable(room));
     for (const auto& [key, value] : values.items()) {
       const std::string name = fmt::format("{}.{}", room, key);
       const schema::Field<gs::TrainOptions>* field = schema::Find(gs::TrainFields(), name);
@@ -154,7 +154,7 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   settings.options = goes_on ? resumed->options : PresetOf(*line.command, settings.preset, flags.method);
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
-  if (line.command->command == kRefine) {  // a file may ask for what refining does not do
+  if (line.command->command == kRefine) {  // --config may hold pruning options, which refine ignores
     settings.options.pruning = PresetOf(*line.command, settings.preset, flags.method).pruning;
   }
   if (flags.fixed_model) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of a training as a command line and files give them, and as JSON.
+// The options of a training from presets, --config files and the command line, and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,23 +13,23 @@
 
 namespace vesta::app {
 
-// Complete: every field of every room.
+// All options, complete: {"adam": {"iterations": ...}, ...}.
 nlohmann::ordered_json OptionsJson(const gs::TrainOptions& options);
 
 class ConfigFile {
  public:
-  // Throws Error, as all of this does: one line that names the file and what of it.
+  // All functions throw Error: one line with the file and the key.
   explicit ConfigFile(const std::string& path);
-  // Of a text that stands in the file.
+  // Parses `text`, the content of the file.
   ConfigFile(const std::string& path, const std::string& text);
 
-  // Of a key beside the options; throws where there is none.
+  // The text of a key next to "options"; throws if it is missing.
   std::string Text(const char* key) const;
-  // The names and texts of an object; none where there is no such object.
+  // The names and texts of an object; empty if it is missing.
   std::vector<std::pair<std::string, std::string>> Texts(const char* key) const;
-  // Empty where it names none.
+  // Empty if the file names no preset.
   std::string preset() const;
-  // Sets the options that the file has; there may be any of them.
+  // Sets the options that are in the file; it may have any subset.
   void Apply(gs::TrainOptions& options) const;
 
  private:
@@ -37,25 +37,24 @@ class ConfigFile {
   nlohmann::ordered_json json_;
 };
 
-// What a command line makes of the options of training: the preset's, over them those of --config's file, over them
-// what was given.
+// The options of a training: the preset, overridden by --config, overridden by flags and --set.
 struct TrainSettings {
-  std::string preset;  // where the options started
+  std::string preset;  // the preset that the options started from
   gs::TrainOptions options;
 };
 
-// Where the options of such a command start. method: of refine and prune.
+// The options of a preset for this command. method: for refine and prune.
 gs::TrainOptions PresetOf(const CommandInfo& command, const std::string& preset,
                           std::optional<gs::RefineMethod> method = {});
 
-// Of train, config, refine or prune. Throws Error where a file cannot be used, or options do not go together. resumed:
-// what stands in the place of the preset where none is given.
+// For train, config, refine and prune. Throws Error if a file cannot be used or options do not fit together. resumed:
+// settings of the checkpoint, used instead of the preset unless --preset or --config is given.
 TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed = nullptr);
 
-// How such a training loads its scene.
+// The options with which a training loads its scene.
 gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& options);
 
-// Sets the number of threads and checks the device: what every command does first. Throws Error for --device=cuda.
+// Sets the number of threads and checks the device, the first step of every command. Throws as CheckDevice.
 void UseComputeFlags(const Flags& flags);
 
 }  // namespace vesta::app

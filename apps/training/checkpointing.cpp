@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What the model, its photographs or the saved state are made of.
+// Options that determine the model, its images, or the saved state.
 constexpr const char* kFixed[] = {"adam.second_moment", "adam.batch_size", "cameras.refine",   "train.sh_degree",
                                   "train.downscale",    "train.eps2d",     "train.background", "train.seed"};
 
@@ -39,7 +39,7 @@ gs::Interval ParseInterval(const char* flag, const std::string& text) {
   const bool in_range = minutes ? interval.minutes > 0 && interval.minutes <= 1e6 : interval.iterations >= 1;
   if (parsed.ec != std::errc() || parsed.ptr != end || !in_range) {
     throw UsageError(fmt::format(
-        "--{}={}: it must be a number of iterations from 1 on, or of minutes with an m, as 500 or 10m", flag, text));
+        "--{}={}: it must be a number of iterations, at least 1, or of minutes with an m: 500 or 10m", flag, text));
   }
   return interval;
 }
@@ -83,10 +83,10 @@ void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& befor
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
     const std::string old_value = field.Text(before.options), new_value = field.Text(now.options);
     if (old_value == new_value || !IsFixed(field.name, checkpoint.run.stage)) continue;
-    Fail(kBadArgument, "{}: trained with {}={}, which cannot become {}{} {}; leave it, or train anew", checkpoint.path,
-         field.name, old_value, new_value,
-         before.preset == now.preset ? "" : fmt::format(", as --preset={} has it,", now.preset),
-         checkpoint.run.stage == gs::Stage::kLm ? "in the stage of LM" : "in the middle of a training");
+    Fail(kBadArgument, "{}: trained with {}={}, which cannot change to {}{} {}; keep it, or start a new training",
+         checkpoint.path, field.name, old_value, new_value,
+         before.preset == now.preset ? "" : fmt::format(" (from --preset={})", now.preset),
+         checkpoint.run.stage == gs::Stage::kLm ? "in the LM stage" : "during a training");
   }
   const int done = checkpoint.run.stage == gs::Stage::kAdam ? checkpoint.iteration() : 0;
   const gs::AdamOptions& adam = now.options.adam;

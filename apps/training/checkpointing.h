@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of `vesta train`: how often, where, and what they say of the run that wrote them.
+// Checkpoints of `vesta train`: interval, file name, and a record of the run that wrote them.
 #pragma once
 
 #include <string>
@@ -12,30 +12,29 @@
 
 namespace vesta::app {
 
-// "500": iterations; "10m": minutes. Empty: never. Throws UsageError naming the flag.
+// Parses "500" (iterations) or "10m" (minutes); empty: never. Throws UsageError with the flag.
 gs::Interval ParseInterval(const char* flag, const std::string& text);
-// The same of --checkpoint_every and --snapshot_every, before there is any work.
+// Checks --checkpoint_every and --snapshot_every before the work starts.
 void CheckIntervals(const Flags& flags);
 
 // DIR/checkpoint.vesta.
 std::string CheckpointFile(const std::string& folder);
 
-// The run that writes a checkpoint, as the checkpoint keeps it: the folder of its scene, its options, how often it
-// saves
-// (--checkpoint_every, --snapshot_every), and how it reads its scene.
+// The run that wrote a checkpoint, as recorded in it: the scene folder, the options, the intervals of
+// --checkpoint_every and --snapshot_every, and the scene flags.
 struct Origin {
   std::string scene;
   TrainSettings settings;
   std::string checkpoint_every, snapshot_every;
   std::vector<std::pair<std::string, std::string>> scene_flags;  // SceneFlagTexts
 };
-// The scene as an absolute path.
+// As JSON text, with an absolute path of the scene.
 std::string OriginText(const Origin& origin);
-// Throws Error naming the checkpoint's file where it does not say.
+// Throws Error with the file name if the record is incomplete.
 Origin ReadOrigin(const gs::Checkpoint& checkpoint);
 
-// Throws Error, one line naming what was changed, unless a training with the settings of `before` can go on with these
-// from where the checkpoint is: lengths and rules of what is still to come may change, the rest may not.
+// Throws Error (one line with the changed option) if a training that started with `before` cannot continue from the
+// checkpoint with `now`. Lengths and schedules of the remaining training may change; other options may not.
 void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& before, const TrainSettings& now);
 
 }  // namespace vesta::app

@@ -83,7 +83,7 @@ Json ToJson(const gs::HistoryRow& row) {
 
 void AddModel(const gs::SplatModel& model, Json* json) {
   (*json)["gaussians"] = model.count;
-  // As its file tells, when it is read.
+  // The value that a reader of the splat file gets.
   (*json)["parameters"] = gs::OrderByDegree(model, gs::StoredDegrees(model)).layout.Size();
 }
 
@@ -103,7 +103,7 @@ void AddCameras(const gs::TrainResult& result, Json* json) {
   (*json)["cameras"] = std::move(cameras);
 }
 
-// When it ended, by its last row; where there is none it took no time.
+// End of a stage: the seconds of its last row, or of the stage before if it has no row.
 double EndOfAdam(const std::vector<gs::HistoryRow>& history) {
   double end = history.front().seconds;
   for (const gs::HistoryRow& row : history) {
@@ -112,7 +112,7 @@ double EndOfAdam(const std::vector<gs::HistoryRow>& history) {
   return end;
 }
 
-// Names of files need be no text.
+// File names need not be valid UTF-8.
 std::string Text(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers of a run as the text of a JSON file, for scripts.
+// The results of a run as JSON, for scripts.
 #pragma once
 
 #include <string>
@@ -14,29 +14,28 @@
 
 namespace vesta::app {
 
-// What a run did apart from training. Seconds count from the start of the process.
+// Facts of a run besides the training itself. Seconds are counted from the start of the process.
 struct RunFacts {
   const char* command = "";                                           // train, refine, prune
-  std::string scene = {};                                             // its folder
-  std::vector<std::pair<std::string, std::string>> scene_flags = {};  // how it was read: SceneFlagTexts
-  double load_seconds = 0;                                            // when the scene was loaded
-  double total_seconds = 0;                                           // now, evaluation included
+  std::string scene = {};                                             // scene folder
+  std::vector<std::pair<std::string, std::string>> scene_flags = {};  // SceneFlagTexts
+  double load_seconds = 0;                                            // time at which the scene was loaded
+  double total_seconds = 0;                                           // time of writing, evaluation included
   double peak_memory_mib = 0;
   const char* device = "cpu";
   int threads = 0;
   const Communicator* ranks = nullptr;  // null: not started by MPI
-  std::vector<PhaseRow> profile = {};   // of --profile
+  std::vector<PhaseRow> profile = {};   // with --profile
 };
 
-// Fields as docs/guide/metrics.md lists them. test, train and held_out
-// are those of the last row of the history; adam_end and lm_end the seconds of the last rows of their stages. A figure
-// that is not finite is null.
+// The fields are listed in docs/guide/metrics.md. test, train and held_out are from the last row of the history;
+// adam_end and lm_end are the seconds of the last rows of their stages. Numbers that are not finite become null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
-// {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above. aligned (null: none): besides
+// {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above. If aligned is not null, also
 // "aligned": {"psnr", "ssim", "moved_degrees", "moved_pixels", "not_found", "views": [{"name", "status", "psnr",
-// "ssim", "degrees", "pixels"}]}, and where exposures were fitted "right_half" and "right_half_exposed", each {"psnr",
-// "ssim"}, there and of each view, which then has its "gain" and "offset" too.
+// "ssim", "degrees", "pixels"}]}. If exposures were fitted, "aligned" and each view also have "right_half" and
+// "right_half_exposed", each {"psnr", "ssim"}, and each view has "gain" and "offset".
 std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEvaluation* aligned,
                            const gs::SplatModel& model, const RunFacts& facts);
 

@@ -40,29 +40,29 @@ void RemarkOnOrigin(const gs::SplatModel& model, Remarks* remarks) {
   const auto& o = model.origin;
   if (o == std::array<double, 3>{}) return;
   remarks->push_back(fmt::format(
-      "The splat lies about ({}, {}, {}) of the scene's frame, where its floats are fine enough; its file says so",
+      "The splat is stored relative to the origin ({}, {}, {}) of the scene, for the precision of its floats; its file "
+      "records the origin",
       o[0], o[1], o[2]));
 }
 
 void NoteEps2d(const gs::SplatModel& model, Remarks* remarks) {
   if (model.eps2d == splat::kEps2d) return;
   remarks->push_back(fmt::format(
-      "the splat is made for a low-pass filter of {} pixels^2; other viewers blur by {}: the guide says what "
-      "that costs",
+      "the splat is trained with --eps2d={} pixels^2, but other viewers use {} and show it worse (see the guide)",
       model.eps2d, splat::kEps2d));
 }
 
-// Memory is foreseen, and what is foreseen can be wrong.
+// The memory plan is an estimate, so the budget can be exceeded.
 void RemarkOnMemory(const gs::MemoryOptions& options, const gs::MemoryReport& report, Remarks* remarks) {
   constexpr double kMibInGib = 1024;
   const bool is_of_gpu = report.device_free_mib > 0;
   const double budget = kMibInGib * options.budget_gib, peak = is_of_gpu ? report.device_peak_mib : PeakMemoryMib();
   if (budget <= 0 || peak <= budget) return;
-  remarks->push_back(fmt::format("--memory_budget={}: at most {:.1f} MiB were to be taken, {:.1f} were",
+  remarks->push_back(fmt::format("--memory_budget={}: the limit was {:.1f} MiB, but {:.1f} MiB were used",
                                  options.budget_gib, budget, peak));
 }
 
-// Test views stay as they were given, while those that the splat is of have moved.
+// Refined cameras have moved the splat, but the test cameras are still as given.
 void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes, const std::string& splat,
                        Remarks* remarks) {
   const bool has_tests = std::ranges::any_of(job.scene.views, [](const gs::View& view) { return view.is_test(); });
@@ -71,16 +71,16 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
   const int downscale = job.settings.options.downscale;
   std::string scene_flags = downscale > 1 ? fmt::format(" --downscale={}", downscale) : "";
   for (const auto& [name, value] : SceneFlagTexts(job.line.flags)) scene_flags += fmt::format(" --{}={}", name, value);
-  remarks->push_back(
-      fmt::format("test views are measured by their cameras{} as given, which may be off: `vesta eval {} {}{} "
-                  "--align={}` fits them first{}",
-                  exposed ? " and exposures" : "", splat, job.path, scene_flags, exposed ? "pose+colour" : "pose",
-                  has_lenses ? fmt::format(", better of a scene with the lenses as found (sparse/0 is {} there)",
-                                           std::filesystem::path(splat).parent_path().append(kCameraFolder).string())
-                             : ""));
+  remarks->push_back(fmt::format(
+      "the test views are measured with their cameras{} as given, which may be inaccurate: `vesta eval {} {}{} "
+      "--align={}` fits them first{}",
+      exposed ? " and exposures" : "", splat, job.path, scene_flags, exposed ? "pose+colour" : "pose",
+      has_lenses ? fmt::format("; better with a scene that has the refined lenses ({} as its sparse/0)",
+                               std::filesystem::path(splat).parent_path().append(kCameraFolder).string())
+                 : ""));
 }
 
-// The last row of each stage; where there is LM alone, the row it started from too.
+// Prints the last row of each stage, and the first row if there is only an LM stage.
 void PrintTable(const gs::TrainResult& result) {
   constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
   Print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
@@ -95,18 +95,18 @@ void PrintTable(const gs::TrainResult& result) {
   }
 }
 
-// By how much a given model is better now.
+// Prints the improvement of an existing model.
 void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
   Print("refined: cost {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
         Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
         Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
 }
 
-// Null where the program was started alone.
+// Null without mpirun.
 Communicator* TrainingCommunicator() { return IsStartedInRanks() ? &WorldCommunicator() : nullptr; }
 
-// Trains, and shows and saves what the flags ask for on the way. Adam's result is written before LM begins. view: of
-// the page of --view, or null.
+// Trains with progress line, page, checkpoints and snapshots. Writes the result of Adam before LM begins. view: the
+// page of --view, or null.
 gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, TrainingView* view, TrainingResults* results) {
   const Flags& flags = job.line.flags;
   ProgressLine progress(stdout);
@@ -115,7 +115,7 @@ gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, Training
   SaveOnTheWay(flags, job.scene, job.settings.options, *job.out, &callbacks);
   if (view) view->monitor().Follow(&callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
-    // Nothing is copied where the frames are one.
+    // Without an offset, the model is already in world coordinates: no copy.
     if (job.scene.origin == std::array<double, 3>{}) return results->SaveModel(model);
     gs::SplatModel in_world = model;
     gs::MoveToWorld(job.scene, &in_world);
@@ -127,7 +127,7 @@ gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, Training
   } catch (const Error& error) {
     if (!results->has_saved_model()) throw;
     progress.Finish();
-    Fail(error.code(), "{}; Adam's result is in {}", error.what(), results->model_path());
+    Fail(error.code(), "{}; the result of the Adam stage is in {}", error.what(), results->model_path());
   }
   progress.Finish();
   if (view) view->monitor().End();
@@ -151,11 +151,11 @@ void SaveResults(const TrainingJob& job, const gs::TrainResult& result, Training
                             job.settings));
 }
 
-// What the training has come to, and doubts about it.
+// Prints the results, and warnings about them.
 void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const std::string& cameras) {
   PrintTable(result);
   Print("{}", cameras);
-  if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
+  if (result.history.front().stage == gs::Stage::kLm) {  // an existing model
     if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
     Print("{}", WarningOfScene(result.history.front().train.psnr));
   } else if (!result.stopped) {
@@ -163,7 +163,7 @@ void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const s
   }
 }
 
-// Leaves the model in the frame of the scene.
+// Writes report.html. Afterwards the model is in the frame of the scene.
 void WriteOwnReport(const TrainingJob& job, const TrainingResults& results, gs::SplatModel* model) {
   std::fflush(stdout);
   gs::MoveToScene(job.scene, model);
@@ -174,7 +174,7 @@ void WriteOwnReport(const TrainingJob& job, const TrainingResults& results, gs::
   Print("wrote {}\n", results.report_path());
 }
 
-// As a process that writes nothing.
+// For the other ranks, which write nothing.
 void TrainWithOthers(const TrainRun& run) {
   gs::TrainCallbacks callbacks;
   callbacks.stop = Interrupted;
@@ -186,17 +186,16 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
   TrainingResults results(job.out);
   const ExpectedModel& expected = job.expected;
   if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
-    Print("The disk of {} has no room for {} Gaussians, which there may be in the end\n", job.out->path(),
-          expected.most);
+    Print("The disk of {} has no space for {} Gaussians, which the result may have\n", job.out->path(), expected.most);
   }
-  // Until the results are written, so that the page tells of the end.
+  // Lives until the results are written, so that the page shows the end of the training.
   const std::unique_ptr<TrainingView> view = ViewOfTraining(job.line.flags, job.scene, job.settings.options);
   gs::TrainResult result = TrainShown(job, run, view.get(), &results);
   gs::MoveToWorld(job.scene, &result.model);
   for (std::string& remark : RemarksOn(job, result, results.model_path())) result.notes.push_back(std::move(remark));
   for (const std::string& note : result.notes) Print("{}\n", note);
-  if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
-  result.notes.insert(result.notes.begin(), job.scene.notes.begin(), job.scene.notes.end());  // told at the start
+  if (!result.lm_left_out.empty()) Print("LM is skipped: {}\n", result.lm_left_out);
+  result.notes.insert(result.notes.begin(), job.scene.notes.begin(), job.scene.notes.end());  // printed at the start
   SaveResults(job, result, &results);
   std::string cameras, no_cameras;
   try {
@@ -209,10 +208,11 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
         result.stopped ? HowToGoOn(job, result) : "");
   if (job.line.flags.report) WriteOwnReport(job, results, &result.model);
   if (!no_cameras.empty())
-    Fail(kCannotWrite, "{}; without the cameras that were found, the splat is in {}", no_cameras, results.model_path());
+    Fail(kCannotWrite, "{}; the splat is in {}, but the refined cameras are not saved", no_cameras,
+         results.model_path());
 }
 
-// --log_lm: each LM iteration goes to the log, whatever the progress line shows.
+// --log_lm: logs every LM iteration.
 void LogIteration(const gs::TrainProgress& p) {
   if (p.stage != gs::Stage::kLm) return;
   LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
@@ -234,11 +234,11 @@ std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result) {
   const Flags& flags = job.line.flags;
   if (job.line.command->command != kTrain) return "";
   if (job.settings.options.time_limit > 0 && !Interrupted()) return "";
-  // That it was gone on with from is of this training too; any other may lie there.
+  // The checkpoint that was resumed belongs to this training if it is in the same folder.
   std::error_code ignored;
   const bool goes_on = !flags.resume.empty() && std::filesystem::equivalent(flags.resume, job.out->path(), ignored);
-  return result.saved || goes_on ? fmt::format("; go on by `vesta train --resume {}`", job.out->path())
-                                 : "; no checkpoint to go on from (--checkpoint_every)";
+  return result.saved || goes_on ? fmt::format("; continue with `vesta train --resume {}`", job.out->path())
+                                 : "; there is no checkpoint to resume from (--checkpoint_every)";
 }
 
 void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
@@ -267,8 +267,8 @@ gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm
   };
   callbacks.predicted = [line, has_lm](const gs::Prediction& p) {
     line->Finish();
-    Print("{}: {} {}, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "a first guess" : "expected",
-          FormatDuration(p.seconds), has_lm ? "up to LM" : "in all", p.mib, p.gaussians);
+    Print("{}: {} {}, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "first estimate" : "estimate",
+          FormatDuration(p.seconds), has_lm ? "until LM" : "in total", p.mib, p.gaussians);
     std::fflush(stdout);
   };
   callbacks.stop = Interrupted;
@@ -295,7 +295,7 @@ std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene
                                              const gs::TrainOptions& options) {
   if (flags.view.empty()) return nullptr;
   auto view = std::make_unique<TrainingView>(PlaceOfTrainingsView(flags), scene, ToFloat(options.background));
-  Print("shown at {}\n", view->link());
+  Print("page: {}\n", view->link());
   std::fflush(stdout);
   return view;
 }

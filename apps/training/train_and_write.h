@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by all commands that train: the training as a job, what it does on the way, its outputs, and remarks on its
-// result.
+// Shared by train, refine and prune: runs a training with its progress line, checkpoints and page, and writes and
+// prints its results.
 #pragma once
 
 #include <functional>
@@ -19,50 +19,50 @@
 
 namespace vesta::app {
 
-// How many Gaussians there may be in the end, to begin with, and the degree of their harmonics.
+// The largest expected and the initial number of Gaussians, and their SH degree.
 struct ExpectedModel {
   Index most, least;
   int sh_degree;
 };
 
-// What it refers to must outlive it.
+// All referenced objects must outlive the job.
 struct TrainingJob {
   const CommandLine& line;
-  const std::string& path;  // of the scene, as given
+  const std::string& path;  // scene folder, as given
   const gs::Scene& scene;
   const TrainSettings& settings;
   const gs::StageRunners& stages;
   ExpectedModel expected;
   double load_seconds;
-  OutputFolder* out;  // null for all processes but the first, which writes for all
+  OutputFolder* out;  // null on all ranks except rank 0, which writes the results
 };
 
-// A line each: where the splat lies, what it is to be shown with, how to measure it, memory beyond what was asked for.
-// result: of the job, its model in the scene's world. splat: the file that it is written to.
+// Notes for the user, one line each: origin and eps2d of the splat, how to measure it, and exceeded memory budgets.
+// result: its model must be in world coordinates. splat: the file of the splat.
 std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
 
-// Of a training that was stopped by who watches it: how to go on; else nothing. Of the process that writes.
+// For a training that the user stopped: how to resume it; else empty. For rank 0.
 std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result);
 
-// The files that a training into the folder will write, as far as their names are known.
+// Registers the output files of a training, as far as their names are known.
 void WritesResults(const Flags& flags, const std::string& out, RunFiles* files);
 
-// One of the trainer's functions, to be called with these callbacks.
+// Calls gs::Train or gs::Refine with these callbacks.
 using TrainRun = std::function<gs::TrainResult(gs::TrainCallbacks&)>;
 
-// Trains and writes the results, complete or stopped. Returns the exit status.
+// Trains and writes the results, also after a stop. Returns the exit status.
 int TrainAndWrite(const TrainingJob& job, const TrainRun& run);
 
-// Shows the training on the line, and the log where --log_lm asks for it; an interrupt stops it. has_lm: whether LM
-// follows the Adam stage, which alone is foretold.
+// Callbacks that show the progress on `line`, log LM iterations for log_lm, and stop on an interrupt. has_lm: whether
+// an LM stage follows; predictions cover only the Adam stage.
 gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm);
 
-// What --checkpoint_every and --snapshot_every ask for. scene, out: must outlive the training.
+// Sets the callbacks for --checkpoint_every and --snapshot_every. scene, out: must outlive the training.
 void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
                   gs::TrainCallbacks* callbacks);
 
-// Serves the page of --view from here on, of a training that its monitor is to follow; null where it is not asked for.
-// scene: must outlive the page.
+// Starts to serve the page of --view; its monitor must then follow the training. Null without --view. scene: must
+// outlive the page.
 std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
                                              const gs::TrainOptions& options);
 

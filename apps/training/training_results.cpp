@@ -22,7 +22,7 @@ void RemoveCameras(const OutputFolder& out) {
   if (!FolderExists(folder)) return;
   RemoveAbandonedTemporaries(folder, [](const std::string& name) { return name.ends_with(".txt"); });
   std::error_code ignored;
-  for (const char* file : {"/cameras.txt", "/images.txt", "/points3D.txt", ""}) {  // the folder where it is empty then
+  for (const char* file : {"/cameras.txt", "/images.txt", "/points3D.txt", ""}) {  // the folder too, if it is empty
     std::filesystem::remove(folder + file, ignored);
   }
 }
@@ -36,14 +36,15 @@ std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, c
     return part > 0 ? fmt::format("; {} by up to {:.1f} %", what, 100 * part) : "";
   };
   return fmt::format(
-      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}{}: the COLMAP model {}\n",
-      changes.pixels, changes.degrees, changes.most_pixels, by("gains differ", changes.most_gain),
-      by("focal lengths", changes.most_focal), folder);
+      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}{}; saved as the COLMAP "
+      "model {}\n",
+      changes.pixels, changes.degrees, changes.most_pixels, by("exposure gains changed", changes.most_gain),
+      by("focal lengths changed", changes.most_focal), folder);
 }
 
 namespace {
 
-constexpr std::int64_t kMetricsBytes = 1 << 18;  // of some hundred rows of history
+constexpr std::int64_t kMetricsBytes = 1 << 18;  // enough for some hundred rows of history
 constexpr std::int64_t kHeaderBytes = 1 << 14;
 
 }  // namespace
@@ -58,7 +59,7 @@ TrainingResults::TrainingResults(OutputFolder* out)
 
 void TrainingResults::Open() {
   if (!metrics_) metrics_ = std::make_unique<AtomicFile>(metrics_path_);
-  model_.reset();  // its temporary file has the name of the next one's
+  model_.reset();  // releases its temporary file, whose name the next one needs
   model_ = std::make_unique<AtomicFile>(model_path_);
 }
 
@@ -81,7 +82,7 @@ bool TrainingResults::Reserve(Index likely, Index least, int sh_degree) {
 void TrainingResults::CommitModel(const gs::SplatModel& model) {
   gs::WriteSplatPly(*model_, model);
   model_->Finish();
-  // Between this and new ones there are none: those of an earlier training are not this model's.
+  // Removes the results of an earlier training, which do not belong to the new model.
   std::error_code ignored;
   std::filesystem::remove(metrics_path_, ignored);
   std::filesystem::remove(report_path_, ignored);
@@ -94,7 +95,7 @@ void TrainingResults::SaveModel(const gs::SplatModel& model) {
   try {
     CommitModel(model);
   } catch (const Error&) {
-    Open();  // what comes later does not follow what there was no room for
+    Open();  // opens new files after the failed write
     throw;
   }
   has_saved_model_ = true;
@@ -105,7 +106,7 @@ void TrainingResults::SaveModel(const gs::SplatModel& model) {
 
 void TrainingResults::Save(const gs::SplatModel& model, const std::string& metrics) {
   const ScopedPhase phase("write results");
-  if (!model_ || !metrics_) Open();  // where that failed before
+  if (!model_ || !metrics_) Open();  // if opening failed before
   metrics_->Write(metrics);
   metrics_->Finish();
   CommitModel(model);

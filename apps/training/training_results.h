@@ -12,36 +12,36 @@
 
 namespace vesta::app {
 
-// Of the output's folder.
+// Subfolder of the output folder.
 inline constexpr const char* kCameraFolder = "cameras";
 
-// Those of an earlier training.
+// Removes the cameras of an earlier training.
 void RemoveCameras(const OutputFolder& out);
 
-// What was found of the cameras, as a COLMAP model with the scene's points. Returns a line that says so; none where
-// nothing moved: then nothing is written.
+// Writes the refined cameras as a COLMAP model with the points of the scene. Returns a line for the user; if no camera
+// moved, writes nothing and returns an empty text.
 std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out);
 
-// What train and refine write: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, which always belong to one
-// training; cameras that an earlier one has found go with its splat (SaveCameras).
-// Room on the disk is taken before the work and kept until the results fill it. A program that is killed at any time
-// leaves the results of before, or new ones, or a new model alone.
+// The results of train and refine: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, always from the same
+// training. Cameras of an earlier training are removed together with its splat. Disk space is reserved before the
+// training and kept until the results are written. If the program is killed, the folder has the old results, the new
+// results, or only the new model.
 class TrainingResults {
  public:
-  // out: must outlive this.
+  // out: must outlive this object.
   explicit TrainingResults(OutputFolder* out);
 
   const std::string& model_path() const { return model_path_; }
   const std::string& metrics_path() const { return metrics_path_; }
   const std::string& report_path() const { return report_path_; }
 
-  // Takes room for `likely` Gaussians; false where there is room for `least` only. Throws Error where not even for
-  // those.
+  // Reserves disk space for `likely` Gaussians; returns false if there is only space for `least`. Throws Error if there
+  // is less.
   bool Reserve(Index likely, Index least, int sh_degree);
-  // What there is before the training is over; then room for as many Gaussians again.
+  // Writes an intermediate model, then reserves space for as many Gaussians again.
   void SaveModel(const gs::SplatModel& model);
   bool has_saved_model() const { return has_saved_model_; }
-  // All but the report, which is written when all else is safe.
+  // Writes everything except the report, which is written last.
   void Save(const gs::SplatModel& model, const std::string& metrics);
 
  private:

@@ -16,13 +16,13 @@ namespace {
 
 constexpr const char* kShells[] = {"bash", "fish", "zsh"};
 
-// What can be written for a value: words, files, folders, or whatever.
+// The completions of a value: words, files or folders.
 struct Values {
   std::vector<std::string> words;
   bool is_file = false, is_folder = false;
 };
 
-// Placeholders are words as they are written, in small letters, and stand-ins in capitals, between bars.
+// Placeholders are separated by bars: literal words in small letters, stand-ins such as FILE in capitals.
 Values ValuesOf(const schema::FieldInfo& field) {
   Values values;
   std::stringstream parts(field.placeholder);
@@ -40,7 +40,7 @@ Values ValuesOf(const schema::FieldInfo& field) {
 
 bool IsFolder(std::string_view argument) { return argument == "DIR" || argument == "SCENE"; }
 
-// The words of --set: every key with its "=".
+// The completions of --set: every key with "=".
 std::string Keys(const CommandInfo& command) {
   std::string keys;
   for (const ListedFlag& option : OptionsOf(command)) keys += (keys.empty() ? "" : " ") + option.name + "=";
@@ -53,14 +53,14 @@ std::vector<std::string> CommandNames() {
   return names;
 }
 
-// Within single quotes of bash and zsh.
+// Escapes text inside single quotes of bash and zsh.
 std::string Quoted(std::string_view text) {
   std::string quoted;
   for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return quoted;
 }
 
-// bash: $flag has the flag whose value is written, or is empty.
+// The bash case of a command. $flag is the flag whose value is completed, or empty.
 std::string BashCase(const CommandInfo& command) {
   std::string flags, values;
   for (const ListedFlag& flag : FlagsOf(command)) {
@@ -81,7 +81,7 @@ std::string BashCase(const CommandInfo& command) {
                      flags.substr(flags.empty() ? 0 : 1));
 }
 
-// The values of options behind --set KEY=.
+// The bash cases for the values after --set KEY=.
 std::string BashKeyCases() {
   std::string cases;
   for (const ListedFlag& option : OptionsOf(*FindCommand("train"))) {
@@ -139,7 +139,7 @@ complete -F _vesta vesta
   return script;
 }
 
-// A colon and brackets mean something to _arguments.
+// Escapes colons and brackets, which are special for _arguments.
 std::string ZshText(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -164,7 +164,7 @@ std::string Zsh() {
     script += fmt::format("    '{}:{}'\n", command.name, Quoted(command.summary));
   }
   script +=
-      "    'help:the flags of a command'\n  )\n  if (( CURRENT == 2 )); then\n    _describe command commands\n    "
+      "    'help:list the flags of a command'\n  )\n  if (( CURRENT == 2 )); then\n    _describe command commands\n    "
       "return\n  "
       "fi\n  local command=$words[2]\n  shift words\n  (( CURRENT-- ))\n  case $command in\n    help)\n      "
       "_arguments";
@@ -196,7 +196,7 @@ std::string Zsh() {
   return script + "  esac\n}\nif [[ $funcstack[1] == _vesta ]]; then _vesta \"$@\"; else compdef _vesta vesta; fi\n";
 }
 
-// Within single quotes of fish.
+// Escapes text inside single quotes of fish.
 std::string FishText(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -212,7 +212,7 @@ std::string Fish() {
     script += fmt::format("complete -c vesta -n __fish_use_subcommand -f -a {} -d '{}'\n", command.name,
                           FishText(command.summary));
   }
-  script += "complete -c vesta -n __fish_use_subcommand -f -a help -d 'the flags of a command'\n";
+  script += "complete -c vesta -n __fish_use_subcommand -f -a help -d 'list the flags of a command'\n";
   script += fmt::format("complete -c vesta -n '__fish_seen_subcommand_from help' -f -a '{}'\n",
                         fmt::join(CommandNames(), " "));
   const char* const of_help = "complete -c vesta -n '__fish_seen_subcommand_from help' -l";

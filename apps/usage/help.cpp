@@ -4,7 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <optional>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "apps/cli/flags.h"
 #include "apps/cli/version.h"
@@ -13,91 +17,132 @@
 namespace vesta::app {
 namespace {
 
-constexpr std::size_t kWidth = 38;  // column of the descriptions
+constexpr std::size_t kWidth = 80, kColumn = 28;  // of a line; where descriptions begin
+
+// Appends the words of `text` to `line` and breaks lines at kWidth; further lines are indented by `indent` spaces.
+std::string Wrapped(std::string line, std::size_t indent, const std::string& text) {
+  std::string lines;
+  std::istringstream words(text);
+  bool is_first = true;  // on its line
+  for (std::string word; words >> word; is_first = false) {
+    if (!is_first && line.size() + 1 + word.size() > kWidth) {
+      lines += line + "\n";
+      line = std::string(indent, ' ');
+      is_first = true;
+    }
+    line += (is_first ? "" : " ") + word;
+  }
+  return lines + line + "\n";
+}
+
+// "  HEAD    description". A head that is too long for its column has its own line.
+std::string Row(const std::string& head, const std::string& description, std::size_t column = kColumn) {
+  std::string line = "  " + head, before;
+  if (line.size() + 2 > column) before = std::exchange(line, "") + "\n";
+  line.resize(column, ' ');
+  return before + Wrapped(line, column, description);
+}
 
 std::string Overview() {
-  std::string text =
-      "vesta: least squares by matrix-free Levenberg-Marquardt: 3D Gaussian splats, bundle adjustment\n\n";
-  for (const CommandInfo& command : Commands()) {
-    text += fmt::format("  {:<36}{}\n", UsageForm(command), command.summary);
+  constexpr std::size_t kCommandColumn = 39;
+  std::string text = "vesta: train, refine and measure 3D Gaussian splats; matrix-free least squares\n\n";
+  for (const CommandInfo& command : Commands()) text += Row(UsageForm(command), command.summary, kCommandColumn);
+  text += Row("vesta help COMMAND", "list the flags of a command", kCommandColumn);
+  text += Row("vesta help --completion=SHELL", "print completions for bash, zsh or fish", kCommandColumn);
+  text += Row("vesta help --man", "print the manual page", kCommandColumn);
+  for (const char* paragraph :
+       {"SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
+        "(transforms.json). Every 8th photograph by name, starting with the first, is a test view.",
+        "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic). view also accepts a "
+        "checkpoint (DIR/checkpoint.vesta).",
+        "FILE is a bundle adjustment problem in the text format of \"Bundle Adjustment in the Large\" (BAL)."}) {
+    text += "\n" + Wrapped("", 0, paragraph);
   }
-  text += fmt::format("  {:<36}{}\n", "vesta help COMMAND", "the flags of a command");
-  text += fmt::format("  {:<36}{}\n", "vesta help --completion=SHELL",
-                      "completion of the command line, for bash, zsh or fish");
-  text += fmt::format("  {:<36}{}\n", "vesta help --man", "the manual, for man");
-  text +=
-      "\nSCENE is a folder: a COLMAP model (images/ and sparse/0/) or a NeRF one (transforms.json).\n"
-      "Every 8th image by name, from the first on, is kept for testing.\n"
-      "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic);\n"
-      "view takes a checkpoint of a training (DIR/checkpoint.vesta) too.\n"
-      "FILE is a bundle adjustment in the text form of \"Bundle adjustment in the large\".\n"
-      "With --quiet, what writes files prints nothing but errors.\n";
   return text;
 }
 
-// "  NAME=VALUE   what for [what it is without being given]". A name too long has a line of its own.
-std::string Line(const std::string& head, const std::string& help, const std::string& value) {
-  const std::string brackets = value.empty() ? "" : fmt::format(" [{}]", value);
-  if (head.size() > kWidth) return fmt::format("  {}\n  {:<{}} {}{}\n", head, "", kWidth, help, brackets);
-  return fmt::format("  {:<{}} {}{}\n", head, kWidth, help, brackets);
+std::string WithDefault(const std::string& help, const std::string& value) {
+  return value.empty() ? help : fmt::format("{} [{}]", help, value);
 }
 
-std::string FlagLines(const CommandInfo& command, bool all) {
+std::string Head(const ListedFlag& flag) {
+  return flag.Written() + (flag.is_switch() ? "" : fmt::format("={}", flag.field->Placeholder()));
+}
+
+std::string Description(const ListedFlag& flag) {
+  return WithDefault(flag.field->help, flag.is_switch() ? "" : flag.value);
+}
+
+std::string FlagRows(const CommandInfo& command, bool all) {
   std::string text;
+  std::optional<FlagGroup> group;
   for (const ListedFlag& flag : FlagsOf(command)) {
     if (flag.only_in_all && !all) continue;
-    text += flag.is_switch() ? Line(flag.Written(), flag.field->help, "")
-                             : Line(flag.Written() + "=" + flag.field->Placeholder(), flag.field->help, flag.value);
+    if (group != flag.group) text += fmt::format("\n{}:\n", Heading(flag.group));
+    group = flag.group;
+    text += Row(Head(flag), Description(flag));
   }
   return text;
 }
 
-// Room by room, with the range of each.
-std::string AllOptions(const CommandInfo& command) {
-  std::string text = "\nAll options, to be set by --set KEY=VALUE; some have a flag too:\n", last_room;
+// The title of the options whose keys begin with "PART.".
+std::string TitleOf(const std::string& part) {
+  static const std::map<std::string, std::string> titles = {
+      {"adam", "Adam stage"},       {"cameras", "Camera refinement"},
+      {"density", "Densification"}, {"lm", "Levenberg-Marquardt (LM) stage"},
+      {"pruning", "Pruning"},       {"train", "Training"},
+      {"memory", "Memory"},         {"lr", "Learning rates of Adam"}};
+  const auto found = titles.find(part);
+  return found == titles.end() ? part : found->second;
+}
+
+// Every option with its range, grouped by the part of the training that it belongs to.
+std::string OptionRows(const CommandInfo& command) {
+  std::string text = "\nAll options, for --set KEY=VALUE (some also have a flag):\n", last_part;
   for (const ListedFlag& option : OptionsOf(command)) {
     const schema::FieldInfo& field = *option.field;
-    const std::string room = field.name.substr(0, field.name.find('.'));
-    if (room != last_room) text += "\n";
-    last_room = room;
+    const std::string part = field.name.substr(0, field.name.find('.'));
+    if (part != last_part) text += fmt::format("\n{}:\n", TitleOf(part));
+    last_part = part;
     const bool is_number = field.kind == schema::Kind::kWhole || field.kind == schema::Kind::kNumber;
-    text += Line(field.name + "=" + field.Placeholder(),
-                 fmt::format("{}{}{}", field.help, is_number ? "; " + field.Allowed() : "",
-                             field.flag ? fmt::format(" (--{})", field.flag) : ""),
-                 option.value);
+    const std::string help = fmt::format("{}{}{}", field.help, is_number ? "; " + field.Allowed() : "",
+                                         field.flag ? fmt::format(" (--{})", field.flag) : "");
+    text += Row(field.name + "=" + field.Placeholder(), WithDefault(help, option.value));
   }
   return text;
 }
 
 std::string HelpOf(const CommandInfo& command, bool all) {
-  std::string text = fmt::format("{} [flags]: {}\n\n", UsageForm(command), command.summary);
-  text += FlagLines(command, all);
+  std::string text = fmt::format("{} [flags]\n", UsageForm(command)) + Wrapped("", 0, command.summary);
+  text += FlagRows(command, all);
   const bool trains = command.command & (kTrain | kRefine | kPrune), has_keys = trains || command.command == kConfig;
-  if (all && has_keys) text += AllOptions(command);
+  if (all && has_keys) text += OptionRows(command);
+  std::string notes;
   if (!all && (has_keys || std::ranges::any_of(FlagsOf(command), &ListedFlag::only_in_all))) {
-    text += fmt::format("\n`vesta help {} --all` has more flags{}.\n", command.name,
-                        has_keys ? ", and the keys of --set" : "");
+    notes += fmt::format("`vesta help {} --all` lists more flags{}. ", command.name,
+                         has_keys ? ", and the keys for --set" : "");
   }
-  if (has_keys) text += "\nWhat is not given is the preset's, in brackets that of balanced.\n";
+  notes += has_keys ? "Defaults (of --preset=balanced) are in brackets." : "Defaults are in brackets.";
+  text += "\n" + Wrapped("", 0, notes);
+  notes.clear();
   if (trains) {
-    text +=
-        "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html (--noreport: without the last). Ctrl-C ends\n"
-        "training after the current iteration and writes what there is (exit status 130).\n";
+    notes +=
+        "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html. Ctrl-C ends the training after the current "
+        "iteration and writes the result so far (exit status 130). ";
   }
   if (command.command & (kTrain | kRefine)) {
-    text += "Where --refine_cameras has moved cameras they are in DIR/cameras, as a COLMAP model.\n";
+    notes += "If --refine_cameras moves cameras, they are written to DIR/cameras as a COLMAP model. ";
   }
-  if (command.command == kTrain) text += "--view shows it in a browser while it runs.\n";
   if (command.command & (kRefine | kPrune)) {
-    text += fmt::format(
-        "The SH degree{} of SPLAT stay{}. Give --background where it was trained over another\n"
-        "colour than black and does not say so.\n",
-        command.command == kRefine ? " and the number of Gaussians" : "", command.command == kRefine ? "" : "s");
+    notes += fmt::format(
+        "The result has the SH degree{} of SPLAT. If SPLAT was trained on a background that is not black and its file "
+        "does not record it, give --background.",
+        command.command == kRefine ? " and the number of Gaussians" : "");
   }
-  return text;
+  return notes.empty() ? text : text + "\n" + Wrapped("", 0, notes);
 }
 
-// Text within a line: a hyphen is one that can be copied, and no line becomes a request.
+// Escapes text for roff: hyphens stay copyable, and no line begins with a request.
 std::string Roff(std::string_view text) {
   std::string escaped = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) {
@@ -118,31 +163,34 @@ std::string Roff(std::string_view text) {
   return escaped;
 }
 
-std::string Item(const std::string& head, const std::string& what) {
-  return fmt::format(".TP\n\\fB{}\\fR\n{}\n", Roff(head), Roff(what));
+std::string ManItem(const std::string& head, const std::string& description) {
+  return fmt::format(".TP\n\\fB{}\\fR\n{}\n", Roff(head), Roff(description));
 }
 
-std::string WithValue(const ListedFlag& flag, const std::string& name) {
-  return flag.is_switch() ? name : fmt::format("{}={}", name, flag.field->Placeholder());
-}
+std::string ManHeading(const std::string& heading) { return fmt::format(".PP\n\\fI{}\\fR\n", Roff(heading)); }
 
-std::string Described(const ListedFlag& flag) {
-  const bool says_value = !flag.is_switch() && !flag.value.empty();
-  return says_value ? fmt::format("{} [{}]", flag.field->help, flag.value) : flag.field->help;
-}
-
-std::string Section(const CommandInfo& command) {
+std::string ManSection(const CommandInfo& command) {
   std::string text = fmt::format(".SS {}\n{}.\n", Roff(UsageForm(command)), Roff(command.summary));
-  for (const ListedFlag& flag : FlagsOf(command)) text += Item(WithValue(flag, flag.Written()), Described(flag));
+  std::optional<FlagGroup> group;
+  for (const ListedFlag& flag : FlagsOf(command)) {
+    if (group != flag.group) text += ManHeading(Heading(flag.group));
+    group = flag.group;
+    text += ManItem(Head(flag), Description(flag));
+  }
   return text;
 }
 
-std::string OptionsOfTraining() {
+std::string ManOptions() {
   std::string text =
-      ".SH OPTIONS OF TRAINING\nFor \\fB\\-\\-set\\fR; \\fBrefine\\fR and \\fBprune\\fR take those that a given splat "
-      "leaves open. In brackets: what it is where nothing is given.\n";
+      ".SH OPTIONS OF TRAINING\nFor \\fB\\-\\-set\\fR. \\fBrefine\\fR and \\fBprune\\fR accept the options that an "
+      "existing splat leaves open. The defaults of the preset balanced are in brackets.\n";
+  std::string last_part;
   for (const ListedFlag& option : OptionsOf(*FindCommand("train"))) {
-    text += Item(fmt::format("{}={}", option.name, option.field->Placeholder()), Described(option));
+    const std::string part = option.name.substr(0, option.name.find('.'));
+    if (part != last_part) text += ManHeading(TitleOf(part));
+    last_part = part;
+    text += ManItem(fmt::format("{}={}", option.name, option.field->Placeholder()),
+                    WithDefault(option.field->help, option.value));
   }
   return text;
 }
@@ -157,7 +205,7 @@ std::string HelpText(const std::vector<std::string>& topic) {
   const CommandInfo* command = FindCommand(topic[0]);
   if (!command) RefuseCommand(topic[0]);
   if (topic.size() > 1 && topic[1] != "--all") {
-    throw UsageError(fmt::format("{}: too much; the form is `vesta help COMMAND [--all]`", topic[1]));
+    throw UsageError(fmt::format("{}: unexpected argument; the form is `vesta help COMMAND [--all]`", topic[1]));
   }
   return HelpOf(*command, topic.size() > 1);
 }
@@ -165,25 +213,26 @@ std::string HelpText(const std::vector<std::string>& topic) {
 std::string ManPage() {
   std::string text = fmt::format(".TH VESTA 1 \"\" \"vesta {}\" \"User Commands\"\n", VersionNumber());
   text +=
-      ".SH NAME\nvesta \\- train, refine and measure 3D Gaussian splats; least squares without a matrix\n"
+      ".SH NAME\nvesta \\- train, refine and measure 3D Gaussian splats; matrix\\-free least squares\n"
       ".SH SYNOPSIS\n";
   for (const CommandInfo& command : Commands()) {
     text += fmt::format(".B {}\n[\\fIflags\\fR]\n.br\n", Roff(UsageForm(command)));
   }
   text += ".B vesta help\n[\\fICOMMAND\\fR [\\fB\\-\\-all\\fR]]\n";
   text +=
-      ".SH DESCRIPTION\nSCENE is a folder: a COLMAP model (images/ and sparse/0/) or a NeRF one (transforms.json). "
-      "Every "
-      "8th image by name is kept for testing. SPLAT is a .ply, a .compressed.ply or a .spz.\n"
+      ".SH DESCRIPTION\nSCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a "
+      "NeRF "
+      "scene (transforms.json). Every 8th photograph by name is a test view. SPLAT is a .ply, a .compressed.ply or a "
+      ".spz.\n"
       ".SH COMMANDS\n";
-  for (const CommandInfo& command : Commands()) text += Section(command);
-  text += OptionsOfTraining();
+  for (const CommandInfo& command : Commands()) text += ManSection(command);
+  text += ManOptions();
   text +=
       ".SH FILES\nA training writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html.\n"
-      ".SH ENVIRONMENT\n.TP\n.B VESTA_SIMD\nsse2, avx2 or avx512: the instruction set to use; the best one otherwise.\n"
-      ".SH EXIT STATUS\n0: done. 1: something could not be used or written. 2: the command line is not understood. "
-      "130: "
-      "interrupted; results are written.\n";
+      ".SH ENVIRONMENT\n.TP\n.B VESTA_SIMD\nsse2, avx2 or avx512: the instruction set to use; by default the best one "
+      "of this CPU.\n"
+      ".SH EXIT STATUS\n0: success. 1: an input could not be used or a result could not be written. 2: error in the "
+      "command line. 130: interrupted; the result so far is written.\n";
   return text;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `vesta help` prints, the manual, and scripts by which shells complete the command line.
+// The texts of `vesta help`: help, manual page, and completion scripts for shells.
 #pragma once
 
 #include <string>
@@ -7,15 +7,14 @@
 
 namespace vesta::app {
 
-// The commands, or the flags of the one that `topic` names; with --all besides every option of training. Throws
-// UsageError where there is no such command.
+// The list of commands, or the flags of the command in `topic`; with --all also all training options. Throws UsageError
+// if there is no such command.
 std::string HelpText(const std::vector<std::string>& topic);
 
-// Section 1, in the language of man (roff), made from the tables of commands, flags and options.
+// The manual page (section 1, roff), generated from the tables of commands, flags and options.
 std::string ManPage();
 
-// The script for bash, zsh or fish, made from the tables of commands, flags and options. Throws UsageError for any
-// other shell.
+// The completion script for bash, zsh or fish, generated from the same tables. Throws UsageError for another shell.
 std::string CompletionScript(const std::string& shell);
 
 }  // namespace vesta::app

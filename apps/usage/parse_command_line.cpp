@@ -18,7 +18,7 @@ using Option = schema::Field<gs::TrainOptions>;
 
 struct GivenFlag {
   std::string name;
-  std::optional<std::string> value;  // what follows "="
+  std::optional<std::string> value;  // the text after "="
 };
 
 bool IsFlag(const std::string& word) { return word.size() > 1 && word[0] == '-'; }
@@ -31,7 +31,7 @@ GivenFlag SplitFlag(const std::string& word) {
   return {word.substr(begin, equals - begin), word.substr(equals + 1)};
 }
 
-// Either a flag of the program's own or that of an option; neither where there is none of that name.
+// A flag of ProgramFlags() or of a training option; both null if there is no such flag.
 struct FlagFound {
   const schema::Field<Flags>* own = nullptr;
   const char* if_bare = nullptr;  // FlagRow::if_bare
@@ -42,11 +42,8 @@ struct FlagFound {
 };
 
 FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
-  for (const auto* rows : {&ProgramFlags().before_options, &ProgramFlags().after_options}) {
-    for (const FlagRow& row : *rows) {
-      if ((row.commands & command.command) && row.field.name == name)
-        return {.own = &row.field, .if_bare = row.if_bare};
-    }
+  for (const FlagRow& row : ProgramFlags()) {
+    if ((row.commands & command.command) && row.field.name == name) return {.own = &row.field, .if_bare = row.if_bare};
   }
   for (const Option& option : gs::TrainFields()) {
     if (option.flag && option.flag == name && TakesOption(command, option)) return {.option = &option};
@@ -54,7 +51,7 @@ FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
   return {};
 }
 
-// The flag given; of a switch also by its negation, --noNAME, which gives it its value.
+// Finds the flag. Also accepts --noNAME for a switch and sets its value to false.
 FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
   FlagFound found = FindFlag(flag->name, command);
   if (found.info() || flag->value || !flag->name.starts_with("no")) return found;
@@ -64,7 +61,7 @@ FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
   return found;
 }
 
-// What the command does take that is called alike, for the end of a complaint.
+// "did you mean --NAME? " with the most similar flag of the command, or empty.
 std::string MeantFlag(const std::string& name, const CommandInfo& command) {
   std::vector<std::string> known;
   for (const ListedFlag& flag : FlagsOf(command)) known.push_back("--" + flag.name);
@@ -87,8 +84,8 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
     throw UsageError(
         fmt::format("--{}: no such flag; {}`vesta help {}` lists them", name, MeantFlag(name, command), command.name));
   }
-  throw UsageError(fmt::format("--{}: not a flag of {}, but of {}; `vesta help {}` lists those it takes", name,
-                               command.name, fmt::join(takers, ", "), command.name));
+  throw UsageError(fmt::format("--{}: not a flag of {}, but of {}; `vesta help {}` lists its flags", name, command.name,
+                               fmt::join(takers, ", "), command.name));
 }
 
 [[noreturn]] void RefuseKey(const std::string& key, const CommandInfo& command) {
@@ -104,7 +101,7 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
       nearest.empty() ? "" : fmt::format("nearest: {}; ", fmt::join(nearest, ", ")), command.name));
 }
 
-// An option with a value of its own, or a complaint that begins with what was given.
+// Returns the option with its value, or throws UsageError if the value is invalid.
 GivenOption CheckedOption(const std::string& given, const Option& option, const std::string& value) {
   gs::TrainOptions scratch;
   if (!option.Set(value, scratch)) throw UsageError(fmt::format("{}={}: {}", given, value, option.Requirement()));
@@ -122,7 +119,7 @@ GivenOption OptionOfSet(const std::string& text, const CommandInfo& command) {
   return CheckedOption("--set " + key, *option, text.substr(equals + 1));
 }
 
-// Takes in the flag at words[*at], and its value where that is a word of its own.
+// Parses the flag at words[*at], and its value if that is the next word.
 void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLine* line) {
   GivenFlag flag = SplitFlag(words[*at]);
   const FlagFound found = FindGiven(*line->command, &flag);
@@ -150,9 +147,9 @@ void CheckArguments(const CommandLine& line) {
   const std::string form = UsageForm(command);
   const std::size_t most = command.arguments.size() + (command.optional ? 1 : 0);
   if (line.arguments.size() > most && !command.repeats) {
-    throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[most], form));
+    throw UsageError(fmt::format("{}: unexpected argument; the form is `{}`", line.arguments[most], form));
   }
-  // A checkpoint knows its scene and its folder.
+  // A checkpoint contains the scene and the output folder.
   if (!line.flags.resume.empty()) return;
   if (line.arguments.size() < command.arguments.size()) {
     throw UsageError(fmt::format("{} is missing; the form is `{}`", command.arguments[line.arguments.size()], form));
@@ -162,7 +159,7 @@ void CheckArguments(const CommandLine& line) {
   }
 }
 
-// Of the flags that set options, those that few need.
+// Flags of options that only the help with --all lists.
 constexpr std::string_view kRareFlags[] = {"eps2d"};
 
 }  // namespace
@@ -204,22 +201,19 @@ CommandLine ParseCommandLine(const std::vector<std::string>& words) {
 
 std::vector<ListedFlag> FlagsOf(const CommandInfo& command) {
   std::vector<ListedFlag> flags;
-  const auto add_own = [&](const std::vector<FlagRow>& rows) {
-    for (const FlagRow& row : rows) {
-      if (!(row.commands & command.command)) continue;
-      const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
-      flags.push_back(
-          {row.field.name, &row.field, value, (row.rare_for & command.command) != 0, row.if_bare != nullptr});
-    }
-  };
-  add_own(ProgramFlags().before_options);
+  for (const FlagRow& row : ProgramFlags()) {
+    if (!(row.commands & command.command)) continue;
+    const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
+    flags.push_back(
+        {row.field.name, &row.field, row.group, value, (row.rare_for & command.command) != 0, row.if_bare != nullptr});
+  }
   for (ListedFlag option : OptionsOf(command)) {
     if (!option.field->flag) continue;
     option.name = option.field->flag;
     option.only_in_all = std::ranges::find(kRareFlags, option.name) != std::end(kRareFlags);
     flags.push_back(std::move(option));
   }
-  add_own(ProgramFlags().after_options);
+  std::ranges::stable_sort(flags, {}, &ListedFlag::group);
   return flags;
 }
 
@@ -227,7 +221,7 @@ std::vector<ListedFlag> OptionsOf(const CommandInfo& command) {
   std::vector<ListedFlag> options;
   const gs::TrainOptions defaults = PresetOf(command, kDefaultPreset);
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
-    if (TakesOption(command, field)) options.push_back({field.name, &field, field.Text(defaults)});
+    if (TakesOption(command, field)) options.push_back({field.name, &field, GroupOf(field), field.Text(defaults)});
   }
   return options;
 }

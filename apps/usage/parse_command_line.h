@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line: parses it, and lists the flags and options that each command takes.
+// Parses the command line, and lists the flags and options of each command.
 #pragma once
 
 #include <string>
@@ -9,32 +9,32 @@
 
 namespace vesta::app {
 
-// Throws UsageError: there is no command of that name, but perhaps one that is called alike.
+// Throws UsageError for an unknown command, with the most similar name.
 [[noreturn]] void RefuseCommand(const std::string& name);
 
-// `vesta`-wide help: help, --help, -h, also after a command. Throws UsageError: no or unknown command, unknown flag or
-// key, one of another command, missing or impossible value, too few or too many arguments, no --out where results are
-// written.
+// help, --help and -h give help, also after a command. Throws UsageError for a missing or unknown command; for an
+// unknown flag or key, or one of another command; for a missing or invalid value; for too few or too many arguments;
+// and for a missing --out.
 CommandLine ParseCommandLine(const std::vector<std::string>& words);
 
-// The flags and options that a command takes, in the order of its help: what help, the manual and completions are made
-// from.
+// A flag or option of a command. Help, manual and completions are generated from lists of these.
 struct ListedFlag {
-  std::string name;                // without dashes; of an option of --set its key
-  const schema::FieldInfo* field;  // its help is there
-  std::string value;               // what it is without being given, of the default preset; empty: nothing
+  std::string name;  // without dashes; for --set the key of the option
+  const schema::FieldInfo* field;
+  FlagGroup group;
+  std::string value;  // default, with the default preset; empty: none
   bool only_in_all = false;
-  bool may_be_bare = false;  // it can be written without a value too
+  bool may_be_bare = false;  // the value is optional
 
-  // A switch, which takes no value.
+  // Whether the flag has no value.
   bool is_switch() const { return field->kind == schema::Kind::kSwitch; }
-  // As it is written: --noNAME for a switch that is on.
+  // As on the command line: --NAME, or --noNAME for a switch that is on by default.
   std::string Written() const { return (is_switch() && value == "true" ? "--no" : "--") + name; }
 };
 
-// Its own flags, and those of options that have one.
+// All flags of the command, with the flags of options, in the order of FlagGroup.
 std::vector<ListedFlag> FlagsOf(const CommandInfo& command);
-// All options, which --set takes by their keys; none where the command has no --set.
+// All options that the command accepts by --set; empty if it has no --set.
 std::vector<ListedFlag> OptionsOf(const CommandInfo& command);
 
 }  // namespace vesta::app

@@ -17,7 +17,7 @@
 namespace vesta::app {
 namespace {
 
-// "127.0.0.1" of "127.0.0.1:7007", "::1" of "[::1]:7007".
+// The host without its port: "127.0.0.1" for "127.0.0.1:7007", "::1" for "[::1]:7007".
 std::string_view NameOf(std::string_view host) {
   if (host.starts_with('[')) return host.substr(1, host.find(']') - 1);
   return host.substr(0, host.find(':'));
@@ -36,7 +36,7 @@ bool IsEqualIgnoringCase(std::string_view a, std::string_view b) {
 std::string MakeToken() {
   std::array<unsigned char, 16> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    Fail(kUnavailable, "the system gives no random numbers for the viewer's token");
+    Fail(kUnavailable, "the system provides no random numbers for the viewer's token");
   }
   std::string token;
   for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
@@ -66,7 +66,7 @@ bool IsOwnPage(std::string_view address, std::string_view host, std::string_view
 }
 
 bool BoundedStream::WaitFor(short event, Clock::time_point until) const {
-  constexpr std::chrono::milliseconds kSlice{50};  // after which the server may be stopping
+  constexpr std::chrono::milliseconds kSlice{50};  // interval for checking stopping_
   while (!stopping_) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now());
     if (left.count() <= 0) return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may read the viewer's pages, and how much is sent at once.
+// Access control of the viewer, and limits on the size and time of requests.
 #pragma once
 
 #include <httplib.h>
@@ -12,33 +12,32 @@
 
 namespace vesta::app {
 
-// Who may ask a viewer: whoever holds the token of its link. A page of another site that the same browser has open can
-// send requests to a loopback address too, which is why there is a token there as well.
-// 32 hexadecimal digits from the system's source of randomness. Throws Error where there is none.
+// The token of a viewer's link: 32 hexadecimal digits from the system's random numbers. Every request needs it, also on
+// a loopback address, because any site that is open in the same browser can send requests there. Throws Error if the
+// system gives no random numbers.
 std::string MakeToken();
 
-// In a time that does not tell how much of it is right.
+// Compares tokens in constant time.
 bool IsToken(std::string_view given, std::string_view token);
 
 bool IsLoopback(std::string_view address);
 
-// Whether headers are those of a request by the viewer's own page, before the token is looked at. address: that the
-// server is bound to. host, origin: headers, empty where there is none. Of a server on a loopback address the host must
-// name such, with any port (a tunnel has another): a name that a foreign site points to 127.0.0.1 does not. An origin
-// must be the host's own.
+// Whether the headers come from the viewer's own page; the token is checked separately. address: of the server.
+// host, origin: headers, empty if missing. If the server has a loopback address, the host must be one too, with any
+// port (tunnels change it). This rejects a foreign host name that resolves to 127.0.0.1. An origin must equal the host.
 bool IsOwnPage(std::string_view address, std::string_view host, std::string_view origin);
 
-// A connection that httplib reads and writes: a request on it takes so many bytes and seconds and no more, however
-// slowly it is sent and whatever it claims to be. (httplib bounds each read, not their sum.)
+// A connection for httplib that limits the bytes and the time of each request. (httplib limits each read, not their
+// sum.)
 class BoundedStream : public httplib::Stream {
  public:
-  static constexpr std::size_t kMostBytes = 16384;  // of a request
+  static constexpr std::size_t kMostBytes = 16384;  // per request
   static constexpr std::chrono::seconds kMostToRead{3}, kMostToWrite{20}, kMostIdle{15};
 
-  // Does not close the socket. Once `stopping` nothing is read any more.
+  // Does not close the socket. Reads nothing after `stopping` is set.
   BoundedStream(socket_t socket, const std::atomic<bool>& stopping) : socket_(socket), stopping_(stopping) {}
 
-  // Waits for the first byte of a request. False where none comes.
+  // Waits for the first byte of a request. Returns false if none arrives in time.
   bool WaitForRequest();
 
   bool is_readable() const override { return true; }  // read waits
@@ -52,14 +51,14 @@ class BoundedStream : public httplib::Stream {
  private:
   using Clock = std::chrono::steady_clock;
   bool WaitFor(short event, Clock::time_point until) const;
-  // Bytes of the socket into the buffer, where it is empty. False at the end or where none come in time.
+  // Fills the buffer from the socket if it is empty. Returns false at the end of the input or on a timeout.
   bool Fill(Clock::time_point until);
 
   socket_t socket_;
   const std::atomic<bool>& stopping_;
   std::array<char, 4096> buffer_{};
-  std::size_t begin_ = 0, end_ = 0;  // what of the buffer is unread
-  std::size_t bytes_left_ = 0;       // of the request
+  std::size_t begin_ = 0, end_ = 0;  // unread part of the buffer
+  std::size_t bytes_left_ = 0;       // left for this request
   Clock::time_point read_until_{};
 };
 

@@ -63,7 +63,7 @@ gs::View FreeView(const HttpQuery& query, gs::ImageSize size) {
   const double focal = ValueOf<double>(query, "focal", kFocal) * size.height;
   double length = 0;
   for (const double q : rotation) length += q * q;
-  if (length < 1e-12) Fail(kBadArgument, "rotation: a quaternion of zero turns nothing");
+  if (length < 1e-12) Fail(kBadArgument, "rotation: the quaternion must not be zero");
   gs::View view;
   view.camera = {size.width, size.height, {focal, focal, 0.5 * size.width, 0.5 * size.height}};
   double to_camera[4];
@@ -101,13 +101,13 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   gs::Image truth;
   if (request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference) {
     const gs::View& photo = scene_.views[*request.photo];
-    // Of a store nothing is kept of it: its order is that of the training.
+    // Bypasses the store's cache, which is ordered for the training.
     truth = gs::ResizeArea(photo.stored ? *photo.stored->Read() : photo.image, camera.width, camera.height);
   }
   if (request.kind == FrameKind::kTruth) return truth;
   const splat::Model<float> kernel_model = gs::ToKernelModel(model);
   splat::PosedCamera posed = gs::ToPosedCamera(request.view, gs::NearPlane(scene_));
-  // Cameras that the page makes have none of their own, nor has a splat that is being trained.
+  // Free cameras of the page and a splat in training have no eps2d of their own.
   posed.eps2d = scene_.views.empty() ? model.eps2d : scene_.views.front().camera.eps2d;
   splats_.Build(kernel_model, posed, background_.data(), workspace_);
   switch (request.kind) {
@@ -161,11 +161,11 @@ FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, c
   FrameRequest request;
   request.kind = KindOf(TextOf(query, "kind"));
   if (ShowsValues(request.kind) && scene.views.empty())
-    Fail(kBadArgument, "kind: removal_cost and coverage are to views; there is no scene");
+    Fail(kBadArgument, "kind: removal_cost and coverage need a scene");
   const bool shows_photo = request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference;
   gs::ImageSize size{ValueOf<int>(query, "width", kSide), ValueOf<int>(query, "height", kSide)};
   if (!query.contains("photo")) {
-    if (shows_photo) Fail(kBadArgument, "photo: missing; truth and difference are those of a photograph");
+    if (shows_photo) Fail(kBadArgument, "photo: missing; truth and difference need a photograph");
     request.view = FreeView(query, size);
     return request;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures for pages: the requests for them, and their rendering by the rasterizer that trains.
+// Images for the viewer's page: parses requests and renders them with the rasteriser of the training.
 #pragma once
 
 #include <array>
@@ -17,49 +17,48 @@
 
 namespace vesta::app {
 
-// What a page asks a picture of.
+// The display modes of the page.
 enum class FrameKind { kRender, kTruth, kDifference, kDepth, kMedianDepth, kNormals, kCount, kRemovalCost, kCoverage };
 
-// Whether it shows what the Gaussians are to the training views (gaussian_values.h).
+// Whether the mode shows a value per Gaussian (gaussian_values.h).
 constexpr bool ShowsValues(FrameKind kind) { return kind == FrameKind::kRemovalCost || kind == FrameKind::kCoverage; }
 
 struct FrameRequest {
   FrameKind kind = FrameKind::kRender;
   gs::View view;                     // camera and pose; no image
-  std::optional<std::size_t> photo;  // whose camera that is, of the scene's views
+  std::optional<std::size_t> photo;  // index of the scene's view whose camera this is
 };
 
-// From numbers as text:
-//   kind           render, truth (the photograph), difference of both, depth, median_depth, normals, count (of
-//                  splats), removal_cost or coverage (of Gaussians, to the training views)
-//   width, height  pixels of the picture, 16 to 4096 each
-//   photo          number of the scene's view whose camera it is, or
+// Parses the parameters of a frame:
+//   kind           render, truth (photograph), difference of the two, depth, median_depth, normals, count (splats per
+//                  tile), removal_cost or coverage (of each Gaussian for the training views)
+//   width, height  image size in pixels, 16 to 4096 each
+//   photo          index of the scene's view whose camera to use, or these three:
 //   position       x,y,z of the camera, in the scene's frame
-//   rotation       w,x,y,z, camera to world; of any length but zero; axes x right, y down, z forward
-//   focal          of the lens, in heights of the picture, 0.05 to 50
-// Throws Error, one line naming what is missing or wrong. Truth and difference need a photo, whose pixels they have at
-// most; removal_cost and coverage need a scene.
-// moved: the scene's views where their cameras stand now; empty: where the scene has them.
+//   rotation       quaternion w,x,y,z, camera to world, any length but zero; axes x right, y down, z forward
+//   focal          focal length in image heights, 0.05 to 50
+// Throws Error (one line with the parameter). truth and difference need a photo, which limits their size;
+// removal_cost and coverage need a scene. moved: the views of the scene with refined cameras; empty: not refined.
 FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved = {});
 
-// Pictures for pages: by the rasterizer that trains.
+// Renders the images. Thread-safe.
 class FrameRenderer {
  public:
-  // The brightest colour of FrameKind::kCount: so many splats whose support meets a tile of 16 x 16 pixels.
+  // The number of splats in a tile of 16 x 16 pixels with the brightest colour in FrameKind::kCount.
   static constexpr int kManySplats = 1000;
 
-  // The scene must outlive it. background: behind all Gaussians, 0..1.
+  // The scene must outlive this object. background: colour, 0..1.
   FrameRenderer(const gs::Scene& scene, const std::array<float, 3>& background)
       : scene_(scene), background_(ToDouble(background)) {}
 
-  // The bytes of a JPEG. model: in the scene's frame. May be called by several threads, which wait
-  // for each other. places: of the kinds that show values, those of the model's Gaussians on a scale of colours.
+  // Returns a JPEG. model: in the frame of the scene. Several threads may call it; they wait for each other. places:
+  // for the modes with a value per Gaussian, positions on the colour scale, 0..1.
   std::string Jpeg(const gs::SplatModel& model, const FrameRequest& request,
                    const std::vector<float>* places = nullptr);
 
  private:
   gs::Image Picture(const gs::SplatModel& model, const FrameRequest& request, const std::vector<float>* places);
-  // Of what is built.
+  // Draw splats_, which must be built.
   gs::Image DepthImage(const splat::Model<float>& model, gs::DepthKind kind);
   gs::Image ValueImage(const std::vector<float>& places);
   gs::Image CountImage() const;

@@ -50,7 +50,7 @@ void GaussianValues::MeasureInto(State& state, GaussianValue value, const ShownM
   std::string failure;
   try {
     measured = std::make_shared<const MeasuredValues>(MeasuredValues{shown, Measure(value, shown)});
-  } catch (const std::exception& error) {  // a photograph that is gone, or no memory
+  } catch (const std::exception& error) {  // a missing photograph, or no memory
     failure = error.what();
   }
   const std::lock_guard lock(mutex_);
@@ -74,7 +74,7 @@ std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel
 }
 
 std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& shown) const {
-  // Of the scene's own store nothing is kept: its order is that of a training.
+  // Bypasses the cache of the scene's store, which is ordered for the training.
   const auto store = std::make_shared<gs::PhotographStore>(0);
   std::vector<gs::View> views;
   for (const gs::View& given : scene_.views) {
@@ -82,7 +82,7 @@ std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& sho
     const gs::ViewUnknowns found = shown.cameras ? (*shown.cameras)[views.size()] : gs::ViewUnknowns();
     gs::View& view = views.emplace_back(gs::AsFound(given, found));
     const auto copy = [this, &given, color = found.color] {
-      if (ends_) Fail(kUnavailable, "{}: not read any more, as the page is over", given.image_path);
+      if (ends_) Fail(kUnavailable, "{}: not read, because the viewer is closing", given.image_path);
       gs::Image image = given.stored ? *given.stored->Read() : given.image;
       const HostSpan<float> values{image.rgb.data(), static_cast<Index>(image.rgb.size())};
       if (!color.is_none()) color.Inverse().Apply(values);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the Gaussians of a model are to the training views, for pages that show it as colours. Measured beside the
-// program when a page first asks for it, since it takes as long as some passes over all photographs.
+// Values per Gaussian that the page shows as colours: removal cost and coverage. They are measured in the background
+// when a page first requests them, because this takes several passes over all photographs.
 #pragma once
 
 #include <array>
@@ -21,30 +21,30 @@ namespace vesta::app {
 
 enum class GaussianValue { kRemovalCost, kCoverage };
 
-// By Gaussian a place on a scale from 0 to 1. Of what the cost rises by without it: 0 where it does not rise, in the
-// middle the median of all others.
+// A position on the colour scale, 0..1, for each Gaussian. rise: the removal cost. 0: the loss does not rise; 0.5: the
+// median of the positive rises.
 std::vector<float> RemovalCostColors(const std::vector<double>& rise);
-// 0 where the views show nothing of it, in the middle where they show as much of it as one image could hold of all.
+// 0: the views show nothing of the Gaussian; 0.5: they show as much in total as one complete view of it.
 std::vector<float> CoverageColors(const std::vector<gs::Coverage>& support);
 
 struct MeasuredValues {
-  ShownModel::Shown of;
-  std::vector<float> places;  // of its Gaussians
+  ShownModel::Shown of;       // the model that was measured
+  std::vector<float> places;  // of its Gaussians on the colour scale, 0..1
 };
 
 class GaussianValues {
  public:
-  // The scene must outlive it and have training views. background: behind all Gaussians, 0..1.
+  // The scene must outlive this object. It must have training views. background: colour, 0..1.
   GaussianValues(const gs::Scene& scene, const std::array<double, 3>& background)
       : scene_(scene), background_(background) {}
-  // What is being measured is broken off.
+  // Cancels a measurement in progress.
   ~GaussianValues() { ends_ = true; }
   GaussianValues(const GaussianValues&) = delete;
   GaussianValues& operator=(const GaussianValues&) = delete;
 
-  // The latest that were measured, perhaps of an earlier model; null: none yet. From any thread. Where they are not of
-  // `shown`, which has a model, those are measured now, unless others are, or have been for more than half of the time.
-  // Throws Error where a photograph that they need cannot be read any more.
+  // Returns the latest values, perhaps of an earlier model; null: none yet. Thread-safe. If they are not of `shown`,
+  // which must have a model, starts a measurement, unless one is running or more than half of the time goes into
+  // measuring. Throws Error if a photograph can no longer be read.
   std::shared_ptr<const MeasuredValues> Ask(GaussianValue value, const ShownModel::Shown& shown);
 
  private:
@@ -53,12 +53,12 @@ class GaussianValues {
     std::shared_ptr<const MeasuredValues> latest;
     bool is_measuring = false;
     Clock::time_point rests_until{};
-    std::string failure;  // of the latest try
+    std::string failure;  // of the latest measurement
     int failed_version = 0;
   };
 
   std::vector<float> Measure(GaussianValue value, const ShownModel::Shown& shown) const;
-  // Where their cameras stand, without photographs in memory: they are copied one by one.
+  // The training views with their current cameras. Photographs are not kept in memory but copied one by one.
   std::vector<gs::View> TrainingViews(const ShownModel::Shown& shown) const;
   void MeasureInto(State& state, GaussianValue value, const ShownModel::Shown& shown);
 
@@ -67,7 +67,7 @@ class GaussianValues {
   std::atomic<bool> ends_{false};
   std::mutex mutex_;
   std::map<GaussianValue, State> states_;
-  Background background_work_;  // ends before what it works on
+  Background background_work_;  // last: ends before the members that it uses
 };
 
 }  // namespace vesta::app

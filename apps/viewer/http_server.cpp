@@ -21,11 +21,11 @@
 namespace vesta::app {
 namespace {
 
-// Each has a thread. Two pages have six each; beyond these, files of the program itself could not be opened any more.
+// One thread per connection; two pages use six each. The limit leaves file descriptors for the program itself.
 constexpr int kMostConnections = 48;
-constexpr int kMostOnConnection = 10000;  // requests
+constexpr int kMostOnConnection = 10000;  // requests per connection
 
-// httplib ignores SIGPIPE, of which the program has its own idea. (The stream asks for none.)
+// Restores the SIGPIPE handler of the program, which httplib replaces. (BoundedStream never raises SIGPIPE.)
 class KeepSigpipe {
  public:
   KeepSigpipe() { sigaction(SIGPIPE, nullptr, &before_); }
@@ -39,17 +39,17 @@ class KeepSigpipe {
 
 [[noreturn]] void FailWithoutThreads(const std::system_error& error) {
   Fail(kUnavailable,
-       "the page needs {} threads, and the system starts no more: {}; end other programs, or allow more (ulimit -u)",
+       "the page needs {} threads, but the system starts no more: {}; end other programs, or allow more (ulimit -u)",
        kMostConnections + 1, error.code().message());
 }
 
-// Whether this thread, which accepts connections, is to close the one at hand.
+// On the accepting thread: whether to close the current connection.
 thread_local bool t_refuses = false;
 
-// A thread for each connection; those beyond are closed at once.
+// One thread per connection. Further connections are closed at once.
 class Workers : public httplib::TaskQueue {
  public:
-  // Throws Error where the system starts no more threads. (httplib's own would end the program.)
+  // Throws Error if the system starts no more threads. (httplib's own queue would end the program.)
   Workers() {
     threads_.reserve(kMostConnections);
     try {
@@ -85,7 +85,7 @@ class Workers : public httplib::TaskQueue {
   }
 
  private:
-  // Until the end, and what waits then.
+  // Works until shutdown, and on connections that still wait then.
   void Work() {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -103,12 +103,12 @@ class Workers : public httplib::TaskQueue {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::function<void()>> waiting_;
-  int open_ = 0;  // those that wait and those at work
+  int open_ = 0;  // waiting and active connections
   bool ends_ = false;
   std::vector<std::thread> threads_;
 };
 
-// httplib's server on bounded streams.
+// httplib's server on BoundedStreams.
 class BoundedServer : public httplib::Server {
  public:
   void Stop() {
@@ -123,8 +123,8 @@ class BoundedServer : public httplib::Server {
     for (int count = 1; goes_on && stream.WaitForRequest(); ++count) {
       const bool is_last = count == kMostOnConnection;
       bool is_sound = false, has_body = false, is_closed = false;
-      // No request needs a body. One that has it is answered, and what follows on the connection is not read; nor is it
-      // after what is no request.
+      // No request needs a body. After a request with a body, or an invalid one, nothing more is read from the
+      // connection.
       const auto look = [&](httplib::Request& request) {
         is_sound = true;
         const std::string length = request.get_header_value("Content-Length");
@@ -140,8 +140,8 @@ class BoundedServer : public httplib::Server {
   std::atomic<bool> stopping_{false};
 };
 
-// Headers of every reply: what the page is made of comes from here alone, no other page may show or read it, and the
-// link's token is told to nobody.
+// Headers of every reply: the page loads only from this server, no other page may embed or read it, and the token in
+// the link is not sent to other sites.
 const httplib::Headers& SafeHeaders() {
   static const httplib::Headers headers = {
       {"Content-Security-Policy",
@@ -167,9 +167,9 @@ class HttpServer::Impl {
     server_ = std::make_unique<BoundedServer>();
     server_->new_task_queue = [this] { return workers_.release(); };
     server_->set_tcp_nodelay(true);
-    server_->set_keep_alive_max_count(kMostOnConnection);  // which the replies tell
+    server_->set_keep_alive_max_count(kMostOnConnection);  // announced in replies
     server_->set_keep_alive_timeout(BoundedStream::kMostIdle.count());
-    // A port is one program's: httplib would share it.
+    // httplib would share the port with other programs (SO_REUSEPORT).
     server_->set_socket_options([](socket_t socket) {
       const int yes = 1;
       setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
@@ -221,21 +221,21 @@ class HttpServer::Impl {
     const std::string ports = count > 1
                                   ? fmt::format("none of its ports from {} to {} is free", first, first + count - 1)
                                   : fmt::format("its port {} is not free", first);
-    Fail(kUnavailable, "--bind={}: no address of this machine, or {}; give another", address_, ports);
+    Fail(kUnavailable, "--bind={}: not an address of this machine, or {}; give another one", address_, ports);
   }
 
   HttpReply Answer(const httplib::Request& request) const {
     if (!IsOwnPage(address_, request.get_header_value("Host"), request.get_header_value("Origin"))) {
-      return {403, "text/plain", "not from the viewer's own page\n"};
+      return {403, "text/plain", "this request is not from the viewer's own page\n"};
     }
-    if (!request.ranges.empty()) return {400, "text/plain", "no ranges\n"};
+    if (!request.ranges.empty()) return {400, "text/plain", "ranges are not supported\n"};
     const auto is_asked = [&](const HttpRoute& route) { return route.path == request.path; };
     const auto at_path = std::ranges::find_if(routes_, is_asked);
     if (at_path == routes_.end()) return {404, "text/plain", "no such page\n"};
     const HttpRoute& route = *at_path;
-    if (route.method != request.method) return {405, "text/plain", "another method\n"};
+    if (route.method != request.method) return {405, "text/plain", "wrong HTTP method\n"};
     if (!IsAllowed(route, request)) {
-      return {403, "text/plain", "the token is missing or wrong: open the link that vesta has printed\n"};
+      return {403, "text/plain", "the token is missing or wrong: open the link that vesta printed\n"};
     }
     try {
       return route.reply(HttpQuery(request.params.begin(), request.params.end()));
@@ -261,7 +261,7 @@ class HttpServer::Impl {
   std::string address_, token_;
   std::vector<HttpRoute> routes_;
   int port_ = 0;
-  std::unique_ptr<Workers> workers_ = std::make_unique<Workers>();  // until the server has them
+  std::unique_ptr<Workers> workers_ = std::make_unique<Workers>();  // until the server takes them
   std::unique_ptr<BoundedServer> server_;
   std::thread thread_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer's server: HTTP/1.1 on one address, whose requests are answered by a few functions. It reads no file.
+// The HTTP/1.1 server of the viewer: a few routes on one address. It reads no files.
 #pragma once
 
 #include <functional>
@@ -17,27 +17,27 @@ struct HttpReply {
   std::vector<std::pair<std::string, std::string>> headers = {};
 };
 
-// What follows "?" in the target of a request; of a name given twice one of them.
+// The parameters after "?" in a request; one value per name.
 using HttpQuery = std::map<std::string, std::string>;
 
 struct HttpRoute {
   enum class Guard {
-    kNone,   // what everyone may read: it tells nothing of the splat
-    kLink,   // the token in the query, as the link has it
-    kToken,  // the token in the header X-Vesta-Token, which no foreign page can send
+    kNone,   // public: reveals nothing about the splat
+    kLink,   // needs the token in the query, as in the link
+    kToken,  // needs the token in the header X-Vesta-Token, which no foreign page can send
   };
-  std::string method, path;  // "GET" or "POST", and "/name"; all others are refused
+  std::string method, path;  // "GET" or "POST", and "/name"
   Guard guard = Guard::kToken;
-  std::function<HttpReply(const HttpQuery&)> reply;  // by several threads at once; Error becomes a 400
+  std::function<HttpReply(const HttpQuery&)> reply;  // called by several threads; an Error becomes status 400
 };
 
 class HttpServer {
  public:
-  // Where nothing else is asked for: the first free port from here on.
+  // The default port is the first free one of these.
   static constexpr int kFirstPort = 7007, kPortsToTry = 100;
 
-  // address: of an interface, as "127.0.0.1" or "0.0.0.0" for all. port: 0: a free one. Serves from here on until it
-  // is destroyed. Throws Error, naming --bind, where that cannot be bound.
+  // address: "127.0.0.1" for this machine only, "0.0.0.0" for all interfaces. port: 0 for the first free one. Serves
+  // until destruction. Throws Error with --bind if the address cannot be bound.
   HttpServer(const std::string& address, int port, std::vector<HttpRoute> routes);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
@@ -45,7 +45,7 @@ class HttpServer {
 
   int port() const;
   const std::string& token() const;
-  // With the token, to be opened in a browser.
+  // The link with the token, for a browser.
   std::string link() const;
 
  private:

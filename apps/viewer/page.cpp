@@ -16,7 +16,7 @@ std::string_view ViewerPage() {
 </head>
 <body>
 <main>
-  <canvas id="picture" tabindex="0" aria-label="The splat. Drag to turn, wheel to come nearer, W A S D Q E to fly."></canvas>
+  <canvas id="picture" tabindex="0" aria-label="The splat. Drag to orbit, scroll to zoom, W A S D Q E to fly."></canvas>
   <p id="trouble" role="alert" hidden></p>
 </main>
 <aside>
@@ -28,7 +28,7 @@ std::string_view ViewerPage() {
     <dl>
       <dt>stage</dt><dd id="stage"></dd>
       <dt>time left</dt><dd id="left"></dd>
-      <dt>cost</dt><dd id="cost"></dd>
+      <dt>training loss</dt><dd id="cost"></dd>
       <dt>PSNR</dt><dd id="psnr"></dd>
     </dl>
     <p id="note" class="mute"></p>
@@ -38,15 +38,15 @@ std::string_view ViewerPage() {
       <button id="stop">Stop</button>
     </div>
     <p id="message" class="mute" role="status"></p>
-    <figure><figcaption>cost</figcaption><svg id="cost-curve" viewBox="0 0 300 90" preserveAspectRatio="none"></svg><p class="mute range"></p></figure>
+    <figure><figcaption>training loss</figcaption><svg id="cost-curve" viewBox="0 0 300 90" preserveAspectRatio="none"></svg><p class="mute range"></p></figure>
     <figure><figcaption>PSNR: <span class="train">training</span>, <span class="test">test</span> views</figcaption><svg id="psnr-curve" viewBox="0 0 300 90" preserveAspectRatio="none"></svg><p class="mute range"></p></figure>
   </section>
   <section>
     <h2>Camera</h2>
-    <div class="buttons" role="radiogroup" aria-label="How a drag moves">
+    <div class="buttons" role="radiogroup" aria-label="Effect of dragging">
       <label><input type="radio" name="drag" value="orbit" checked>orbit</label>
       <label><input type="radio" name="drag" value="fly">fly</label>
-      <button id="home">Start</button>
+      <button id="home">Reset</button>
     </div>
     <label>resolution
       <select id="pixels">
@@ -55,18 +55,18 @@ std::string_view ViewerPage() {
         <option value="1000000">1 megapixel</option>
         <option value="3000000">3 megapixels</option>
       </select></label>
-    <p class="mute">Drag turns, with Shift it shifts; the wheel comes nearer. W A S D Q E fly.</p>
+    <p class="mute">Drag: orbit or look around. Shift-drag or right-drag: pan. Wheel: zoom. W A S D Q E: fly.</p>
   </section>
   <section>
-    <h2>Picture</h2>
-    <div class="buttons" id="kinds" role="radiogroup" aria-label="What is shown">
+    <h2>Display</h2>
+    <div class="buttons" id="kinds" role="radiogroup" aria-label="Display mode">
       <label><input type="radio" name="kind" value="render" checked>render</label>
       <label><input type="radio" name="kind" value="depth">depth</label>
       <label><input type="radio" name="kind" value="median_depth">median depth</label>
       <label><input type="radio" name="kind" value="normals">normals</label>
       <label><input type="radio" name="kind" value="count">count</label>
-      <label class="of-scene"><input type="radio" name="kind" value="removal_cost">worth</label>
-      <label class="of-scene"><input type="radio" name="kind" value="coverage">support</label>
+      <label class="of-scene"><input type="radio" name="kind" value="removal_cost">removal cost</label>
+      <label class="of-scene"><input type="radio" name="kind" value="coverage">coverage</label>
       <label class="of-photo"><input type="radio" name="kind" value="truth">truth</label>
       <label class="of-photo"><input type="radio" name="kind" value="difference">difference</label>
     </div>
@@ -109,7 +109,7 @@ button:hover:enabled { border-color: var(--mute); } button:disabled { opacity: .
 label { display: inline-flex; gap: 4px; align-items: center; }
 label.off { opacity: .4; }
 progress { width: 100%; accent-color: var(--train); }
-dl { display: grid; grid-template-columns: 80px 1fr; margin: 6px 0; font-variant-numeric: tabular-nums; }
+dl { display: grid; grid-template-columns: 100px 1fr; margin: 6px 0; font-variant-numeric: tabular-nums; }
 dt { color: var(--mute); } dd { margin: 0; }
 figure { margin: 10px 0 0; } figure .range { margin: 0; }
 svg { width: 100%; height: 90px; background: var(--back); border: 1px solid var(--line); border-radius: 6px; }

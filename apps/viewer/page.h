@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a viewer's page is made of. It asks nothing of any other server.
+// The viewer's page: HTML, CSS and JavaScript. It sends no requests to other servers.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@ namespace vesta::app {
 
 std::string_view ViewerPage();   // HTML
 std::string_view ViewerStyle();  // CSS
-std::string ViewerScript();      // JavaScript: the two below, one after the other
+std::string ViewerScript();      // JavaScript: the two scripts below, concatenated
 
-// How the camera moves and pictures are asked for.
+// Moves the camera and requests images.
 std::string_view ViewerCameraScript();
-// What stands beside the picture: photographs, how a training goes, its buttons.
+// The panel next to the image: list of photographs, state of a training, buttons.
 std::string_view ViewerPanelScript();
 
 }  // namespace vesta::app

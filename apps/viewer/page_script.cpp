@@ -8,7 +8,7 @@ std::string_view ViewerCameraScript() {
 const by = id => document.getElementById(id);
 const token = new URLSearchParams(location.search).get("token");
 
-// An answer of the server's; throws where that is none, or not there yet (202).
+// Returns the reply of the server; throws if it failed or is not ready yet (202).
 async function ask(path, method = "GET") {
   const response = await fetch(path, { method, headers: { "X-Vesta-Token": token }, cache: "no-store" });
   if (response.status !== 200) throw new Error((await response.text()).trim());
@@ -29,12 +29,12 @@ const add = (a, b, factor = 1) => a.map((x, i) => x + factor * b[i]);
 const length = v => Math.hypot(...v);
 const unit = v => v.map(x => x / (length(v) || 1));
 
-let scene = null;                                       // as /scene has it
+let scene = null;                                       // the reply of /scene
 let camera = { position: [0, 0, 0], rotation: [1, 0, 0, 0], focal: 1 };  // axes: x right, y down, z forward
-let photo = null;                                       // number of the photograph whose camera it is
+let photo = null;                                       // index of the photograph whose camera is used
 const canvas = by("picture"), drawing = canvas.getContext("2d");
 
-// Without photographs: from a distance, with the scene's up upwards.
+// The initial camera: the first photograph, or a distant view with the scene upright.
 function start() {
   if (scene.views.length) return jump(0);
   const forward = Math.abs(scene.up[2]) < 0.9 ? [0, 0, 1] : [0, 1, 0];
@@ -44,7 +44,7 @@ function start() {
   const x = [down[1] * z[2] - down[2] * z[1], down[2] * z[0] - down[0] * z[2], down[0] * z[1] - down[1] * z[0]];
   place({ position: add(scene.pivot, z, -3 * scene.radius), rotation: fromAxes(x, down, z), focal: 1 });
 }
-// Columns of a rotation.
+// Quaternion of a rotation with these columns.
 function fromAxes(x, y, z) {
   const w = Math.sqrt(Math.max(0, 1 + x[0] + y[1] + z[2])) / 2;
   if (w > 1e-3) return [w, (y[2] - z[1]) / (4 * w), (z[0] - x[2]) / (4 * w), (x[1] - y[0]) / (4 * w)];
@@ -72,7 +72,7 @@ function jump(to) {
 const kind = () => document.querySelector("[name=kind]:checked").value;
 const drags = () => document.querySelector("[name=drag]:checked").value;
 
-// While it moves a picture has so many of the pixels asked for as come fast enough.
+// While the camera moves, share lowers the number of pixels to keep the frame rate.
 let share = 0.5, still = true, stillTimer = 0;
 function moved() {
   still = false;
@@ -116,14 +116,14 @@ async function draw() {
       tell("");
     } catch (error) {
       tell(error.message);
-      drawn.version = -1;  // is asked for again
+      drawn.version = -1;  // requests the image again
     }
-    const took = performance.now() - begin;  // 40 ms are fast enough
+    const took = performance.now() - begin;  // target: 40 ms
     if (isLow) share = Math.max(0.02, Math.min(1, share * Math.max(0.5, Math.min(1.3, 40 / took))));
   }
   isDrawing = false;
 }
-// Whole, as large as it fits.
+// Draws the complete image, scaled to fit.
 function show(picture) {
   canvas.width = canvas.clientWidth * devicePixelRatio, canvas.height = canvas.clientHeight * devicePixelRatio;
   const scale = Math.min(canvas.width / picture.width, canvas.height / picture.height);
@@ -132,7 +132,7 @@ function show(picture) {
   picture.close();
 }
 
-// The distance at which what is shifted follows the pointer.
+// The distance at which a panned object follows the pointer.
 const distance = () => Math.max(0.05 * scene.radius, length(add(scene.pivot, camera.position, -1)));
 function dragged(right, down, shifts) {
   const { position, rotation, focal } = camera, height = canvas.clientHeight;
@@ -198,15 +198,15 @@ addEventListener("resize", () => draw());
 std::string_view ViewerPanelScript() {
   return R"js(
 const kindNotes = { render: "", truth: "The photograph.",
-  difference: "Where the render differs from the photograph: black where it does not, palest from a quarter of the range of a colour.",
-  depth: "From near, yellow, to far, violet: the mean of what a pixel shows.",
-  median_depth: "From near, yellow, to far, violet: where half of the light is gone.",
-  normals: "Which way surfaces face: light blue faces the camera, red to the right, green up.",
-  count: "How many Gaussians each tile of 16 by 16 pixels takes: palest from 1000 on.",
-  worth: "By how much the cost of the training views rises without a Gaussian: violet, not at all; teal, as for most; yellow, far more.",
-  support: "How much of a Gaussian the training views show, together: violet, hardly any of it; teal, as much as all of it once; yellow, many times that." };
+  difference: "Difference between render and photograph. Black: none; pale yellow: 25 % of the colour range or more.",
+  depth: "Mean depth of each pixel. Yellow: near; violet: far.",
+  median_depth: "Depth at which half of the light is absorbed. Yellow: near; violet: far.",
+  normals: "Surface normals. Light blue: towards the camera; red: to the right; green: up.",
+  count: "Gaussians per tile of 16 x 16 pixels. Pale yellow: 1000 or more.",
+  removal_cost: "Rise of the training loss without each Gaussian. Violet: none; teal: the median of the others; yellow: far more.",
+  coverage: "How much of each Gaussian the training views show in total. Violet: hardly any; teal: one complete view; yellow: far more." };
 
-// After the camera has moved, or what is shown has changed.
+// Call after the camera or the display mode has changed.
 function panelFollows() {
   by("photo").value = photo === null ? "" : photo;
   for (const label of document.querySelectorAll(".of-photo")) {
@@ -239,7 +239,7 @@ const duration = seconds => {
   return whole < 3600 ? Math.floor(whole / 60) + ":" + two(whole % 60) : Math.floor(whole / 3600) + ":" + two(Math.floor(whole / 60) % 60) + ":" + two(whole % 60);
 };
 const svgName = "http://www.w3.org/2000/svg";
-// lines: for each its class and points (x, y).
+// lines: a class name and points (x, y) for each.
 function plot(svg, lines, unit) {
   const points = lines.flatMap(line => line.points), xs = points.map(p => p[0]), ys = points.map(p => p[1]);
   if (points.length < 2) return;
@@ -267,7 +267,7 @@ function showTraining(state) {
   by("psnr").textContent = state.psnr > 0 ? state.psnr.toFixed(2) + " dB" : "";
   by("note").textContent = state.note;
   by("message").textContent = state.message;
-  by("pause").textContent = state.status === "paused" ? "Go on" : "Pause";
+  by("pause").textContent = state.status === "paused" ? "Resume" : "Pause";
   const isOver = state.status === "stopping" || state.status === "over";
   for (const id of ["pause", "stop", "checkpoint"]) by(id).disabled = isOver;
   plot(by("cost-curve"), [{ name: "train", points: state.costs }], "");
@@ -285,7 +285,7 @@ by("pause").addEventListener("click", () => command(training.status === "paused"
 by("checkpoint").addEventListener("click", () => command("checkpoint"));
 by("stop").addEventListener("click", () => command("stop"));
 
-// How a training goes, and its model where that is newer than the picture. A hidden page does not ask: then no model
+// Updates the state of a training, and the image if the model is newer. A hidden page sends no requests, so that no model
 // is copied for it.
 async function follow() {
   if (document.hidden) return;
@@ -301,7 +301,7 @@ async function follow() {
     draw();
   }
 }
-// Photographs' cameras where they stand now; who looks through one goes along.
+// Updates the cameras of the photographs, and the current camera if it is one of them.
 async function followCameras() {
   scene.views = (await (await ask("scene")).json()).views;
   if (photo !== null) camera = cameraOf(photo);

@@ -15,17 +15,17 @@ using Json = nlohmann::json;
 
 double Now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-// JSON has no NaN.
+// null for NaN, which JSON does not have.
 Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-// Leaves every second point.
+// Keeps every second point.
 void Thin(std::vector<std::pair<double, double>>* curve) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < curve->size(); i += 2) (*curve)[kept++] = (*curve)[i];
   curve->resize(kept);
 }
 
-// Calls both, of which the first may be empty.
+// Calls both functions; the first may be empty.
 template <class First, class Second>
 auto Both(First first, Second second) {
   return [first = std::move(first), second = std::move(second)](const auto&... args) {
@@ -81,7 +81,7 @@ void TrainingMonitor::Observe(const gs::HistoryRow& row) {
 }
 
 bool TrainingMonitor::WantsModel() {
-  // A page asks twice a second how things go. A copy of a large model takes as long as some iterations.
+  // A page requests the state twice per second. Copying a large model takes the time of several iterations.
   constexpr std::chrono::seconds kLooks{2};
   constexpr double kBetween = 0.5;  // seconds
   if (!model_.is_looked_at(kLooks)) return false;
@@ -93,7 +93,7 @@ bool TrainingMonitor::WantsModel() {
 }
 
 bool TrainingMonitor::Waits() {
-  constexpr std::chrono::milliseconds kSlice{50};  // after which Ctrl-C is looked for, and whether somebody looks
+  constexpr std::chrono::milliseconds kSlice{50};  // interval for checking Ctrl-C and whether a page is open
   std::unique_lock lock(mutex_);
   if (!is_paused_ || is_stopped_) return false;
   if (stops_otherwise_ && stops_otherwise_()) return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model that pages show, and a training as pages see and control it.
+// The model that pages show, and the state and control of a training.
 #pragma once
 
 #include <atomic>
@@ -19,31 +19,31 @@
 
 namespace vesta::app {
 
-// The model that pages see, and the cameras it was made with, handed from the thread that has them to those that draw.
+// The current model and its cameras, passed from the training thread to the threads that render.
 class ShownModel {
  public:
   struct Shown {
     std::shared_ptr<const gs::SplatModel> model;  // null: none yet
-    // Of the training views, from where the scene has them; null: there.
+    // Refinements of the training cameras, relative to the scene; null: not refined.
     std::shared_ptr<const std::vector<gs::ViewUnknowns>> cameras;
-    int version = 0;  // counts those that were put
+    int version = 0;  // number of Put calls
   };
 
-  // cameras: of each training view, or none: they are where the scene has them.
+  // cameras: refinement of each training camera; empty: not refined.
   void Put(std::shared_ptr<const gs::SplatModel> model, const std::vector<gs::ViewUnknowns>& cameras = {}) {
     auto moved = cameras.empty() ? nullptr : std::make_shared<const std::vector<gs::ViewUnknowns>>(cameras);
     const std::lock_guard lock(mutex_);
-    shown_.model.swap(model);  // the old ones are freed without the lock
+    shown_.model.swap(model);  // the old ones are freed after unlocking
     shown_.cameras.swap(moved);
     ++shown_.version;
   }
-  // For who looks at it, which is noted.
+  // Returns the current model and records the time of the call.
   Shown Look() {
     looked_at_ = Clock::now().time_since_epoch().count();
     const std::lock_guard lock(mutex_);
     return shown_;
   }
-  // Whether somebody looked in so many of the last seconds.
+  // Whether Look was called within the last `within` seconds.
   bool is_looked_at(std::chrono::duration<double> within) const {
     const Clock::time_point then{Clock::duration(looked_at_.load())};
     return then != Clock::time_point() && Clock::now() - then < within;
@@ -56,26 +56,26 @@ class ShownModel {
   std::atomic<Clock::rep> looked_at_{0};
 };
 
-// A training as pages see it and hold it: how it goes, as JSON, and what they ask of it.
+// The state of a training as JSON, and the commands of pages to it.
 class TrainingMonitor {
  public:
-  // model: where the model goes while somebody looks.
+  // model: receives the model while a page is open.
   explicit TrainingMonitor(ShownModel& model) : model_(model) {}
 
-  // Adds itself to the callbacks of a training; what they do already they still do. It must outlive the training.
+  // Adds itself to the callbacks of a training and keeps the existing ones. Must outlive the training.
   void Follow(gs::TrainCallbacks* callbacks);
-  // There is nothing more to ask for.
+  // Marks the training as over.
   void End();
 
-  // What pages ask for, from any thread. A pause begins after the iteration and its time does not count.
+  // Commands of pages. Thread-safe. A pause begins after the current iteration, and its time does not count.
   void Pause();
   void Resume();
   void Stop();
   void SaveCheckpoint();
 
   // "status" (running, paused, stopping, over), "stage", "iteration", "iterations", "seconds", "seconds_left" (null:
-  // not known), "cost", "psnr", "gaussians", "note", "message" (what became of the latest checkpoint asked for), and
-  // the curves "costs", "train_psnr" and "test_psnr": pairs of seconds and value.
+  // unknown), "cost", "psnr", "gaussians", "note", "message" (result of the last checkpoint command), and the curves
+  // "costs", "train_psnr" and "test_psnr": pairs of seconds and value.
   std::string StateJson() const;
   Index gaussians() const;
 
@@ -93,11 +93,11 @@ class TrainingMonitor {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool is_paused_ = false, is_stopped_ = false, is_over_ = false, wants_checkpoint_ = false;
-  double shown_at_ = -1;  // seconds of the system's clock
+  double shown_at_ = -1;  // seconds of the steady clock
   gs::TrainProgress progress_;
   TimeLeft time_left_;
   double seconds_left_ = 0;
-  int every_ = 1, since_ = 0;  // of how many observed costs one is kept
+  int every_ = 1, since_ = 0;  // every_: one of so many observed costs is kept
   Curve costs_, train_psnr_, test_psnr_;
   std::string message_;
 };

@@ -33,7 +33,7 @@ struct Place {
   double radius = 1;
 };
 
-// point(i): of `count`. Of many some suffice.
+// Median and radius of `count` points point(i). Uses a sample of large sets.
 template <class PointAt>
 Place PlaceOf(Index count, const PointAt& point) {
   constexpr Index kEnough = 20000;
@@ -70,7 +70,7 @@ Place PlaceOf(const gs::PointCloud& points) {
   });
 }
 
-// Against the mean of the cameras' downward axes; without cameras that of a camera that turns nothing.
+// The mean up axis of the cameras; without cameras the up axis (0, -1, 0) of a camera with identity rotation.
 Point UpOf(const gs::Scene& scene) {
   Point up = gs::SumOfUps(scene.views);
   const double length = std::hypot(up[0], up[1], up[2]);
@@ -146,7 +146,7 @@ std::vector<HttpRoute> Viewer::Routes() {
 HttpRoute Viewer::Command(const char* path, void (TrainingMonitor::*command)()) {
   return {"POST", path, HttpRoute::Guard::kToken, [this, command](const HttpQuery&) {
             (training_->*command)();
-            return HttpReply{.body = "so be it\n"};
+            return HttpReply{.body = "done\n"};
           }};
 }
 
@@ -180,7 +180,7 @@ HttpReply Viewer::FrameOfValues(const FrameRequest& request, const ShownModel::S
   const bool is_removal_cost = request.kind == FrameKind::kRemovalCost;
   const auto values = values_.Ask(is_removal_cost ? GaussianValue::kRemovalCost : GaussianValue::kCoverage, shown);
   constexpr int kAccepted = 202;
-  if (!values) return {kAccepted, "text/plain", "what the Gaussians are to the training views is being measured\n"};
+  if (!values) return {kAccepted, "text/plain", "the values of the Gaussians are being computed\n"};
   return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->places), values->of);
 }
 
@@ -202,7 +202,7 @@ std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views
   Json cameras = Json::array();
   for (const gs::View& view : views) cameras.push_back(ViewJson(view));
   const Json json = {{"pivot", place.middle}, {"radius", place.radius}, {"up", UpOf(scene)}, {"views", cameras}};
-  // A view's name need not be UTF-8.
+  // View names need not be valid UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer: a page served to a browser, of a splat or of a training while it runs, and its flags.
+// The viewer: serves a page that shows a splat or a running training, and reads its flags.
 #pragma once
 
 #include <array>
@@ -16,31 +16,31 @@
 
 namespace vesta::app {
 
-// Where it listens (--bind, --port).
+// The address on which the viewer listens (--bind, --port).
 struct ViewerPlace {
   std::string address = "127.0.0.1";
-  int port = 0;  // 0: a free one
+  int port = 0;  // 0: the first free one
 };
 
 class Viewer {
  public:
-  // The scene (without views where there are none), the model that is shown, and the training, if it is that of one,
-  // must outlive it. background: behind all Gaussians, 0..1. Throws Error where the place cannot be bound.
+  // scene (may have no views), model and training (null: none) must outlive this object. background: colour, 0..1.
+  // Throws Error if the address cannot be bound.
   Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
          TrainingMonitor* training = nullptr);
 
-  // To be opened in a browser.
+  // The link for a browser.
   std::string link() const { return server_.link(); }
 
  private:
   std::vector<HttpRoute> Routes();
   HttpRoute Command(const char* path, void (TrainingMonitor::*command)());
-  // Those of the scene, without images, where their cameras stand with what is shown.
+  // The views of the scene without images, with the cameras of the shown model.
   std::vector<gs::View> ViewsOf(const ShownModel::Shown& shown) const;
   HttpReply State();
   HttpReply Scene();
   HttpReply Frame(const HttpQuery& query);
-  // Of the values' own model, which may be an earlier one.
+  // Renders the model whose values were measured, which may be an earlier one.
   HttpReply FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown);
 
   const gs::Scene& scene_;
@@ -48,17 +48,17 @@ class Viewer {
   TrainingMonitor* training_;
   FrameRenderer renderer_;
   GaussianValues values_;
-  HttpServer server_;  // last: it answers from the first moment to its end
+  HttpServer server_;  // last member: it serves requests during its whole lifetime
 };
 
-// Of `view`, by --port, and of a training, by --view. Throws UsageError where --view is no port.
+// The address of `vesta view` (--port), and of a training (--view). Throws UsageError if --view is not a port.
 ViewerPlace PlaceOfViewer(const Flags& flags);
 ViewerPlace PlaceOfTrainingsView(const Flags& flags);
 
-// The page of a training while it runs.
+// The page of a running training.
 class TrainingView {
  public:
-  // As Viewer's.
+  // As for Viewer.
   TrainingView(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background)
       : viewer_(place, scene, background, model_, &monitor_) {}
 
@@ -71,13 +71,13 @@ class TrainingView {
   Viewer viewer_;
 };
 
-// "pivot" (what to turn about: the middle of the points, else of the Gaussians), "radius" (half of them are within),
-// "up" (a unit vector: that of the cameras), all in the scene's frame, and "views": for each of the scene's, in their
-// order, "name", "role" (train, held_out or test), "width", "height", "position", "rotation" (w,x,y,z; camera to world)
-// and "focal" in heights of the picture. views: the scene's, where their cameras stand.
+// "pivot" (centre for orbiting: median of the points, else of the Gaussians), "radius" (half of them
+// are within), "up" (unit vector, mean of the cameras), all in the frame of the scene, and "views" in the order of the
+// scene: "name", "role" (train, held_out or test), "width", "height", "position", "rotation" (w,x,y,z; camera to world)
+// and "focal" in image heights. views: of the scene, with their current cameras.
 std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views, const gs::SplatModel& model);
 
-// The half of the model's extent, for a scene that is nothing but a splat: its near plane follows from it.
+// The radius of the model, as the extent of a scene without views; it determines the near plane.
 double ExtentOf(const gs::SplatModel& model);
 
 }  // namespace vesta::app

@@ -239,7 +239,7 @@ const schema::Table<MemoryOptions>& MemoryFields() {
       {"budget_gib",
        &O::budget_gib,
        {0, 1e6},
-       "GiB that the program may take (of the GPU with one), foreseen before they are used; 0: no limit",
+       "use at most X GiB of memory (GPU memory if the GPU trains); 0: no limit",
        "memory_budget"},
   };
   return fields;

@@ -10,21 +10,24 @@ const schema::Table<PruningOptions>& PruningFields() {
   // After the last pruning, the model needs some iterations to recover.
   constexpr schema::Range kBeforeTheEnd{0, 0.99};
   static const schema::Table<O> fields = {
-      {"unseen", &O::prune_unseen, "whether what hardly any training view shows is taken out"},
+      {"unseen", &O::prune_unseen, "remove Gaussians that the training views hardly show"},
       {"aic_weight",
        &O::aic_weight,
        {0, 1e9},
-       "what each parameter of a Gaussian must be removal, in parts of the cost by the pixels' values (1: Akaike)"},
-      {"sh_aic_weight", &O::sh_aic_weight, {0, 1e9}, "the same for those of the higher degrees of its harmonics"},
+       "keep a Gaussian only if it lowers the training loss by this weight per parameter, in units of Akaike's "
+       "criterion (AIC); larger: fewer Gaussians; 0: keep all"},
+      {"sh_aic_weight",
+       &O::sh_aic_weight,
+       {0, 1e9},
+       "the AIC weight for SH coefficients above degree 0; larger: fewer coefficients; 0: keep all"},
       {"keep_fraction",
        &O::keep_fraction,
        {1e-9, 1},
-       "part of the Gaussians that stays; of a training, of as many as they will become",
+       "fraction of the Gaussians to keep, counted after densification; below 1 it replaces pruning.aic_weight",
        "keep"},
-      {"begin", &O::begin, kBeforeTheEnd,
-       "part of the Adam stage after which the others begin to go; not before density.end"},
-      {"end", &O::end, kBeforeTheEnd, "part of it after which all of them are gone"},
-      {"every", &O::every, {1e-6, 1}, "part of it between two times"},
+      {"begin", &O::begin, kBeforeTheEnd, "fraction of the Adam stage at which pruning begins; at least density.end"},
+      {"end", &O::end, kBeforeTheEnd, "fraction of the Adam stage at which pruning ends"},
+      {"every", &O::every, {1e-6, 1}, "fraction of the Adam stage between two pruning steps"},
   };
   return fields;
 }

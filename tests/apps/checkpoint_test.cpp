@@ -65,7 +65,7 @@ TEST_F(KilledTraining, IsSavedByCtrlCToo) {
   program.Signal(SIGINT);
   const ProgramOutput stopped = program.Wait();
   EXPECT_EQ(stopped.status, 130);
-  EXPECT_THAT(stopped.out, HasSubstr("; go on by `vesta train --resume " + out_ + "`\n"));
+  EXPECT_THAT(stopped.out, HasSubstr("; continue with `vesta train --resume " + out_ + "`\n"));
   const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_, "--out=" + (folder_ / "more")});
   ASSERT_EQ(resumed.status, 0) << resumed.err;
   ASSERT_EQ(RunProgram(Train(whole_)).status, 0);

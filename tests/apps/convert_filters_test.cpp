@@ -64,7 +64,7 @@ class ConvertFilters : public testing::Test {
 };
 
 TEST_F(ConvertFilters, ABoxKeepsWhatLiesWithin) {
-  EXPECT_THAT(Said({"--box=-9,-9,-9,0.1,0.1,9"}), HasSubstr("box: 56 of 220 Gaussians lie within\n56 Gaussians of SH"));
+  EXPECT_THAT(Said({"--box=-9,-9,-9,0.1,0.1,9"}), HasSubstr("box: 56 of 220 Gaussians are inside\n56 Gaussians of SH"));
   const gs::SplatModel left = gs::ReadSplat(out_);
   EXPECT_EQ(left.count, 56) << "3 x 3 x 6 of the cube, and two at its centre";
   EXPECT_LE(*std::max_element(left.attribute(0), left.attribute(0) + left.count), 0.1f);
@@ -72,12 +72,16 @@ TEST_F(ConvertFilters, ABoxKeepsWhatLiesWithin) {
 }
 
 TEST_F(ConvertFilters, CleanSaysHowManyGoForWhat) {
-  EXPECT_THAT(Said({"--clean"}),
-              HasSubstr("clean: 217 of 220 Gaussians stay; 1 too faint, 1 around everything, 1 alone\n"));
+  EXPECT_THAT(
+      Said({"--clean"}),
+      HasSubstr(
+          "clean: kept 217 of 220 Gaussians; removed 1 too faint, 1 that enclose the scene, 1 without neighbours\n"));
   EXPECT_EQ(gs::ReadSplat(out_).count, 217);
-  EXPECT_THAT(Said({"--clean", "--scene=" + scene_}),
-              HasSubstr("clean: 216 of 220 Gaussians stay; 1 too faint, 1 around everything, 1 alone, 1 in no "
-                        "photograph\n"));
+  EXPECT_THAT(
+      Said({"--clean", "--scene=" + scene_}),
+      HasSubstr(
+          "clean: kept 216 of 220 Gaussians; removed 1 too faint, 1 that enclose the scene, 1 without neighbours, "
+          "1 that no photograph shows\n"));
   const gs::SplatModel left = gs::ReadSplat(out_);
   ASSERT_EQ(left.count, kCube);
   EXPECT_LE(*std::max_element(left.attribute(0), left.attribute(0) + 3 * kCube), 1.25f);
@@ -85,9 +89,10 @@ TEST_F(ConvertFilters, CleanSaysHowManyGoForWhat) {
 }
 
 TEST_F(ConvertFilters, ABoxComesFirst) {
-  EXPECT_THAT(Said({"--clean", "--box=-2,-2,-2,2,2,2"}),
-              HasSubstr("box: 218 of 220 Gaussians lie within\nclean: 216 of 218 Gaussians stay; 1 too faint, 1 around "
-                        "everything, 0 alone\n"));
+  EXPECT_THAT(
+      Said({"--clean", "--box=-2,-2,-2,2,2,2"}),
+      HasSubstr("box: 218 of 220 Gaussians are inside\nclean: kept 216 of 218 Gaussians; removed 1 too faint, 1 that "
+                "enclose the scene, 0 without neighbours\n"));
 }
 
 TEST_F(ConvertFilters, WhatCannotBeIsOneLine) {

@@ -65,21 +65,21 @@ TEST(SceneWarnings, FewViewsAndPoints) {
   gs::Scene scene = SoundScene();
   scene.views.resize(5);
   scene.points.positions.resize(40);
-  EXPECT_THAT(SceneWarnings(scene), ElementsAre(StartsWith("5 views are few"), StartsWith("40 points are few")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(StartsWith("only 5 views"), StartsWith("only 40 points")));
 }
 
 TEST(SceneWarnings, ViewThatLooksAway) {
   gs::Scene scene = SoundScene();
   scene.views[3].rotation = {-1, 0, 0, 0, 1, 0, 0, 0, -1};  // rotated by 180 degrees
   scene.views[3].translation = {0.2, 0, -4};
-  EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("03.png: sees 0 of the points")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("03.png: sees only 0 of the points")));
 }
 
 TEST(SceneWarnings, SamePhotographAndSamePose) {
   gs::Scene scene = SoundScene();
   scene.views[7].image = scene.views[2].image;
   scene.views[9].translation = scene.views[4].translation;
-  EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("09.png: has the pose of 04.png"),
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(HasSubstr("09.png: has the same pose as 04.png"),
                                                 HasSubstr("07.png: nearly the same photograph as 02.png")));
 }
 
@@ -119,7 +119,7 @@ TEST(SceneWarnings, OfOneColorAndBurnt) {
   gs::Scene scene = SoundScene();
   Change(&scene.views[0].image, [](float) { return 0.4f; });
   Change(&scene.views[6].image, [](float value) { return value > 0.5f ? 1.0f : value; });
-  EXPECT_THAT(SceneWarnings(scene), ElementsAre(StartsWith("00.png: of one colour"), HasSubstr("06.png: ")));
+  EXPECT_THAT(SceneWarnings(scene), ElementsAre(StartsWith("00.png: has a single colour"), HasSubstr("06.png: ")));
 }
 
 TEST(SceneWarnings, TellsTheFirstFew) {
@@ -146,11 +146,14 @@ TEST(Doctor, SaysWhatASceneIsAndTakes) {
   const test::ProgramOutput output = test::RunProgram({"doctor", folder / "scene"});
   EXPECT_EQ(output.status, 0) << output.err;
   EXPECT_EQ(output.err, "");
-  EXPECT_THAT(output.out, HasSubstr("a COLMAP model, 10 photographs of 32 x 24 pixels, 44 degrees"));
-  EXPECT_THAT(output.out, HasSubstr("8 views to train on, 2 to test; 60 points"));
-  EXPECT_THAT(output.out, HasSubstr("60 points are few"));
-  EXPECT_THAT(output.out, testing::ContainsRegex(
-                              "A training \\(balanced\\) takes 4000 iterations: about [0-9:]+ here, [0-9]+ MiB"));
+  EXPECT_THAT(output.out,
+              HasSubstr("a COLMAP model, 10 photographs of 32 x 24 pixels, horizontal field of view 44 degrees"));
+  EXPECT_THAT(output.out, HasSubstr("8 training views, 2 test views; 60 points"));
+  EXPECT_THAT(output.out, HasSubstr("only 60 points"));
+  EXPECT_THAT(
+      output.out,
+      testing::ContainsRegex(
+          "A training with --preset=balanced takes 4000 iterations: about [0-9:]+ on this machine, [0-9]+ MiB"));
   EXPECT_EQ(test::RunProgram({"doctor", folder / "nowhere"}).status, 1);
 }
 

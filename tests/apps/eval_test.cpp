@@ -99,7 +99,7 @@ TEST_F(AlignedEval, SaysWhichViewsItCouldNotFit) {
   Write(0);
   const ProgramOutput output = Eval({"--align=pose"});
   ASSERT_EQ(output.status, 0) << output.err;
-  EXPECT_THAT(output.out, HasSubstr("2 could not be fitted and stayed"));
+  EXPECT_THAT(output.out, HasSubstr("2 could not be fitted and kept their cameras"));
   const json numbers = Numbers();
   EXPECT_EQ(numbers["aligned"]["not_found"], 2);
   EXPECT_EQ(numbers["aligned"]["views"][0]["status"], "flat image");

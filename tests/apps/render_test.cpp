@@ -169,7 +169,7 @@ TEST_F(Render, DepthIsLevelsOfAStatedUnit) {
   // The wall is at distance 4 from all cameras; this camera is rotated by 0.18.
   const double level = 65535 * static_cast<double>(depth.plane(0)[12 * kTinyWidth + 16]);
   EXPECT_NEAR(unit * level, 4, 0.02);
-  EXPECT_THAT(ReadBytes(out_ + "/008.png"), HasSubstr("units of the scene a level"));
+  EXPECT_THAT(ReadBytes(out_ + "/008.png"), HasSubstr("scene units per level"));
 }
 
 TEST_F(Render, NormalsAreColours) {

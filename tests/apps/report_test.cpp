@@ -46,7 +46,7 @@ TEST_F(TinyReport, ShowsTheTestViewsOfATraining) {
   const auto metrics = nlohmann::json::parse(ReadBytes(out_ + "/metrics.json"));
   const std::string text = PageText(page);
   EXPECT_THAT(text, HasSubstr(fmt::format("{:.2f} dB", metrics["test"]["psnr"].get<double>())));
-  EXPECT_THAT(text, HasSubstr("8 views to train on, 2 to test; 32 × 24 pixels"));
+  EXPECT_THAT(text, HasSubstr("8 training views, 2 test views; 32 × 24 pixels"));
   EXPECT_THAT(text, HasSubstr("adam.iterations"));
   EXPECT_THAT(text, HasSubstr("000.png"));
   EXPECT_THAT(text, HasSubstr("008.png"));

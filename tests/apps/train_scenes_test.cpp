@@ -41,7 +41,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
     }
   }
   const json metrics = Metrics(out_);
-  EXPECT_THAT(metrics["notes"].back(), HasSubstr("test views are measured by their cameras and exposures as given"));
+  EXPECT_THAT(metrics["notes"].back(), HasSubstr("test views are measured with their cameras and exposures as given"));
   EXPECT_EQ(metrics["cameras"]["views"].size(), 8u);
   EXPECT_GT(metrics["cameras"]["moved_pixels_most"], 0.0);
   EXPECT_GT(metrics["cameras"]["gain_most"], 0.0);
@@ -94,9 +94,9 @@ TEST_F(TinyTraining, TakesScenesOfOtherHands) {
   };
   const ProgramOutput output = with({"--allow_missing", "--test_every=3"});
   EXPECT_EQ(output.status, 0) << output.err;
-  EXPECT_THAT(output.out, HasSubstr("6 views to train on, 3 to test"));
+  EXPECT_THAT(output.out, HasSubstr("6 training views, 3 test views"));
   EXPECT_THAT(output.out, HasSubstr("random"));
-  EXPECT_THAT(with({"--allow_missing", "--test_every=0"}).out, HasSubstr("9 views to train on, 0 to test"));
+  EXPECT_THAT(with({"--allow_missing", "--test_every=0"}).out, HasSubstr("9 training views, 0 test views"));
   EXPECT_THAT(with({"--allow_missing", "--test_every=-1"}).err, HasTokens("--test_every=-1"));
   EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasTokens(folder_ / "none"));
 }
@@ -127,7 +127,8 @@ TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
   const std::string few = folder_ / "few";
   EXPECT_THAT(train(out_, "1000"), testing::Not(HasSubstr("photographs take")));
   // Photographs known only by their header may have masks.
-  EXPECT_THAT(train(few, "8"), testing::ContainsRegex("10 photographs take 3[5-8] MiB, of which 8 are kept"));
+  EXPECT_THAT(train(few, "8"),
+              testing::ContainsRegex("10 photographs take 3[5-8] MiB, but at most 8 MiB stay in memory"));
   EXPECT_EQ(ReadBytes(Ply(few)), ReadBytes(Ply(out_)));
 #ifndef __SANITIZE_ADDRESS__  // it keeps freed memory
   const json all_memory = Metrics(out_)["memory"], memory = Metrics(few)["memory"];

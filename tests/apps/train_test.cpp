@@ -31,7 +31,7 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
                    "--set=pruning.aic_weight=0", "--set=pruning.sh_aic_weight=0"});
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_EQ(output.err, "");
-  EXPECT_THAT(output.out, HasSubstr("8 views to train on, 2 to test; 60 points"));
+  EXPECT_THAT(output.out, HasSubstr("8 training views, 2 test views; 60 points"));
   EXPECT_THAT(output.out, HasSubstr("adam 40/40  cost "));
   EXPECT_THAT(output.out, HasSubstr("lm   2/2  cost "));
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
@@ -73,7 +73,7 @@ TEST_F(TinyTraining, QuietMeansNothingButErrors) {
 TEST_F(TinyTraining, EndsAtATargetOnViewsHeldOut) {
   const ProgramOutput output = Train(out_, {"--iterations=40", "--target_psnr=1"});
   ASSERT_EQ(output.status, 0) << output.err;
-  EXPECT_THAT(output.out, HasSubstr("7 views to train on, 1 held out to judge by, 2 to test"));
+  EXPECT_THAT(output.out, HasSubstr("7 training views, 1 held out, 2 test views"));
   const json metrics = Metrics(out_);
   ASSERT_EQ(metrics["history"].size(), 1u);
   EXPECT_EQ(metrics["history"][0]["held_out_psnr"], metrics["held_out"]["psnr"]);
@@ -149,7 +149,7 @@ TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
 
 TEST_F(TinyTraining, Eps2dTravelsWithTheModel) {
   const ProgramOutput output = Train(out_, {"--iterations=20", "--lm_iterations=0", "--eps2d=0.05"});
-  EXPECT_THAT(output.out, HasSubstr("other viewers blur by 0.3"));
+  EXPECT_THAT(output.out, HasSubstr("other viewers use 0.3"));
   EXPECT_EQ(gs::ReadSplatPly(Ply(out_)).eps2d, 0.05);
   ExpectEvalReproduces(out_);
   const std::string file = folder_ / "blurred.json", refined = folder_ / "refined";
@@ -180,7 +180,7 @@ TEST_F(TinyTraining, InterruptWritesWhatThereIs) {
     const ProgramOutput output = program.Wait();
     EXPECT_EQ(output.status, 130) << output.err;
     EXPECT_THAT(output.out, HasSubstr("stopped early"));
-    EXPECT_THAT(output.out, HasSubstr("; no checkpoint to go on from (--checkpoint_every)\n"));
+    EXPECT_THAT(output.out, HasSubstr("; there is no checkpoint to resume from (--checkpoint_every)\n"));
     EXPECT_EQ(output.err.find("stopping after this iteration") != std::string::npos, signal == SIGINT) << output.err;
     EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
     EXPECT_LT(Metrics(out_)["history"].back()["iteration"], 20000);
@@ -259,7 +259,7 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
   prune(fmt::format("--size_mib={}", size), "0");
   EXPECT_LE(fs::file_size(Ply(pruned)), size * (1 << 20));
   EXPECT_GT(fs::file_size(Ply(pruned)), 0.5 * size * (1 << 20));
-  EXPECT_THAT(prune("--max_loss=0.1", "0"), HasSubstr("cost of the training views 1.0"));
+  EXPECT_THAT(prune("--max_loss=0.1", "0"), HasSubstr("training loss 1.0"));
   EXPECT_LT(count(), all);
   // Refining keeps all Gaussians, even if the config file enables pruning.
   prune("--keep=0.5", "30");

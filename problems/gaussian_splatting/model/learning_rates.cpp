@@ -7,12 +7,12 @@ const schema::Table<LearningRates>& LearningRateFields() {
   using O = LearningRates;
   constexpr schema::Range kRate{1e-12, 1e3};
   static const schema::Table<O> fields = {
-      {"position", &O::position, kRate, "learning rate of the means, in units of length"},
-      {"log_scale", &O::log_scale, kRate, "of the logarithms of the scales"},
-      {"quaternion", &O::quaternion, kRate, "of the rotations"},
-      {"opacity", &O::opacity, kRate, "of the logit of the opacity"},
-      {"sh_dc", &O::sh_dc, kRate, "of the harmonics' constant"},
-      {"sh_rest", &O::sh_rest, kRate, "of the bands above it"},
+      {"position", &O::position, kRate, "learning rate of the means, in world units"},
+      {"log_scale", &O::log_scale, kRate, "learning rate of the logarithms of the scales"},
+      {"quaternion", &O::quaternion, kRate, "learning rate of the rotation quaternions"},
+      {"opacity", &O::opacity, kRate, "learning rate of the logit of the opacity"},
+      {"sh_dc", &O::sh_dc, kRate, "learning rate of the constant SH coefficients"},
+      {"sh_rest", &O::sh_rest, kRate, "learning rate of the SH coefficients above degree 0"},
   };
   return fields;
 }

@@ -125,7 +125,8 @@ const schema::Table<CameraOptions>& CameraFields() {
   using O = CameraOptions;
   static const schema::Table<O> fields = {
       {"refine", &O::refine, kCameraChoices,
-       "what of the training views' cameras is found along with the splat; auto: what views held out gain by",
+       "camera parameters of the training views to optimise during training; all: also focal lengths and principal "
+       "points; auto: poses, if held-out views improve",
        "refine_cameras"},
   };
   return fields;

@@ -123,8 +123,8 @@ TEST(SvgChart, LeavesOutWhatIsNotFinite) {
   EXPECT_EQ(test::AttributeValues(chart, "circle", "r").size(), 2u);
   EXPECT_THAT(chart, Not(HasSubstr("nan")));
   EXPECT_THAT(chart, Not(HasSubstr("inf")));
-  EXPECT_THAT(ToSvg({"t", "x", {{"", 0, false, {{NAN, NAN}}}}}), HasSubstr("no figures"));
-  EXPECT_THAT(ToSvg({"t", "x", {}}), HasSubstr("no figures"));
+  EXPECT_THAT(ToSvg({"t", "x", {{"", 0, false, {{NAN, NAN}}}}}), HasSubstr("no data"));
+  EXPECT_THAT(ToSvg({"t", "x", {}}), HasSubstr("no data"));
   EXPECT_THAT(ToSvg({"t", "x", {{"", 0, false, {{2, 2}}}}}), Not(HasSubstr("nan"))) << "a single point";
 }
 

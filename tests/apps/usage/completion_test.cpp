@@ -111,6 +111,7 @@ TEST_F(Completion, NamesEveryFlagInEveryShell) {
 TEST_F(Completion, ManualIsSound) {
   const std::string file = Write("--man"), text = ReadBytes(file);
   EXPECT_THAT(text, HasSubstr("\n.SS vesta train SCENE \\-\\-out=DIR\n"));
+  EXPECT_THAT(text, HasSubstr("\n.PP\n\\fIQuality and time\\fR\n.TP\n\\fB\\-\\-preset="));
   for (const auto& field : gs::TrainFields()) EXPECT_THAT(text, HasSubstr("\n\\fB" + field.name + "=")) << field.name;
   if (!Has("man")) GTEST_SKIP() << "no man";
   EXPECT_THAT(Shell(fmt::format("man --warnings -l {} >/dev/null", file)), IsEmpty());

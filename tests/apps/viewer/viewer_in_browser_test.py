@@ -45,6 +45,7 @@ def choose(page, kind):
     before = page.get("drawn.frames")
     page.get(f"document.querySelector('[name=kind][value={kind}]').click()")
     page.wait(f"drawn.frames > {before} && {IS_STILL}")
+    assert kind == "render" or page.get("by('kind-note').textContent"), f"{kind} has a description"
     return page.get(PICTURE)
 
 

@@ -137,7 +137,7 @@ TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
     const std::string query = fmt::format("/frame?width=40&height=30&photo=1&kind={}", kind);
     test::Reply reply = Get(query);
     while (reply.status == 202) {
-      EXPECT_THAT(reply.body, HasSubstr("being measured"));
+      EXPECT_THAT(reply.body, HasSubstr("being computed"));
       reply = Get(query);
     }
     gs::SplatModel colored = model_;
