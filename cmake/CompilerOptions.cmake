@@ -12,7 +12,7 @@ endif()
 
 set(options -Wall -Wextra -Wpedantic -Wshadow -Wno-ignored-attributes)
 if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-  # In a unity build GCC treats each source as a header, and warns if a class has members from an unnamed namespace.
+  # GCC treats each source of a unity build as a header. It warns if a class has members from an unnamed namespace.
   list(APPEND options -Wno-subobject-linkage)
 endif()
 if(VESTA_WARNINGS_AS_ERRORS)

@@ -49,7 +49,7 @@ class ViewRenderer {
   // Both must outlive this object.
   ViewRenderer(const gs::SplatModel& model, const gs::Scene& scene);
 
-  // Measures all test views, in the order of the scene.
+  // Measures all test views in the order of the scene.
   std::vector<ViewError> Measure();
   // The images of a view, at most max_width pixels wide.
   ViewPictures Picture(const gs::View& view, int max_width);
@@ -61,8 +61,8 @@ class ViewRenderer {
 };
 
 // Two drawings (SVG) of the cameras with a sample of the points, from above and from the side; up is the mean up axis
-// of the cameras. Training views are grey, test views green (best) to red (worst), each with its name. errors: of the
-// test views, or empty.
+// of the cameras. Training views are grey, test views green (best) to red (worst), each with its name. errors: one for
+// each test view, or empty.
 std::string CameraPlans(const gs::Scene& scene, std::span<const ViewError> errors);
 
 }  // namespace vesta::app

@@ -31,7 +31,7 @@ struct FrameRequest {
 
 // Parses the parameters of a frame:
 //   kind           render, truth (photograph), difference of the two, depth, median_depth, normals, count (splats per
-//                  tile), removal_cost or coverage (of each Gaussian for the training views)
+//                  tile), removal_cost or coverage (one value for each Gaussian)
 //   width, height  image size in pixels, 16 to 4096 each
 //   photo          index of the scene's view whose camera to use, or these three:
 //   position       x,y,z of the camera, in the scene's frame

@@ -219,7 +219,7 @@ class HttpServer::Impl {
       if (server_->bind_to_port(address_, port_)) return;
     }
     const std::string ports = count > 1
-                                  ? fmt::format("none of its ports from {} to {} is free", first, first + count - 1)
+                                  ? fmt::format("its ports from {} to {} are all in use", first, first + count - 1)
                                   : fmt::format("its port {} is not free", first);
     Fail(kUnavailable, "--bind={}: not an address of this machine, or {}; give another one", address_, ports);
   }

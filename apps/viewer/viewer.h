@@ -74,7 +74,7 @@ class TrainingView {
 // "pivot" (centre for orbiting: median of the points, else of the Gaussians), "radius" (half of them
 // are within), "up" (unit vector, mean of the cameras), all in the frame of the scene, and "views" in the order of the
 // scene: "name", "role" (train, held_out or test), "width", "height", "position", "rotation" (w,x,y,z; camera to world)
-// and "focal" in image heights. views: of the scene, with their current cameras.
+// and "focal" in image heights. views: the views of the scene with their current cameras.
 std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views, const gs::SplatModel& model);
 
 // The radius of the model, as the extent of a scene without views; it determines the near plane.

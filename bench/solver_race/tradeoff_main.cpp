@@ -72,7 +72,7 @@ class Tradeoff {
                             [&](const std::string& part) { return choice.solver.find(part) != std::string::npos; });
       });
     }
-    if (choices.empty()) Fail(kBadArgument, "--solvers: none of {} has such a name", problem);
+    if (choices.empty()) Fail(kBadArgument, "--solvers: no solver of {} has such a name", problem);
     Race race{problem, race_.threads, {}};
     for (const Choice& choice : choices) race.contenders.push_back(choice.contender);
     const std::vector<Outcome> outcomes = RunRace(race, repeats_, times_);

@@ -48,7 +48,7 @@ const char* ToString(AlignStatus status);
 struct Alignment {
   AlignStatus status = AlignStatus::kNoGain;
   ViewUnknowns found;  // the start unless is_found()
-  // Mean loss over pixels and channels of the full-size image; 0 where it was not evaluated.
+  // Mean loss over pixels and channels of the full-size image; 0 if not evaluated.
   double cost_before = 0, cost_after = 0;
   int iterations = 0;  // over all levels
 

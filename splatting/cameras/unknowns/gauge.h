@@ -31,7 +31,7 @@ void SubtractMeanRotation(std::vector<ViewUnknowns>* found);
 //
 // For each value of the view's image, the prior adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2)
 // to the cost. Terms of fixed unknowns are left out. v is the vector part of the motion's quaternion (2 |v| is the
-// angle, if small), t the translation. The prior biases weakly determined unknowns. With the default weight, gains of
+// angle, if small), t the translation. The prior biases weakly determined unknowns. Under the default weight gains of
 // 0.9 to 1.1 of small dark photographs were up to 0.02 too close to 1; with weight 1e-4, up to 0.003.
 struct ViewPrior {
   double weight = 0.01;  // >= 0
