@@ -21,17 +21,17 @@ LONG = 30
 LEAST_WORDS = 200  # a shorter file counts towards the whole only
 
 PATTERNS = {
-    "a clause in place of a noun": r"\bwhat (is|was|are|were|has|had|it|they|there|a|an|the|each|no|that|he|one|goes?|comes?|stays?)\b"
-                                   r"|\b(those|that|these) (that|which|of|who|with|there)\b",
-    "'who' for a thing": r"\b(whoever|whom)\b|\bwho (goes|stays|looks|asks|takes|sees|saves|alone|cannot|came)\b",
-    "an inverted sentence": r"(?:^|[.;:(] ?)(?:of|in|by|from|with|to) (?:several|those|what|which|whom|each|a|the|all|two|such|no)\b[^.;]{3,60}, "
-                            r"|\bof (which|what|whom|those)\b",
-    "'where there is' for 'if'": r"\bwhere (there|it|they|that|this|these|what|one|none|nothing|no) (is|are|was|were|has|have)\b",
-    "an archaic word": r"\b(anew|wherein|thereof|therein|by and by|once more|in place of|for want of|for to)\b|\bbeside (it|them|that|this)\b",
-    "a passive of speech": r"\b(is|are|was|were|be) (said|told|asked|looked at|gone on with|spoken|heeded|foretold|foreseen)\b",
-    "an empty verb": r"\b(goes? by|has room|takes? no part|is to come|there (?:is|are) none|there is no other)\b",
-    "'nothing', 'none' as the subject": r"\b(nothing|nobody|none) (of|is|are|was|that|has|knows|says|asks|but)\b",
-    "'as many as' for a number": r"\bas (many|much|often|few|large) (times|of|more|goes?)\b",
+    "a clause in place of a noun": r'\bwhat (is|was|are|were|has|had|it|they|there|a|an|the|each|no|that|he|one|goes?|comes?|stays?)\b'
+                                   r'|\b(those|that|these) (that|which|of|who|with|there)\b',
+    "'who' for a thing": r'\b(whoever|whom)\b|\bwho (goes|stays|looks|asks|takes|sees|saves|alone|cannot|came)\b',
+    "an inverted sentence": r'(?:^|[.;:(] ?)(?:of|in|by|from|with|to) (?:several|those|what|which|whom|each|a|the|all|two|such|no)\b[^.;]{3,60}, '
+                            r'|\bof (which|what|whom|those)\b',
+    "'where there is' for 'if'": r'\bwhere (there|it|they|that|this|these|what|one|none|nothing|no) (is|are|was|were|has|have)\b',
+    "an archaic word": r'\b(anew|wherein|thereof|therein|by and by|once more|in place of|for want of|for to)\b|\bbeside (it|them|that|this)\b',
+    "a passive of speech": r'\b(is|are|was|were|be) (said|told|asked|looked at|gone on with|spoken|heeded|foretold|foreseen)\b',
+    "an empty verb": r'\b(goes? by|has room|takes? no part|is to come|there (?:is|are) none|there is no other)\b',
+    "'nothing', 'none' as the subject": r'\b(nothing|nobody|none) (of|is|are|was|that|has|knows|says|asks|but)\b',
+    "'as many as' for a number": r'\bas (many|much|often|few|large) (times|of|more|goes?)\b',
 }
 FLAGS = {name: re.compile(pattern, re.I | re.M) for name, pattern in PATTERNS.items()}
 CODE = {".h", ".cpp", ".inl", ".cu", ".cuh"}

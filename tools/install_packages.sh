@@ -23,7 +23,7 @@ for group in "$@"; do
 done
 
 if ! command -v dpkg-query >/dev/null 2>&1; then
-  echo "Not a Debian system: nothing was installed. Install the equivalents of these Debian packages:"
+  echo "Not a Debian system: no package was installed. Install the equivalents of these Debian packages:"
   echo "$packages"
   exit 0
 fi

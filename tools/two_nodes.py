@@ -145,7 +145,7 @@ def main():
     parser.add_argument("program", nargs="+")
     args = parser.parse_args()
     if why := why_not():
-        print(f"two_nodes.py: {why}; nothing was run", file=sys.stderr)
+        print(f"two_nodes.py: {why}; no program was run", file=sys.stderr)
         return CANNOT
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the nodes are deleted
     try:
@@ -154,7 +154,7 @@ def main():
         join_nodes(args.gbit, args.latency_ms)
     except (subprocess.CalledProcessError, OSError) as error:
         why = (getattr(error, "stderr", None) or str(error)).strip()
-        print(f"two_nodes.py: cannot create network namespaces ({why}); nothing was run", file=sys.stderr)
+        print(f"two_nodes.py: cannot create network namespaces ({why}); no program was run", file=sys.stderr)
         leave_nodes()
         return CANNOT
     try:

@@ -9,9 +9,9 @@ set -eu
 [ $# -gt 0 ] || { echo "usage: $0 COMMAND...   (a command that calls sbatch, srun or salloc)" >&2; exit 2; }
 for program in slurmctld slurmd munged unshare; do
   PATH=$PATH:/usr/sbin:/sbin
-  command -v "$program" >/dev/null || { echo "$0: $program is missing (Debian: slurm-wlm munge); nothing was run" >&2; exit 77; }
+  command -v "$program" >/dev/null || { echo "$0: $program is missing (Debian: slurm-wlm munge); no program was run" >&2; exit 77; }
 done
-[ "$(id -u)" = 0 ] || { echo "$0: needs root; nothing was run" >&2; exit 77; }
+[ "$(id -u)" = 0 ] || { echo "$0: needs root; no program was run" >&2; exit 77; }
 
 dir=$(mktemp -d)
 host=$(hostname)
@@ -66,7 +66,7 @@ slurmctld -c
 # PMIx uses the same file names on each node, so each node gets its own folder through a mount namespace.
 for node in node1 node2; do
   unshare --mount sh -c 'mount -t tmpfs none "$1" && exec slurmd -N "$2"' sh "$dir/pmix" "$node" || {
-    echo "$0: cannot start the nodes; nothing was run" >&2
+    echo "$0: cannot start the nodes; no program was run" >&2
     exit 77
   }
 done
@@ -75,7 +75,7 @@ until [ "$(sinfo --noheader --states=idle --format=%D 2>/dev/null)" = 2 ]; do
   tries=$((tries + 1))
   if [ $tries -gt 60 ]; then
     tail -n 3 "$dir"/*.log >&2
-    echo "$0: the nodes did not become idle; nothing was run" >&2
+    echo "$0: the nodes did not become idle; no program was run" >&2
     exit 77
   fi
   sleep 0.5
