@@ -78,16 +78,16 @@ class Both {
     ArchiveReader reader(bytes);
     reader(host_->adam());
     // Only a few different values, so that many are equal; some Gaussians are unobserved.
-    std::vector<float> pull;
+    std::vector<float> grad2d;
     std::vector<int> seen;
     for (Index i = 0; i < c.gaussians; ++i) {
       const Index times = (i + 1) % 4, strength = 15 + (7 * i + 3) % 31 / 8;
       seen.push_back(static_cast<int>(times));
-      pull.push_back(1e-4f * static_cast<float>(times * strength));
+      grad2d.push_back(1e-4f * static_cast<float>(times * strength));
     }
-    host_->density().pull().CopyFrom(vesta::test::ViewOf(pull));
+    host_->density().grad2d().CopyFrom(vesta::test::ViewOf(grad2d));
     host_->density().seen().CopyFrom(vesta::test::ViewOf(seen));
-    device_->density().pull().CopyFrom(vesta::test::ViewOf(pull));
+    device_->density().grad2d().CopyFrom(vesta::test::ViewOf(grad2d));
     device_->density().seen().CopyFrom(vesta::test::ViewOf(seen));
   }
 
@@ -228,9 +228,9 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   test::DensityScene host(60);
   DensityControl<Host> host_control({}, kExtent, kSeed);
   host_control.Forget(60);
-  std::vector<float> pull(60);
-  for (std::size_t i = 0; i < pull.size(); ++i) pull[i] = 1e-4f * static_cast<float>(1 + i);
-  host.Observe(host_control, pull);
+  std::vector<float> grad2d(60);
+  for (std::size_t i = 0; i < grad2d.size(); ++i) grad2d[i] = 1e-4f * static_cast<float>(1 + i);
+  host.Observe(host_control, grad2d);
   // The same, observed twice from the splats on the GPU, with these gradients.
   const DeviceBuffer<float> x = vesta::test::ToDevice(host.model.data);
   const splat::Model<float> model{x.data(), 60, host.model.sh_degree, host.model.sh_degree};
@@ -243,8 +243,8 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   control.Forget(60);
   for (int k = 0; k < 2; ++k)
     control.Observe(density::Grad2dOf(view, workspace.splat_sums.data(), test::DensityScene::kLossScale));
-  const std::vector<float> found = vesta::test::ToHost(control.pull());
-  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / 2, host_control.pull()[i], 1e-3 * pull[i]);
+  const std::vector<float> found = vesta::test::ToHost(control.grad2d());
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / 2, host_control.grad2d()[i], 1e-3 * grad2d[i]);
   EXPECT_EQ(vesta::test::ToHost(control.seen()), std::vector<int>(60, 2));
 }
 

@@ -27,7 +27,7 @@ std::vector<T> OnHost(const DeviceBuffer<T>& buffer) {
 }
 
 struct Learned {
-  std::vector<float> gradient, pull;
+  std::vector<float> gradient, grad2d;
   std::vector<int> seen;
   double objective = 0;
 };
@@ -45,13 +45,14 @@ Learned Learn(const test::SyntheticViews& all) {
     const auto rank_of = CopyOf<std::int32_t, Space>(view.rank_of);
     const auto splats = CopyOf<splat::Splat<float>, Space>(view.splats);
     const auto cotangents = CopyOf<splat::SplatTangent<float>, Space>(view.cotangents);
-    density::Grad2dView pulls = view.pulls();
-    pulls.rank_of = rank_of.data(), pulls.splats = splats.data(), pulls.cotangents = cotangents.data();
-    sum.Add(static_cast<Index>(k), pulls, gradient.data(), [&] { return view.cost; });
+    density::Grad2dView grad2d_view = view.grad2d_view();
+    grad2d_view.rank_of = rank_of.data(), grad2d_view.splats = splats.data(),
+    grad2d_view.cotangents = cotangents.data();
+    sum.Add(static_cast<Index>(k), grad2d_view, gradient.data(), [&] { return view.cost; });
   }
   Learned learned;
   learned.objective = sum.Finish(gradient.data()).objective;
-  learned.gradient = OnHost(gradient), learned.pull = OnHost(density.pull()), learned.seen = OnHost(density.seen());
+  learned.gradient = OnHost(gradient), learned.grad2d = OnHost(density.grad2d()), learned.seen = OnHost(density.seen());
   return learned;
 }
 
@@ -65,7 +66,8 @@ TEST_F(CudaViewGradients, AddUpAsOnTheHost) {
     EXPECT_EQ(device.seen, host.seen) << views;
     EXPECT_EQ(device.objective, host.objective) << views;
     // hypot on the device rounds differently.
-    for (std::size_t i = 0; i < host.pull.size(); ++i) EXPECT_NEAR(device.pull[i], host.pull[i], 1e-5 * host.pull[i]);
+    for (std::size_t i = 0; i < host.grad2d.size(); ++i)
+      EXPECT_NEAR(device.grad2d[i], host.grad2d[i], 1e-5 * host.grad2d[i]);
   }
 }
 

@@ -11,8 +11,8 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/pruning/pruning_options.h"
 #include "splatting/pruning/scoring_views.h"
-#include "tests/coverage/test_files.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/test_files.h"
 
 namespace vesta::gs {
 namespace {

@@ -103,9 +103,8 @@ TEST_F(LoadSceneTest, DistortedPhotographsAreUndistorted) {
   EXPECT_EQ(scene.views[5].camera.lens.fx, camera.camera.lens.fx / 2);
   EXPECT_NEAR(scene.views[5].camera.width, pinhole.width / 2.0, 2);
   EXPECT_EQ(scene.views[5].image.width, scene.views[5].camera.width);
-  EXPECT_THAT(scene.notes,
-              testing::ElementsAre("9 of 9 photographs are undistorted on loading: trained on and measured "
-                                   "is what pinholes see of them"));
+  EXPECT_THAT(scene.notes, testing::ElementsAre("9 of 9 photographs are undistorted on loading; training and metrics "
+                                                "use the undistorted images"));
   LoadSceneOptions options;
   options.downscale = 2;
   const Scene half = LoadScene(folder_.path(), options);
@@ -191,8 +190,8 @@ TEST_F(LoadSceneTest, WhatIsPassedOverIsNoted) {
   EXPECT_THAT(
       LoadScene(folder_.path()).notes,
       testing::ElementsAre(
-          "the model in " + sparse + "1 of 5 images is passed over; read is that in " + sparse + "0 of 9 images",
-          "the model in " + sparse + "2 is passed over; read is that in " + sparse + "0 of 9 images"));
+          "the model in " + sparse + "1 of 5 images is ignored; the model in " + sparse + "0 of 9 images is used",
+          "the model in " + sparse + "2 is ignored; the model in " + sparse + "0 of 9 images is used"));
 }
 
 TEST_F(LoadSceneTest, MissingPhotographsMayBeLeftOut) {
@@ -267,8 +266,8 @@ TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
     EXPECT_TRUE(std::ranges::any_of(scene.views, [&](const View& view) { return DepthInView(view, point) > 0; }));
   }
   EXPECT_THAT(scene.notes, testing::ElementsAre("the model in " + folder_.path() +
-                                                "/sparse/0 has no points: 500 random ones within the cameras' views "
-                                                "stand in"));
+                                                "/sparse/0 has no points: 500 random points in the cameras' views "
+                                                "are used instead"));
   EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
 }
 

@@ -41,7 +41,7 @@ TEST_F(MaskScene, MasksAreFoundByName) {
   EXPECT_EQ(views[1].image.rgb, views[0].image.rgb) << "the photograph is unchanged";
   EXPECT_THAT(
       LoadScene(folder_.path()).notes,
-      testing::ElementsAre("2 of 9 images have a mask: what is black there is neither trained on nor measured"));
+      testing::ElementsAre("2 of 9 images have a mask; black pixels of a mask are neither trained on nor measured"));
 }
 
 TEST_F(MaskScene, MasksFollowTheSizeOfTheImage) {
@@ -97,9 +97,10 @@ TEST_F(MaskScene, MasksThatCannotBeUsedAreRefused) {
 
 TEST_F(MaskScene, AFolderOfMasksOfOtherImagesIsNoted) {
   WriteBytes(folder_ / "mask/view4.png", MaskPng(60, 40, 10));
-  EXPECT_THAT(LoadScene(folder_.path()).notes,
-              testing::ElementsAre("mask/ has no mask by the name of an image, as mask/a/view0.jpg.png: all of every "
-                                   "image is trained on"));
+  EXPECT_THAT(
+      LoadScene(folder_.path()).notes,
+      testing::ElementsAre("mask/ has no mask with the name of an image, such as mask/a/view0.jpg.png: images are "
+                           "used without masks"));
 }
 
 TEST_F(MaskScene, FramesOfANerfSceneNameTheirOwn) {
