@@ -10,8 +10,8 @@
 // VESTA_REQUIRE_CUDA=1 or
 // --probe.
 //
-// bytes: each input read once and each output written once. flops: operations of the formulas for all pixels that a splat
-// covers (docs/performance.md lists the instructions; each counts as two operations). Both ignore all other work.
+// bytes: each input read once and each output written once. flops: operations of the formulas for all pixels that a
+// splat covers (docs/performance.md lists the instructions; each counts as two operations). Both ignore all other work.
 #include <fmt/format.h>
 
 #include <cstdio>
