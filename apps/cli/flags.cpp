@@ -111,7 +111,8 @@ const std::vector<FlagRow>& ProgramFlags() {
        kTrains},
       {kInput,
        kTrains | kViews,
-       {"test_list", &O::test_list, schema::Words{"FILE"}, "text file with the names of the test views, one per line"},
+       {"test_list", &O::test_list, schema::Words{"FILE"},
+        "text file with the file names of the test views, one per line; replaces --test_every"},
        kTrains},
       {kInput,
        kRefines | kViews,
@@ -235,11 +236,14 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kOutput,
        kTrain,
        {"checkpoint_every", &O::checkpoint_every, schema::Words{"N|MINUTESm"},
-        "save the state for --resume every N iterations, or every so many minutes (10m), and on Ctrl-C"}},
+        "save the state for --resume every N iterations, or every so many minutes (10m), and on Ctrl-C; without this "
+        "flag, "
+        "never"}},
       {kOutput,
        kTrain,
        {"snapshot_every", &O::snapshot_every, schema::Words{"N|MINUTESm"},
-        "write an intermediate splat every N iterations, or every so many minutes (10m)"},
+        "write an intermediate splat to DIR/snapshot_*.ply every N iterations, or every so many minutes (10m); without "
+        "this flag, never"},
        kTrain},
       {kOutput, kTrains, {"report", &O::report, "do not write DIR/report.html"}, kTrains},
 

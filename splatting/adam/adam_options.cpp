@@ -23,7 +23,9 @@ const schema::Table<AdamOptions>& AdamFields() {
       {"iterations_scale", &O::iterations_scale, {1e-6, 1e6}, "factor on the number of iterations that auto chooses"},
       {"batch_size", &O::batch_size, {1, 1e6}, "views per Adam iteration; the number of iterations is divided by N"},
       {"second_moment", &O::second_moment, kMetrics,
-       "second moment of Adam for a Gaussian's geometry: one 11 x 11 block, or one number per parameter"},
+       "second moments of Adam: an 11 x 11 matrix for the geometry of each Gaussian (better, slower per iteration), or "
+       "one "
+       "number per parameter as usual"},
       {"lr_scale", &O::lr_scale, {1e-6, 1e6}, "factor on all learning rates"},
       {"lr_final_ratio",
        &O::lr_final_ratio,
@@ -36,7 +38,10 @@ const schema::Table<AdamOptions>& AdamFields() {
       {"sh_degree_interval", &O::sh_degree_interval, kPart,
        "fraction of the Adam stage after which the SH degree rises by one (twice that, if exposures are optimised); 0: "
        "all degrees from the start"},
-      {"evaluations", &O::evaluations, {1, 1e7}, "number of evaluations during training (rows of the history)"},
+      {"evaluations",
+       &O::evaluations,
+       {1, 1e7},
+       "number of evaluations of training and test views during the Adam stage: rows of the history in metrics.json"},
   };
   return fields;
 }

@@ -239,7 +239,8 @@ const schema::Table<MemoryOptions>& MemoryFields() {
       {"budget_gib",
        &O::budget_gib,
        {0, 1e6},
-       "use at most X GiB of memory (GPU memory if the GPU trains); 0: no limit",
+       "use at most X GiB of memory (GPU memory if the GPU trains): with fewer Gaussians and a slower LM if needed, or "
+       "end with an error; 0: no limit",
        "memory_budget"},
   };
   return fields;

@@ -14,16 +14,18 @@ const schema::Table<PruningOptions>& PruningFields() {
       {"aic_weight",
        &O::aic_weight,
        {0, 1e9},
-       "keep a Gaussian only if it lowers the training loss by this weight per parameter, in units of Akaike's "
-       "criterion (AIC); larger: fewer Gaussians; 0: keep all"},
+       "remove Gaussians that lower the training loss too little for their number of parameters: by less than X times "
+       "Akaike's criterion (AIC); larger: fewer Gaussians; 0: keep all"},
       {"sh_aic_weight",
        &O::sh_aic_weight,
        {0, 1e9},
-       "the AIC weight for SH coefficients above degree 0; larger: fewer coefficients; 0: keep all"},
+       "the same for the SH coefficients above degree 0 of each Gaussian, which lowers its SH degree; larger: fewer "
+       "coefficients; 0: keep all"},
       {"keep_fraction",
        &O::keep_fraction,
        {1e-9, 1},
-       "fraction of the Gaussians to keep, counted after densification; below 1 it replaces pruning.aic_weight",
+       "fraction of the Gaussians to keep of those after densification; below 1 it replaces pruning.aic_weight; 1: "
+       "pruning.aic_weight decides",
        "keep"},
       {"begin", &O::begin, kBeforeTheEnd, "fraction of the Adam stage at which pruning begins; at least density.end"},
       {"end", &O::end, kBeforeTheEnd, "fraction of the Adam stage at which pruning ends"},

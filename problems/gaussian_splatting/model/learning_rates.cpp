@@ -7,7 +7,9 @@ const schema::Table<LearningRates>& LearningRateFields() {
   using O = LearningRates;
   constexpr schema::Range kRate{1e-12, 1e3};
   static const schema::Table<O> fields = {
-      {"position", &O::position, kRate, "learning rate of the means, in world units"},
+      {"position", &O::position, kRate,
+       "learning rate of the means, in units of half their depth in the nearest view; as all lr.*, times "
+       "adam.lr_scale"},
       {"log_scale", &O::log_scale, kRate, "learning rate of the logarithms of the scales"},
       {"quaternion", &O::quaternion, kRate, "learning rate of the rotation quaternions"},
       {"opacity", &O::opacity, kRate, "learning rate of the logit of the opacity"},

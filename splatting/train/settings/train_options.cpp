@@ -34,7 +34,7 @@ schema::Table<TrainOptions> OwnFields() {
       {"train.evaluated_views",
        &O::evaluated_views,
        {1, 1e7},
-       "at most N training views, evenly spread, for each evaluation"},
+       "each evaluation uses at most N training views, evenly spaced, and all test views"},
       // The largest integer that every JSON reader represents exactly.
       {"train.seed", &O::seed, {0, 9007199254740992}, "seed of the random numbers", "seed"},
   };
