@@ -40,7 +40,7 @@ mkdir "$work/headers"
 cat >"$work/headers/CMakeLists.txt" <<'TEXT'
 cmake_minimum_required(VERSION 3.25)
 project(headers LANGUAGES CXX)
-find_package(vesta 0.1.0 CONFIG REQUIRED)
+find_package(vesta 0.2.0 CONFIG REQUIRED)
 add_library(headers OBJECT all.cpp)
 target_link_libraries(headers vesta::core vesta::solver vesta::toy vesta::bundle_adjustment
   vesta::pose_graph vesta::ceres_bridge vesta::ceres_functors)
@@ -49,7 +49,7 @@ configure "$work/headers" "$work/headers/build" || { cat "$work/headers/build/co
 cmake --build "$work/headers/build" | tail -n 1
 
 say "unavailable versions and components are refused"
-for request in "0.2 CONFIG REQUIRED" "0.1 CONFIG REQUIRED COMPONENTS unheard_of"; do
+for request in "0.3 CONFIG REQUIRED" "0.2 CONFIG REQUIRED COMPONENTS unheard_of"; do
   mkdir -p "$work/refused"
   printf 'cmake_minimum_required(VERSION 3.25)\nproject(refused LANGUAGES CXX)\nfind_package(vesta %s)\n' "$request" \
     >"$work/refused/CMakeLists.txt"
