@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls residual functors. Also evaluates one functor of a set, as a GPU kernel does.
+// Calls residual functors, and detects residuals that they do not write. EvaluateFunctor evaluates one residual block;
+// a GPU kernel runs it once per block.
 #pragma once
 
 #include <concepts>
@@ -20,8 +21,8 @@ VESTA_HD void Forget(Dual<S>& entry) {
   Forget(entry.a);
   Forget(entry.v);
 }
-// Call this once before calls of the functor: entries that it never writes then stay Unwritten. The compiler removes
-// the fill if it sees that the functor writes all entries.
+// Marks entries as Unwritten (evaluation_faults.h). Call this once before calls of the functor: entries that it never
+// writes then stay Unwritten. The compiler removes the fill if it sees that the functor writes all entries.
 template <class T>
 VESTA_HD void Forget(int count, T* entries) {
   for (int i = 0; i < count; ++i) Forget(entries[i]);
@@ -38,13 +39,14 @@ VESTA_HD bool InvokeFunctor(const F& f, Arguments... arguments) {
   }
 }
 
-// Computes the residuals and the Jacobian of residual block b by dual numbers. A GPU runs it for each block. Layout:
-// RowBlocks. F: a ResidualFunctor (solver/residual_blocks.h).
+// Computes the residuals and the Jacobian of residual block b by dual numbers. F is a ResidualFunctor
+// (solver/residual_blocks.h). Arrays have the layout of RowBlocks (kernels/core/row_blocks.h): value k of block b is at
+// k * blocks + b. The values of a Jacobian are numbered row by row.
 template <class F, class S>
 struct EvaluateFunctor {
   const F* functors;
   Index blocks;
-  const Index* index;
+  const Index* index;  // positions of the blocks' parameters in x
   const S* x;
   S *residuals, *jacobian;  // jacobian null: not computed
 

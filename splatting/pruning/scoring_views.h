@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views that score Gaussians, and the removal cost: the predicted rise of their loss without each Gaussian.
+// The training views that score Gaussians, and the removal cost of each Gaussian: the predicted rise of the loss of
+// these views if it is removed.
 #pragma once
 
 #include <array>
@@ -33,8 +34,9 @@ struct ScoringViews {
 ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes = {});
 
-// Bytes of a RenderedViews and a ScoringLoss for a model with this many Gaussians and its largest view, including the
-// sums per pair and splat. Memory of passes over single Gaussians is extra.
+// Returns the bytes that a RenderedViews and a ScoringLoss need together, for a model with this many Gaussians. view:
+// the counts of its largest view. The sums per pair and per splat are included. Arrays with one value per Gaussian,
+// such as the rows of ForEachGathered, are not.
 inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians) {
   using Workspace = splat::ViewWorkspace<float>;
   constexpr double kSums = sizeof(splat::RecolorRises<float>),
@@ -52,10 +54,14 @@ class RenderedViews {
   RenderedViews(const splat::Model<float>& model, const ScoringViews& scoring_views)
       : model_(model), scoring_views_(scoring_views) {}
 
-  // Collects a value of type Row per Gaussian from each view that sees it. ask(view, rows) adds to rows, which has one
-  // zero-initialised row per Gaussian; view() and image() describe the present view. take(view) returns a function that
-  // is called with (i, row) for each visible Gaussian: views in their order, Gaussians in parallel. Each process asks
-  // its own views, and every process takes the rows of all.
+  // Computes a value of type Row for each Gaussian and each view that sees it.
+  //
+  // compute(view, rows) is called once per view, after it was rendered: view() and image() then belong to it. rows has
+  // one zero-initialised row per Gaussian, to which `compute` adds. apply(view) is called once per view, in the order
+  // of the views. It returns a function f, and f(i, row) is called for each visible Gaussian i, in parallel.
+  //
+  // Each process calls `compute` for its share of the views. Every process calls `apply` for all views, with the rows
+  // of all processes.
   template <class Row, class Ask, class Take>
   void ForEachGathered(const Ask& ask, const Take& take);
   const splat::SplatView<float>& view() const { return view_; }
@@ -124,7 +130,8 @@ void RenderedViews::ForEachGathered(const Ask& ask, const Take& take) {
 // change.
 class ScoringLoss {
  public:
-  // Linearises the loss of this view. The result is valid until the next call. The view counts in Cost and Values.
+  // Linearises the loss of this view, and adds the view to the sums of Cost and Values. The result is valid until the
+  // next call.
   splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
     const ImageShape shape{view.camera.width, view.camera.height};
     photograph_.reset();  // frees its memory before the next one is loaded
@@ -173,13 +180,13 @@ class ScoringLoss {
   std::vector<double> costs_, values_;  // by view
 };
 
-// Removal cost of each Gaussian: the rise of the photometric loss of the training views without it
-// (kernels/gaussian_splatting/raster/loss_passes.h). The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over views, pixels
-// and channels.
+// Removal cost of each Gaussian: the photometric loss of the training views without it, minus the loss with it, as
+// predicted by kernels/gaussian_splatting/raster/loss_passes.h. The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over
+// views, pixels and channels.
 struct RemovalCost {
   double cost = 0;           // loss of the views with all Gaussians
   double values = 0;         // pixels of the views times channels
-  std::vector<double> rise;  // change of the loss without this Gaussian, all others fixed; negative: it falls
+  std::vector<double> rise;  // loss without this Gaussian minus loss with it, all others fixed
 };
 
 // Takes the time of about three renderings of all views.

@@ -65,8 +65,8 @@ struct PixelRange {
   int begin, end;
 };
 
-// The covered pixels of a row: those with begin <= x <= end, if `reaches` is true. A pixel is covered if p^2 + q^2 is
-// at most the splat's support, the value below which alpha can reach 1/255.
+// The covered pixels of a row: those with begin <= x <= end, if `reaches` is true, else none. A pixel is covered if p^2
+// + q^2 is at most Splat::support. Only there can alpha reach 1/255.
 template <class V>
 struct RowSpan : RowPlace<V> {
   using L = Lanes<V>;
