@@ -38,6 +38,7 @@ struct ResidualBlocksOptions {
   // Robust loss of each residual block's squared norm; null for plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   int num_batches = 1;
+  // kStrided: batch b has the functors b, b + num_batches, and so on. kContiguous: consecutive functors.
   BatchSplit split = BatchSplit::kStrided;
   // Parameter blocks for block Jacobi; empty for none.
   std::vector<BlockGroup> block_groups = {};
