@@ -74,7 +74,7 @@ class AutoDiffCost final : public CostFunction {
       for (int i = 0; i < kSizes[b]; ++i, ++k) p[k] = T(parameters[b][i], 0.0);
     }
     std::array<T, kResiduals> r;
-    Forget(kResiduals, r.data());
+    MarkUnwritten(kResiduals, r.data());
     bool evaluated = false;
     for (std::size_t b = 0, k = 0; b < kSizes.size(); ++b) {
       for (int i = 0; i < kSizes[b]; ++i, ++k) {

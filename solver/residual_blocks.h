@@ -111,7 +111,7 @@ class ResidualBlocks final : public Problem<B>,
     const Index* index = layout_.parameters(i);
     Dual<S> p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c]], S(0));
-    Forget(kResiduals, r);
+    MarkUnwritten(kResiduals, r);
     for (int c = 0; c < kParameters; ++c) {
       p[c].v = S(1);
       if (!InvokeFunctor(functor, p, r)) return false;
@@ -134,7 +134,7 @@ class ResidualBlocks final : public Problem<B>,
   double UnitCost(ConstVectorView x, Index i) const {
     S p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = x[layout_.parameters(i)[c]];
-    Forget(kResiduals, r);
+    MarkUnwritten(kResiduals, r);
     if (!InvokeFunctor(functors_[static_cast<std::size_t>(i)], p, r)) {
       return std::numeric_limits<double>::quiet_NaN();
     }

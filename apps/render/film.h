@@ -42,8 +42,8 @@ class Film {
 
   AtomicFile file_;
   gs::ImageSize size_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> complaints_;  // output of ffmpeg
-  int frames_ = -1;                                             // socket that ffmpeg reads from
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> output_;  // output of ffmpeg
+  int frames_ = -1;                                         // socket that ffmpeg reads from
   pid_t process_ = -1;
 };
 

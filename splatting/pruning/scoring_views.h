@@ -62,8 +62,8 @@ class RenderedViews {
   //
   // Each process calls `compute` for its share of the views. Every process calls `apply` for all views, with the rows
   // of all processes.
-  template <class Row, class Ask, class Take>
-  void ForEachGathered(const Ask& ask, const Take& take);
+  template <class Row, class Compute, class Apply>
+  void ForEachGathered(const Compute& compute, const Apply& apply);
   const splat::SplatView<float>& view() const { return view_; }
   const HostBuffer<float>& image() const { return image_; }
   splat::ViewWorkspace<float>& workspace() { return workspace_; }
@@ -83,9 +83,9 @@ class RenderedViews {
   HostBuffer<float> image_;
 };
 
-template <class Row, class Ask, class Take>
-void RenderedViews::ForEachGathered(const Ask& ask, const Take& take) {
-  struct Answer {
+template <class Row, class Compute, class Apply>
+void RenderedViews::ForEachGathered(const Compute& compute, const Apply& apply) {
+  struct GaussianRow {
     std::int32_t gaussian;
     Row row;
   };
@@ -94,34 +94,36 @@ void RenderedViews::ForEachGathered(const Ask& ask, const Take& take) {
   const Share own = scoring_views_.processes.OwnShare(views);
   const bool is_alone = scoring_views_.processes.is_alone();
   std::vector<Row> rows;
-  std::vector<std::vector<Answer>> told(static_cast<std::size_t>(is_alone ? 0 : own.size()));
+  std::vector<std::vector<GaussianRow>> own_rows(static_cast<std::size_t>(is_alone ? 0 : own.size()));
   for (Index v = own.begin; v < own.end; ++v) {
     const View& view = *scoring_views_.views[static_cast<std::size_t>(v)];
     Render(view);
     rows.assign(static_cast<std::size_t>(model_.count), Row());
-    ask(view, rows.data());
+    compute(view, rows.data());
     if (is_alone) {
-      const auto take_row = take(view);
+      const auto apply_row = apply(view);
       ParallelFor(model_.count, kGrain, [&](Index i) {
-        if (view_.rank_of()[i] >= 0) take_row(i, rows[static_cast<std::size_t>(i)]);
+        if (view_.rank_of()[i] >= 0) apply_row(i, rows[static_cast<std::size_t>(i)]);
       });
       continue;
     }
-    std::vector<Answer>& answers = told[static_cast<std::size_t>(v - own.begin)];
-    answers.reserve(static_cast<std::size_t>(view_.num_splats()));
+    std::vector<GaussianRow>& view_rows = own_rows[static_cast<std::size_t>(v - own.begin)];
+    view_rows.reserve(static_cast<std::size_t>(view_.num_splats()));
     for (Index i = 0; i < model_.count; ++i) {
-      if (view_.rank_of()[i] >= 0) answers.push_back({static_cast<std::int32_t>(i), rows[static_cast<std::size_t>(i)]});
+      if (view_.rank_of()[i] >= 0) {
+        view_rows.push_back({static_cast<std::int32_t>(i), rows[static_cast<std::size_t>(i)]});
+      }
     }
   }
   if (is_alone) return;
   for (Index v = 0; v < views; ++v) {
     const bool is_own = v >= own.begin && v < own.end;
-    const std::vector<Answer> answers = scoring_views_.processes.Gather(
-        is_own ? std::exchange(told[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<Answer>());
-    const auto take_row = take(*scoring_views_.views[static_cast<std::size_t>(v)]);
-    ParallelFor(static_cast<Index>(answers.size()), kGrain, [&](Index k) {
-      const Answer& answer = answers[static_cast<std::size_t>(k)];
-      take_row(Index{answer.gaussian}, answer.row);
+    const std::vector<GaussianRow> view_rows = scoring_views_.processes.Gather(
+        is_own ? std::exchange(own_rows[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<GaussianRow>());
+    const auto apply_row = apply(*scoring_views_.views[static_cast<std::size_t>(v)]);
+    ParallelFor(static_cast<Index>(view_rows.size()), kGrain, [&](Index k) {
+      const GaussianRow& entry = view_rows[static_cast<std::size_t>(k)];
+      apply_row(Index{entry.gaussian}, entry.row);
     });
   }
 }

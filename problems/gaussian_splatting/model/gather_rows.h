@@ -33,7 +33,7 @@ struct RowGathering {
   }
 };
 
-using CountGathering = RowGathering<std::uint32_t, int>;
+using NumberGathering = RowGathering<std::uint32_t, int>;
 
 template <class Space, class Row, class T>
 void GatherRows(const RowGathering<Row, T>& gathering) {

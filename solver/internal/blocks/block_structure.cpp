@@ -194,7 +194,7 @@ class Search {
 
 }  // namespace
 
-int LongestDistance(const BlockStructure& structure) {
+int LongestDistanceLowerBound(const BlockStructure& structure) {
   Search search(structure);
   int longest = 0;
   for (int block = 0; block < structure.num_kept_blocks(); ++block) {

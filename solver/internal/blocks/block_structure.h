@@ -135,6 +135,6 @@ class BlockStructure {
 // a residual block uses both, or if both share residual blocks with the same eliminated block. Each iteration of
 // conjugate gradients on the kept parameters spreads information by one hop, so the distance predicts the number of
 // iterations. Two breadth-first searches through each connected component give the bound, which is exact for trees.
-int LongestDistance(const BlockStructure& structure);
+int LongestDistanceLowerBound(const BlockStructure& structure);
 
 }  // namespace vesta

@@ -132,7 +132,7 @@ class AdamStage {
     Report();
     PredictWhereDue(plan, degree);
     Save();
-    session_.interim().AttendToWatch(Stage::kAdam, state_->iteration, on_host, Writer());
+    session_.interim().ServeViewer(Stage::kAdam, state_->iteration, on_host, Writer());
   }
   // Stops after this iteration, which is already recorded. The stored model is from before densification and pruning;
   // the checkpoint has the state after them. End-of-stage notes are not saved; the resumed run writes its own.
@@ -155,7 +155,7 @@ class AdamStage {
   }
 
   // The SH degree in use.
-  int DegreeOf(const IterationPlan& plan) const { return std::min(plan.most_sh_degree, state_->model.sh_degree()); }
+  int DegreeOf(const IterationPlan& plan) const { return std::min(plan.max_sh_degree, state_->model.sh_degree()); }
 
   // One step of Adam. The loss is summed, not averaged, over pixels and views, because Adam's steps do not depend on
   // its scale.
@@ -167,7 +167,7 @@ class AdamStage {
     const int it = ++state_->iteration;
     state_->span = plan.span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
-    rollback_point_.ForgetWhatHolds(it);
+    rollback_point_.DropSnapshotIfMemoryLasts(it);
     if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
@@ -214,7 +214,7 @@ class AdamStage {
   void ChangeGaussians(const IterationPlan& plan, int degree) {
     if (plan.densifies) Densify();
     if (plan.resets_opacity) state_->model.ResetOpacity();
-    pruning_.Thin(*state_, plan, degree, [&] {
+    pruning_.Prune(*state_, plan, degree, [&] {
       views_.ReleasePhotographs();
       views_.FreePasses();
       rollback_point_.Forget();  // the copy has more Gaussians than the pruned model
@@ -233,9 +233,9 @@ class AdamStage {
 
   // Reports the predicted time and memory of the whole stage.
   void PredictWhereDue(const IterationPlan& plan, int degree) {
-    const auto telling = planner_.NextForecast(plan.observes);
-    if (telling == StagePlanner::ForecastKind::kNothing) return;
-    const bool is_first_guess = telling == StagePlanner::ForecastKind::kFirstGuess;
+    const auto kind = planner_.NextForecast(plan.observes);
+    if (kind == StagePlanner::ForecastKind::kNothing) return;
+    const bool is_first_guess = kind == StagePlanner::ForecastKind::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {
       planner_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
     }

@@ -32,7 +32,7 @@ struct ResolvedPlan {
 struct IterationPlan {
   StageSpan span;
   bool is_coarse = false;          // uses half-size views
-  int most_sh_degree = 0;          // SH degree in use; the stage limits it to the model's
+  int max_sh_degree = 0;           // SH degree in use; the stage limits it to the model's
   double lr_factor = 1;            // factor of all learning rates
   bool is_recorded = false;        // a history row is due after the iteration
   bool observes = false;           // density control collects gradient statistics
@@ -41,7 +41,7 @@ struct IterationPlan {
   bool prunes_unseen = false;      // removes Gaussians that hardly any training view shows
   bool lowers_sh_degrees = false;  // removes SH bands that improve the images too little
   bool prunes = false;             // removes Gaussians that improve the images too little
-  double pruning_done = 0;         // fraction of the pruning period that has passed
+  double pruning_fraction = 0;     // fraction of the pruning period that has passed
 };
 
 class TrainingSchedule {
