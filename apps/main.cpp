@@ -93,7 +93,7 @@ int main(int argc, char** argv) {
   namespace app = vesta::app;
   app::SecondsSinceStart();
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is a write error
-  vesta::ReturnFreedMemory();
+  vesta::ReturnFreedMemoryToSystem();
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
   try {

@@ -42,9 +42,10 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   using B = CpuBackend<double>;
   struct Options {
     // Eliminate a group of blocks from linear solves if no two of them share a residual block, such as the points of
-    // bundle adjustment. The problem finds the group itself and uses it only if it is most of the parameters.
+    // bundle adjustment. The problem finds the group itself, and uses it only if it contains most of the parameters.
     bool eliminate = true;
-    // Called with x before every evaluation of the cost, and of the Jacobian (then jacobians is true), from one thread.
+    // Called with x before every evaluation of the cost or the Jacobian, from one thread. jacobians: true if the
+    // Jacobian is evaluated.
     std::function<void(ConstVectorView x, bool jacobians)> evaluation_callback = {};
     // Makes the caller's own preconditioner, used for PreconditionerKind::kAuto and kProblem.
     std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
@@ -100,7 +101,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   // Returns the sparse Cholesky factor, whatever its cost. Throws Error if it would be larger than max_factor_gib.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
-  // Null if the caller provides a preconditioner.
+  // Operation counts for LinearSolverKind::kAuto. Null if the caller provides a preconditioner.
   const StepCounts* CountSteps(bool eliminating) override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
   bool has_bounds() const override { return !lower_.empty(); }

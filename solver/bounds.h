@@ -29,8 +29,8 @@ inline double ClippedStep(double x, double step, double lower, double upper) {
 
 }  // namespace bounds_internal
 
-// Wraps the problem `inner` (borrowed) and adds the bounds lower_k <= x_k <= upper_k. Bounds of `inner` itself are
-// ignored.
+// Wraps the problem `inner`, which must outlive this object, and adds the bounds lower_k <= x_k <= upper_k. Bounds of
+// `inner` itself are ignored.
 template <Backend B>
 class BoundedProblem final : public Problem<B>,
                              public OnManifold<B>,

@@ -24,7 +24,7 @@ struct CheckProblemOptions {
 };
 
 struct ProblemCheck {
-  std::vector<std::string> faults;  // one line per fault, the deepest cause first; empty if no fault was found
+  std::vector<std::string> faults;  // one line per fault, causes before effects; empty if there is none
   bool ok() const { return faults.empty(); }
   // All faults, one per line; one line without a fault if the problem passed.
   std::string Report() const;
@@ -37,9 +37,10 @@ struct ProblemCheck {
 //   * ApplyH, Curvature, Gradient, DiagJTJ and BlockGram agree with J and W.
 //   * J is the derivative of the residuals along Plus (only without weights and losses).
 //   * Gradient is the derivative of Cost.
-// The cost is about 100 evaluations of each, and one product per checked column. Derivatives at kinks of the residuals
-// cannot be checked. A problem that samples (InBatches::OnNewPoint) fails the gradient check, because its gradient is
-// not the full cost's. Where a solve would throw Error, the result lists a fault.
+// This takes about 100 evaluations of each function, and one product per checked column. Derivatives at kinks of the
+// residuals cannot be checked. A problem that uses a random sample of its residuals (InBatches::OnNewPoint) fails the
+// gradient check, because its gradient is that of the sample. Where a solve would throw Error, the result lists a
+// fault.
 template <Backend B>
 ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
                           const CheckProblemOptions& options = {});

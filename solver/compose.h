@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear maps composed of other maps: products, row scaling and column scaling. They build operators such as J = J_loss
-// o J_raster o J_project.
+// Linear maps composed of other maps: products, row scaling and column scaling. An example is the Jacobian of
+// splatting, the product of the derivatives of loss, rasterisation and projection.
 #pragma once
 
 #include "solver/linear_operator.h"
@@ -8,7 +8,7 @@
 
 namespace vesta {
 
-// The Jacobian J of a linearization as a linear map. Borrows the linearization.
+// The Jacobian J of a linearization as a linear map. The linearization must outlive this object.
 template <Backend B>
 class JacobianMap final : public LinearMap<B> {
  public:
@@ -22,7 +22,7 @@ class JacobianMap final : public LinearMap<B> {
   Linearization<B>& linearization_;
 };
 
-// The product outer o inner. Borrows both maps; requires outer.cols() == inner.rows().
+// The product outer o inner. Both maps must outlive this object; outer.cols() == inner.rows().
 template <Backend B>
 class ProductMap final : public LinearMap<B> {
  public:
@@ -37,7 +37,7 @@ class ProductMap final : public LinearMap<B> {
   typename B::Vector between_;
 };
 
-// The map diag(d) A. Borrows both; d has rows() entries.
+// The map diag(d) A. d has rows() entries; d and A must outlive this object.
 template <Backend B>
 class ScaledRows final : public LinearMap<B> {
  public:
@@ -53,7 +53,8 @@ class ScaledRows final : public LinearMap<B> {
   typename B::Vector work_;
 };
 
-// The map A diag(d). If d holds ones and zeros, this sets columns of A to zero. Borrows both; d has cols() entries.
+// The map A diag(d). If d has only ones and zeros, this sets columns of A to zero. d has cols() entries; d and A must
+// outlive this object.
 template <Backend B>
 class ScaledColumns final : public LinearMap<B> {
  public:

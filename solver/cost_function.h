@@ -21,7 +21,8 @@ class CostFunction {
  public:
   CostFunction(int num_residuals, std::vector<int> block_sizes)
       : num_residuals_(num_residuals), own_sizes_(std::move(block_sizes)), block_sizes_(own_sizes_) {}
-  // For sizes stored elsewhere that outlive this object. A problem may have millions of cost functions of one kind.
+  // For sizes that are stored elsewhere and outlive this object. This saves memory if a problem has millions of cost
+  // functions of one type.
   CostFunction(int num_residuals, std::span<const int> block_sizes)
       : num_residuals_(num_residuals), block_sizes_(block_sizes) {}
   virtual ~CostFunction() = default;
@@ -73,7 +74,7 @@ class AutoDiffCost final : public CostFunction {
       for (int i = 0; i < kSizes[b]; ++i, ++k) p[k] = T(parameters[b][i], 0.0);
     }
     std::array<T, kResiduals> r;
-    Forget(kResiduals, r.data());
+    MarkUnwritten(kResiduals, r.data());
     bool evaluated = false;
     for (std::size_t b = 0, k = 0; b < kSizes.size(); ++b) {
       for (int i = 0; i < kSizes[b]; ++i, ++k) {
@@ -143,8 +144,8 @@ class NumericDiffCost final : public NumericDifferences {
   F functor_;
 };
 
-// Residuals A (x - b) of one parameter block. For a normal prior with mean b and covariance C, choose A^T A = C^-1. x -
-// b is the plain difference of the numbers, whatever manifold the block has.
+// Residuals A (x - b) of one parameter block x. For a normal prior with mean b and covariance C, choose A with A^T A =
+// C^-1. The difference is taken entry by entry, even if the block has a manifold.
 class NormalPrior final : public CostFunction {
  public:
   // A: row-major, one column per entry of b. Throws Error if the size of A is not a multiple of the size of b.

@@ -13,17 +13,17 @@
 namespace vesta {
 
 struct CovarianceOptions {
-  // A direction has no information if its singular value is at most this times the largest one. J's columns are scaled
-  // to length 1 first. Within [0, 1).
+  // A direction of the tangent space is called unobservable (such as a gauge freedom) if its singular value is at most
+  // this times the largest one. The columns of J are scaled to length 1 first. Within [0, 1).
   double relative_threshold = 1e-12;
-  // true: drop such directions (the pseudo-inverse, as Ceres's null_space_rank = -1). false: return no values if there
-  // is one.
+  // true: ignore unobservable directions (the pseudo-inverse, as Ceres's null_space_rank = -1). false: return no values
+  // if there is one.
   bool truncate = false;
 };
 
 struct Covariance {
   int size = 0;  // of the tangent space
-  int rank = 0;  // number of directions with information
+  int rank = 0;  // number of observable directions
   // (J^T J)^-1, row-major; empty if rank < size and truncate is false. Multiply it by the variance of the residuals if
   // that is not 1.
   std::vector<double> values = {};

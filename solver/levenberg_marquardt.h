@@ -45,7 +45,8 @@ class LmStepper {
   // Ends the solve as kStoppedByCallback if `asked` is true on any process. Collective: every process must call it.
   void StopIfRequested(bool asked);
 
-  // The x with the lowest full cost so far, up to rounding of the cost (see AcceptByGradient), and that cost.
+  // The x with the lowest cost so far, up to rounding of the cost (see Zone), and that cost. The cost is the sum over
+  // all batches.
   typename B::ConstVectorView x() const { return x_.view(); }
   double cost() const { return cost_; }
   // Damping of the next linear solve.
@@ -53,14 +54,15 @@ class LmStepper {
   const LmSummary& summary() const { return summary_; }
 
  private:
-  // Near the minimum a step changes the cost by less than the cost's rounding error, so the gain ratio is random. The
-  // gradient, measured in the metric D, is still accurate there, and decides instead. This gives x about twice as many
-  // correct digits. The rounding error of the cost depends on the problem: it is large if residuals are small
-  // differences of large numbers. Hence there are two zones.
+  // The test that decides whether a trial point is accepted. Near the minimum a step changes the cost by less than the
+  // cost's rounding error, so the gain ratio is random. The gradient is still accurate there. So its norm |g|, measured
+  // in the metric D, decides instead. This gives x about twice as many correct digits. The rounding error of the cost
+  // depends on the problem: it is large if residuals are small differences of large numbers. Hence there are two zones
+  // besides kCost.
   enum class Zone {
     kCost,      // the gain ratio decides
-    kDoubtful,  // changes below 1e-9 of the cost, rejected by the gain ratio: accepted if |g|^2 halves
-    kRounding,  // changes of a few units in the last place: accepted if |g| falls, else the solve ends
+    kDoubtful,  // the cost changes by less than 1e-9 of itself, and the gain ratio rejects: accepted if |g|^2 halves
+    kRounding,  // the cost changes by a few units in the last place: accepted if |g| falls, else the solve ends
   };
   // One trial point along the step.
   struct Trial {
@@ -84,21 +86,22 @@ class LmStepper {
   double Seconds() const;
   // Times the phases of this call if options_.profile is true.
   ProfileScope Timed() { return ProfileScope(options_.profile ? &profile_ : nullptr); }
-  // Stops as converged. Stops as not converged instead if `doubt` is not empty (see ConvergenceDoubt) or if a zero
-  // column has a gradient.
+  // Stops as converged with this status. Stops as not converged instead in two cases: `doubt` is not empty (see
+  // ConvergenceDoubt), or a parameter has a gradient although its column of the Jacobian is zero.
   void StopConverged(LmStatus status, std::string message, const std::string& doubt = "");
   // Runs CheckProblem if check_derivatives is true. Returns false if the solve ended.
   bool PassesCheck();
   // Linearizes at x_ unless that is already done, and tests the gradient. Returns false if the solve ended.
   bool Linearize();
+  // The cost, summed over all batches.
   double FullCost(typename B::ConstVectorView x);
-  // PCG and the trials never run at the same time, so their work vectors share memory. These two functions hand it
-  // over.
+  // PCG and the trials never run at the same time, so their work vectors share memory. AcquireTrialVectors takes the
+  // memory from PCG's workspace for trial_x_ and scaled_step_. ShareTrialVectors gives it back to PCG.
   void AcquireTrialVectors();
   void ShareTrialVectors();
   // Frees the work vectors of PCG and of the trials. Linearizing and building a preconditioner need the most memory.
   void ReleaseVectors();
-  // trial_x_ = x (+) gamma step.
+  // Sets trial_x_ to the point that gamma * step leads to from x, on the manifold.
   void MakeTrial(double gamma);
   double ChooseGamma();
   Trial Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row);
@@ -107,7 +110,8 @@ class LmStepper {
   // Linearizes at the trial point and decides by the gradient there (see Zone).
   void AcceptByGradient(Trial& trial);
   void TestStep(const LmIteration& row, const Trial& trial);
-  // Predicted gains and increases up to this value may be due to the tolerance or to rounding of the cost.
+  // ConvergenceDoubt ignores predicted changes of the cost up to this value: they may be due to the tolerance or to
+  // rounding.
   double DoubtfulGain() const;
   void TestLimits();
   const LmIteration& Record(LmIteration row);
@@ -121,17 +125,18 @@ class LmStepper {
   double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;
   int consecutive_rejects_ = 0;
   ConvergenceDoubt doubt_;
-  int turn_ = 0;  // turn of the next linearization (InBatches::OnNewPoint)
+  int turn_ = 0;  // number of points linearized so far, passed to InBatches::OnNewPoint
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;
   std::unique_ptr<BatchedSystem<B>> system_;  // null if x_ has changed since the last linearization
   std::string zero_column_gradient_;          // BatchedSystem::zero_column_gradient() at the last linearization
   LmSummary summary_;
-  Profile profile_{ReadClocksOf<typename B::Space>};  // times only this object's steps, not those before Save
+  Profile profile_{ReadClocksOf<typename B::Space>};  // times only this object's steps, not those before a resume
 };
 
-// Minimises the problem's cost, starting from x. Overwrites x with the best point found; its full cost is never above
-// the start's. Runs an LmStepper until it is done or the callback returns kStop. Throws Error as LmStepper does.
+// Minimises the problem's cost, starting from x. Overwrites x with the best point found, whose cost over all batches is
+// never above the start's. Runs an LmStepper until it is done or the callback returns kStop. Throws Error as LmStepper
+// does.
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const LmCallback& callback = {});

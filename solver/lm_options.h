@@ -13,7 +13,9 @@ namespace vesta {
 
 enum class BatchMode {
   kExact,  // one PCG over the sum of all batches
-  kMerge,  // one PCG per batch, steps merged by their diagonals (3DGS-LM, eq. 7); biased, see batched_system.h
+  // One PCG per batch; the steps are averaged, weighted by diag(H) of their batches (3DGS-LM, eq. 7). The result is
+  // biased, see solver/internal/batched_system.h.
+  kMerge,
 };
 const char* ToString(BatchMode mode);
 
@@ -23,7 +25,8 @@ struct LmOptions {
   int max_iterations = 50;
   // Stop when |change of cost| <= function_tolerance * cost.
   double function_tolerance = 1e-6;
-  // Stop when max |x - (x (+) -g)| <= gradient_tolerance.
+  // Stop when max |x - (x (+) -g)| <= gradient_tolerance. x (+) d is the point that the step d leads to
+  // (OnManifold::Plus).
   double gradient_tolerance = 1e-10;
   // Stop when |step| <= parameter_tolerance * (|x| + parameter_tolerance).
   double parameter_tolerance = 1e-8;
@@ -35,11 +38,13 @@ struct LmOptions {
   // Set both by SetStepRule, because they must agree.
   StepRule step_rule = StepRule::kCeres;
   StepControlOptions step_control = DefaultStepControl(StepRule::kCeres);
+  // Scale of each parameter, for the limits of the damping metric D and for the residual norm of PCG.
   ColumnScaling column_scaling = ColumnScaling::kInverseRoot;
+  // The linear solver, its preconditioner and the damping metric.
   NormalSystemOptions normal_system;
   BatchMode batch_mode = BatchMode::kExact;
-  // kMerge: keep the linearizations of all batches during a step. false linearizes again whenever one is needed, so
-  // only one batch's caches are in memory.
+  // For kMerge: keep the linearizations of all batches in memory during a step. If false, a batch is linearized again
+  // each time it is needed, so only one linearization is in memory.
   bool hold_batches = true;
   LineSearchOptions line_search;
 

@@ -11,9 +11,11 @@ struct ProblemMemory {
   int batches = 1;
   double vector = 0;         // one vector of num_tangent() entries
   double linearization = 0;  // the linearization of one batch while it exists
-  // gram: data kept from DiagJTJ for BlockGram, which frees it. gram_work: work memory of either when it computes them.
+  // gram: data that DiagJTJ computes and keeps for BlockGram, which frees it. gram_work: work memory while these data
+  // are computed.
   double gram = 0, gram_work = 0;
-  // gram is not freed, because a group is eliminated and the kept blocks depend on the damping.
+  // True if BlockGram does not free `gram`. This is needed if a group of parameters is eliminated, because the blocks
+  // of the kept parameters then depend on the damping.
   bool keeps_gram = false;
   double blocks = 0;                     // the values of a BlockDiagonal of block_groups(); 0 without blocks
   double cost_work = 0;                  // work memory of one evaluation of the cost
@@ -26,9 +28,10 @@ struct ProblemMemory {
 int HeldLinearizations(const LmOptions& options, int batches);
 
 // Upper bound on the memory of an LmStepper, including x and the linearizations of its batches. It holds for problems
-// without bounds whose steps have the size of x, solved by PCG with Jacobi, block Jacobi or no preconditioner. It does
-// not include the extra mask for zero columns while a system is prepared. Nor does it include steps that are judged by
-// the gradient (LmStepper): there the linearizations at two points exist at the same time.
+// without bounds whose steps have the size of x, solved by PCG with Jacobi, block Jacobi or no preconditioner. Two
+// cases need more memory. Zero columns need one more vector, their mask, while a system is prepared. Near the minimum,
+// the gradient decides whether a step is accepted (LmStepper); the linearizations at two points then exist at the same
+// time.
 double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem);
 
 }  // namespace vesta

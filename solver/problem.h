@@ -69,7 +69,8 @@ class Problem {
 
   // Number of entries of x.
   virtual Index num_parameters() const = 0;
-  // The full cost at x. Returns NaN or infinity if the cost is undefined there; never throws for such values.
+  // Returns the cost at x, summed over all residuals (all batches). Returns NaN or infinity if the cost is undefined
+  // there; it must not throw then.
   virtual double Cost(ConstVectorView x) = 0;
   // Linearizes at x. The memory of x must not move or change while the linearization exists.
   virtual std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) = 0;

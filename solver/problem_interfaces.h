@@ -50,11 +50,11 @@ class WithBounds {
   // False if this object has no bounds although its class supports them.
   virtual bool has_bounds() const { return true; }
   virtual bool IsFeasible(typename B::ConstVectorView x) = 0;
-  // Sets mask to 0 for each entry that is at a bound and that -g would push across it. Leaves the other entries as they
-  // are. negative_gradient and mask have num_tangent() entries.
+  // Sets mask to 0 for each entry that is at a bound and that -g would push across it. Does not change the other
+  // entries of mask. negative_gradient and mask have num_tangent() entries.
   virtual void MaskActiveBounds(typename B::ConstVectorView x, typename B::ConstVectorView negative_gradient,
                                 typename B::VectorView mask) = 0;
-  // Shortens the entries of step that would cross a bound, so that step is what Plus will do.
+  // Shortens each entry of step that would cross a bound, so that Plus has nothing left to project.
   virtual void ClipStep(typename B::ConstVectorView x, typename B::VectorView step) = 0;
 };
 
@@ -82,8 +82,8 @@ class InBatches {
   virtual ~InBatches() = default;
   virtual int num_batches() const = 0;
   virtual std::unique_ptr<Linearization<B>> LinearizeBatch(typename B::ConstVectorView x, int batch) = 0;
-  // Called before the first batch is linearized at a new x; turn counts those x of a solve from 0. A problem that
-  // samples draws its sample here and keeps it until the next call.
+  // Called before the first batch is linearized at a new x. `turn` is 0 at the first x of a solve, then 1, 2, and so
+  // on. A problem that uses a random sample of its residuals draws it here and keeps it until the next call.
   virtual void OnNewPoint(int /*turn*/) {}
 
  protected:
@@ -115,7 +115,7 @@ class WithPreconditioner {
   virtual std::unique_ptr<Preconditioner<B>> MakePreconditioner() = 0;
 };
 
-// The exact factor of H + lambda D, for PreconditionerKind::kSparseCholesky.
+// A sparse Cholesky factor of H + lambda D, for PreconditionerKind::kSparseCholesky.
 // Default: choosing that kind throws Error.
 template <Backend B>
 class WithSparseCholesky {
@@ -168,8 +168,8 @@ class WithGradient {
   virtual void Gradient(typename B::VectorView g) = 0;
 };
 
-// A problem with a loss: s differs from the residuals, or W from the identity. Only solvers that use H alone support
-// it.
+// A problem with a loss: s differs from the residuals, or W from the identity. Only linear solvers that use H alone
+// support it; kLsmr and kDenseQr do not.
 // Default: plain least squares.
 template <Backend B>
 class WithLossWeights : public WithGradient<B> {
@@ -204,20 +204,21 @@ class WithBlocks {
   virtual ~WithBlocks() = default;
   // Empty if this object has no blocks.
   virtual std::vector<BlockGroup> block_groups() const = 0;
-  // Writes the diagonal blocks of J^T W J to a matrix that was made from block_groups() and holds zeros.
+  // Writes the diagonal blocks of J^T W J. `blocks` was made from block_groups() and is zero before the call.
   virtual void BlockGram(BlockDiagonal<B>& blocks) = 0;
   // True if DiagJTJ returns the diagonal of these blocks and costs as much as BlockGram.
   virtual bool blocks_give_diagonal() const { return false; }
 };
 
-// A trailing block-diagonal group of parameters that can be eliminated, for LinearSolverKind::kReducedPcg.
+// The last parameters of a step can be eliminated, because their part of H is block-diagonal, such as the points of
+// bundle adjustment. For LinearSolverKind::kReducedPcg.
 // Default: nothing is eliminated.
 template <Backend B>
 class WithReducedSystem {
  public:
   virtual ~WithReducedSystem() = default;
-  // Returns the damped system without that group (solver/reduced_system.h). It borrows this object. Null if there is no
-  // such group.
+  // Returns the damped system without these parameters (solver/reduced_system.h). This object must outlive it. Returns
+  // null if there are no such parameters.
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() = 0;
 };
 

@@ -18,8 +18,7 @@ namespace vesta {
 // Split the tangent space into kept parameters (the first size() entries) and eliminated ones (the rest). Then
 //   H + lambda D = [B E; E^T C],  C block diagonal.
 // The operator is y = S x with S = B - E C^-1 E^T over the kept parameters. A linearization with such a group provides
-// the reduced system by WithReducedSystem, and the system borrows the linearization. Call SetDamping before anything
-// else.
+// the reduced system by WithReducedSystem, and must outlive it. Call SetDamping first.
 template <Backend B>
 class ReducedSystem : public LinearOperator<B> {
  public:
@@ -33,9 +32,10 @@ class ReducedSystem : public LinearOperator<B> {
   // the call, because there the kept parameters are damped after the parts are summed. Blocks of C that are singular in
   // working precision are handled as BlockDiagonal::Factorize does.
   virtual void SetDamping(double lambda, ConstVectorView metric) = 0;
-  // reduced = b_kept - E C^-1 b_eliminated. rhs has one entry per tangent parameter, reduced has size() entries.
+  // reduced = b_kept - E C^-1 b_eliminated, where b is rhs. rhs has one entry per tangent parameter, reduced has size()
+  // entries.
   virtual void ReduceRhs(ConstVectorView rhs, VectorView reduced) = 0;
-  // Completes step (all tangent parameters), whose first size() entries solve the reduced system:
+  // Computes the remaining entries of `step`, whose first size() entries already solve the reduced system:
   // step_eliminated = C^-1 (b_eliminated - E^T step_kept).
   virtual void BackSubstitute(ConstVectorView rhs, VectorView step) = 0;
 
@@ -44,7 +44,7 @@ class ReducedSystem : public LinearOperator<B> {
   // Overwrites diagonal, made from kept_groups(), with the diagonal blocks of S, damping included.
   virtual void DiagonalBlocks(BlockDiagonal<B>& diagonal) = 0;
   // Returns an operator close to S^-1 for the current damping, better than the inverse of the diagonal blocks. Valid
-  // until the next SetDamping. Null if no such operator pays off.
+  // until the next SetDamping. Null if no such operator would save time.
   virtual LinearOperator<B>* Factorize() { return nullptr; }
   // Describes what Factorize returns, for reports. Empty if it returns null.
   virtual std::string factor_description() const { return ""; }
@@ -53,15 +53,15 @@ class ReducedSystem : public LinearOperator<B> {
 // A damped system in shards: each process holds some entries of every PCG vector and of the preconditioner.
 //
 // It is a linearization over the entries of this process's shard. num_parameters(), the vectors of ApplyH and the
-// blocks all refer to the shard. WithShardedSystem creates it, and it borrows the linearization. Collective: every
-// process must make every call.
+// blocks all refer to the shard. WithShardedSystem creates it from a linearization, which must outlive it. Collective:
+// every process must make every call, in the same order.
 template <Backend B>
 class ShardedSystem : public Linearization<B>, public WithProductH<B>, public WithBlocks<B> {
  public:
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // Returns the shard of a vector of all entries. The result is `whole` itself if this process has all entries.
+  // Returns this process's shard of the vector `whole`. The result is `whole` itself if this process has all entries.
   // Otherwise it is a copy in `room`, valid until `room` changes.
   virtual ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& room) const = 0;
   // Writes the shards of all processes to whole.
@@ -81,7 +81,7 @@ template <Backend B>
 class WithShardedSystem {
  public:
   virtual ~WithShardedSystem() = default;
-  // The result borrows this object. Null if each process has the whole system.
+  // This object must outlive the result. Null if each process has the whole system.
   virtual std::unique_ptr<ShardedSystem<B>> MakeShardedSystem() = 0;
 };
 

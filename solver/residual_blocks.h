@@ -38,6 +38,7 @@ struct ResidualBlocksOptions {
   // Robust loss of each residual block's squared norm; null for plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   int num_batches = 1;
+  // kStrided: batch b has the functors b, b + num_batches, and so on. kContiguous: consecutive functors.
   BatchSplit split = BatchSplit::kStrided;
   // Parameter blocks for block Jacobi; empty for none.
   std::vector<BlockGroup> block_groups = {};
@@ -110,7 +111,7 @@ class ResidualBlocks final : public Problem<B>,
     const Index* index = layout_.parameters(i);
     Dual<S> p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c]], S(0));
-    Forget(kResiduals, r);
+    MarkUnwritten(kResiduals, r);
     for (int c = 0; c < kParameters; ++c) {
       p[c].v = S(1);
       if (!InvokeFunctor(functor, p, r)) return false;
@@ -133,7 +134,7 @@ class ResidualBlocks final : public Problem<B>,
   double UnitCost(ConstVectorView x, Index i) const {
     S p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = x[layout_.parameters(i)[c]];
-    Forget(kResiduals, r);
+    MarkUnwritten(kResiduals, r);
     if (!InvokeFunctor(functors_[static_cast<std::size_t>(i)], p, r)) {
       return std::numeric_limits<double>::quiet_NaN();
     }

@@ -50,7 +50,7 @@ struct LmIteration {
   double step_norm = 0;          // norm of the trial step, in the tangent space
   int pcg_iterations = 0;        // summed over batches
   PcgStatus pcg_status = PcgStatus::kConverged;  // status of the last batch
-  double pcg_residual = 0;                       // |r| / |b| of the last batch, in the scaled norm
+  double pcg_residual = 0;                       // |r| / |b| of the last batch, with scaled columns
   bool accepted = false;
   double seconds = 0;  // since the start of the solve
 };
@@ -67,9 +67,9 @@ struct LmSummary {
   Index num_zero_columns = 0;  // columns whose entry of DiagJTJ is not positive in any batch, at the last linearization
   int num_accepted = 0;
   int num_rejected = 0;
-  int num_linearizations = 0;    // counted per batch
-  int num_cost_evaluations = 0;  // evaluations of the full cost
-  int num_subset_evaluations = 0;
+  int num_linearizations = 0;      // counted per batch
+  int num_cost_evaluations = 0;    // of the cost of all units
+  int num_subset_evaluations = 0;  // of the cost of a subset of the units, by the line search
   int num_pcg_iterations = 0;
   int num_products = 0;          // products with H, counted per batch in BatchMode::kMerge
   double linearize_seconds = 0;  // including gradient, diagonal and preconditioner
@@ -79,7 +79,7 @@ struct LmSummary {
   std::string linear_solver;  // the linear solver and, if it was chosen automatically, the reason
   std::string configuration;  // the step rule and other choices, for the full report
   std::vector<LmIteration> iterations;
-  // Remarks for the full report about the arguments of the call; not saved.
+  // Remarks about the arguments of the call, for the full report; not saved.
   std::vector<std::string> notes = {};
   // Time per phase, if LmOptions::profile is true; not saved.
   std::vector<PhaseRow> phases = {};

@@ -99,8 +99,8 @@ void CheckFilm(const std::string& file) {
 }
 
 Film::Film(const std::string& file, gs::ImageSize size, double frames_per_second)
-    : file_(file), size_(size), complaints_(std::tmpfile(), std::fclose) {
-  if (!complaints_) Fail(kCannotWrite, "{}: cannot create a temporary file; free some disk space", Given("film", file));
+    : file_(file), size_(size), output_(std::tmpfile(), std::fclose) {
+  if (!output_) Fail(kCannotWrite, "{}: cannot create a temporary file; free some disk space", Given("film", file));
   Start(FindFfmpeg(file), frames_per_second);
 }
 
@@ -122,8 +122,8 @@ void Film::Start(const std::string& program, double frames_per_second) {
   }
   SpawnActions actions;
   posix_spawn_file_actions_adddup2(actions.get(), ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(actions.get(), ::fileno(complaints_.get()), STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(actions.get(), ::fileno(complaints_.get()), STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(actions.get(), ::fileno(output_.get()), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(actions.get(), ::fileno(output_.get()), STDERR_FILENO);
   const int error = ::posix_spawn(&process_, program.c_str(), actions.get(), nullptr, arguments.data(), environ);
   ::close(ends[1]);
   frames_ = ends[0];
@@ -165,8 +165,8 @@ int Film::Wait() {
 void Film::FailWithReason() {
   Wait();
   std::array<char, 512> line{};
-  std::rewind(complaints_.get());
-  if (!std::fgets(line.data(), line.size(), complaints_.get())) line = {"it ended without a message"};
+  std::rewind(output_.get());
+  if (!std::fgets(line.data(), line.size(), output_.get())) line = {"it ended without a message"};
   std::string reason = line.data();
   if (reason.ends_with('\n')) reason.pop_back();
   Fail(kCannotWrite, "{}: ffmpeg failed: {}", Given("film", file_.path()), reason);

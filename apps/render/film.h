@@ -16,10 +16,12 @@
 
 namespace vesta::app {
 
-// Throws Error (one line with --film) unless the file name ends in .mp4, the file can be written, and ffmpeg exists.
+// Throws Error if the file name does not end in .mp4, if the program ffmpeg is not installed, or if the file cannot be
+// written. The message names the option --film.
 void CheckFilm(const std::string& file);
 
-// Writes a video: H.264, or the default codec of ffmpeg. The file appears, complete, only in Finish.
+// Writes a video with ffmpeg's default codec for .mp4 (H.264 in usual builds). Only Finish creates the file, when the
+// video is complete.
 class Film {
  public:
   // frames_per_second > 0. An odd width or height is padded by one black column or row.
@@ -40,14 +42,14 @@ class Film {
 
   AtomicFile file_;
   gs::ImageSize size_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> complaints_;  // output of ffmpeg
-  int frames_ = -1;                                             // socket that ffmpeg reads from
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> output_;  // output of ffmpeg
+  int frames_ = -1;                                         // socket that ffmpeg reads from
   pid_t process_ = -1;
 };
 
-// A unique .png name for each view. The extension of the view's name is dropped, kept if names would clash without it,
-// and numbered if they clash even so ("a/b.jpg" and "a_b.jpg"). files_of(name): all files that are written for an image
-// of this name, the name itself first.
+// Returns a unique .png name for each view. The extension of the views' names is dropped. If two names would then be
+// equal, all names keep it. If some are still equal ("a/b.jpg" and "a_b.jpg"), all but the first get a number.
+// files_of(name): all files that are written for an image of this name, the name itself first; none of them may clash.
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
                                    const std::function<std::vector<std::string>(const std::string&)>& files_of);
 

@@ -71,7 +71,7 @@ TrainingRun Receive(const std::string& bytes) {
 
 TrainingRun TrainAlone(const gs::Scene& scene, const TrainingJob& job, int threads) {
   const ChildResult child = RunInChild(job.name, [&](const Send& send) {
-    ReturnFreedMemory();
+    ReturnFreedMemoryToSystem();
     SetNumThreads(threads);
     Train(scene, job, send);
   });

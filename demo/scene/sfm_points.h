@@ -17,8 +17,8 @@ struct SurfacePoint {
 // Standard deviation of a point's position along each axis, relative to its distance from the camera.
 inline constexpr double kPointNoise = 0.003;
 
-// Samples `count` points: the surface at the centre of a random pixel of a random view, with normal noise and the
-// colour of the pixel. images[k] is the image of views[k].
+// Samples `count` points. Each is the surface point at the centre of a random pixel of a random view, moved by Gaussian
+// noise along each axis, and has the colour of the pixel. images[k] is the image of views[k].
 std::vector<SurfacePoint> SampleSurface(const Scene& scene, const std::vector<View>& views,
                                         const std::vector<gs::Image>& images, int count, std::uint64_t seed);
 

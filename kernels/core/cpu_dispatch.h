@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIMD instruction sets: selects the one to use in this process, and the function tables compiled for it.
+// Selects the SIMD instruction set of this process, and the versions of functions that were compiled for it.
 #pragma once
 
 namespace vesta {
@@ -16,14 +16,15 @@ const char* IsaName(Isa isa);
 
 }  // namespace vesta
 
-// Declares a function that a *.simd.cpp file defines once per instruction set, and selects one of its versions. Each
-// macro takes one line of the corresponding .cpp file:
+// VESTA_DECLARE_PER_ISA declares a function that a *.simd.cpp file defines once per instruction set. VESTA_OF_ISA
+// selects one of its versions. The ordinary .cpp file that needs the function uses both macros:
 //
 //   VESTA_DECLARE_PER_ISA(const RowKernels& CompiledRowKernels();)
 //   const RowKernels& RowKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRowKernels)(); }
 //
-// Both lines must be in the namespace that encloses the `inline namespace VESTA_ISA` of the *.simd.cpp file, which must
-// not include them: it makes a different namespace the inline one.
+// Both lines must be in the namespace that encloses `inline namespace VESTA_ISA` in the *.simd.cpp file. Do not put
+// them into a header that the *.simd.cpp file includes: the macro makes `baseline` the inline namespace, but there
+// VESTA_ISA must be the inline one.
 #if defined(__x86_64__)
 #define VESTA_DECLARE_PER_ISA(...) \
   inline namespace baseline {      \

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Division of indices by a divisor that is constant during a pass. A 64-bit
-// division on a GPU takes about a hundred instructions, which doubles the work of a memory-bound thread; this takes a
-// handful.
+// SPDX-License-Identifier: Apache-2.0
+// Division of indices by a divisor that is constant during a pass. A 64-bit division on a GPU takes about a hundred
+// instructions, which doubles the work of a memory-bound thread; this takes a handful.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 VESTA_HD marks a function for host and device. It is empty outside nvcc.
+// SPDX-License-Identifier: Apache-2.0
+// VESTA_HD marks a function for host and device. It is empty outside nvcc.
 #pragma once
 
 #if defined(__CUDACC__)

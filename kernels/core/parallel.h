@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Parallel loops; all of the library's threads start here. Results do not depend on
-// the number of threads: loops write disjoint data, and reductions add fixed chunks in a fixed order.
+// SPDX-License-Identifier: Apache-2.0
+// Parallel loops; all of the library's threads start here. Results do not depend on the number of threads: loops write
+// disjoint data, and reductions add fixed chunks in a fixed order.
 #pragma once
 
 #include <algorithm>

@@ -36,7 +36,7 @@ double NumberNamed(const std::string& name, const char* path, double otherwise) 
 
 }  // namespace
 
-void ReturnFreedMemory() {
+void ReturnFreedMemoryToSystem() {
 #ifdef __GLIBC__
   // Setting the threshold stops glibc from raising it by itself.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);

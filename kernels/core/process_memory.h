@@ -4,10 +4,10 @@
 
 namespace vesta {
 
-// Makes freed buffers of 1 MiB and more return to the system from now on. glibc's allocator would otherwise keep more
-// and more of them: a training with a growing number of Gaussians held 20 % more memory than it used. Programs call it
-// at their start. It only has an effect with glibc.
-void ReturnFreedMemory();
+// After this call each buffer of 1 MiB or more goes back to the system as soon as it is freed. By default glibc's
+// allocator keeps more and more of them: a training with a growing number of Gaussians held 20 % more memory than it
+// used. Programs call it at their start. It has no effect without glibc.
+void ReturnFreedMemoryToSystem();
 
 // Peak resident memory so far, MiB.
 double PeakMemoryMib();

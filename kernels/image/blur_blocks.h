@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0 Operators of the photometric loss on a GPU, as block kernels
-// (kernels/core/block_kernel.h). A block of threads blurs N fields over a patch of one plane, 32 x 16 pixels with a
-// border of five, and passes the result to the operator. The formulas are in photometric_formula.h.
+// SPDX-License-Identifier: Apache-2.0
+// Operators of the photometric loss on a GPU, as block kernels (kernels/core/block_kernel.h). A block of threads blurs
+// N fields over a patch of one plane, 32 x 16 pixels with a border of five, and passes the result to the operator. The
+// formulas are in photometric_formula.h.
 #pragma once
 
 #include "kernels/core/block_kernel.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions with the same meaning for scalars, dual numbers, ceres::Jet and SIMD batches, and how such types
-// are loaded, stored and summed.
+// Elementary functions with the same meaning for scalars, dual numbers, ceres::Jet and SIMD batches. Class Lanes loads,
+// stores and sums such types.
 //
-// Templates in kernels/math and kernels/gaussian_splatting never branch on values; they use Select. Other scalar types
-// provide overloads (dual.h, lanes.h). Types with operator?: and comparison to bool, such as ceres::Jet, use the ones
-// here.
+// Templates in kernels/math and kernels/gaussian_splatting never branch on values; they use Select. The general
+// Elementary below serves types whose comparisons return bool, such as float, double and ceres::Jet. Dual numbers and
+// SIMD batches specialise it (dual.h, lanes.h).
 #pragma once
 
 #include <bit>
@@ -19,8 +19,8 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
-// Implements the functions below for one scalar type. Specialised for duals (dual.h) and SIMD batches (lanes.h). As a
-// class template it is found in any order of includes.
+// Implements the functions below for one scalar type. A class template, because a specialisation may be included after
+// the functions that use it; an overload would not be found then.
 template <class T>
 struct Elementary {
   template <class Mask>
@@ -91,7 +91,8 @@ VESTA_HD inline T Reciprocal(const T& x) {
   return Elementary<T>::Reciprocal(x);
 }
 
-// How a lane type is loaded, stored and summed. A plain scalar is a vector of one lane; lanes.h has SIMD batches.
+// Loads, stores and sums values of type V. A plain scalar is a vector of one lane. lanes.h specialises Lanes for SIMD
+// batches.
 template <class V>
 struct Lanes {
   using Scalar = V;

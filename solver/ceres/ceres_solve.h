@@ -16,11 +16,11 @@ namespace vesta::ceres_bridge {
 // bounds ends the solve before the first iteration (kInfeasible).
 LmSummary Solve(const LmOptions& options, ceres::Problem& problem, const LmCallback& callback = {});
 
-// The same with ceres::Solver::Options. WellObserved are the options that FromCeres converts,
-// update_state_every_iteration and `callbacks`. Callbacks are called after the start and after each iteration, as in
-// Ceres. Their IterationSummary is complete except for gradient_norm, the line-search members and
-// step_solver_time_in_seconds. Ignored options are listed in the report. If a callback returns SOLVER_ABORT, the
-// parameter blocks keep their values from the start, or from the last state update. Pass the evaluation callback of
+// The same with ceres::Solver::Options. It supports the options that FromCeres converts, update_state_every_iteration
+// and `callbacks`. The report lists the options that are ignored. Callbacks are called after the start and after each
+// iteration, as in Ceres. Their IterationSummary is complete except for gradient_norm, the line-search members and
+// step_solver_time_in_seconds. If a callback returns SOLVER_ABORT, the parameter blocks keep their values from the
+// start, or from the last state update. Pass the evaluation callback of
 // Problem::Options here again, because it cannot be read from a ceres::Problem.
 LmSummary Solve(const ceres::Solver::Options& options, ceres::Problem& problem, const LmCallback& callback = {},
                 ceres::EvaluationCallback* evaluation_callback = nullptr);

@@ -9,9 +9,9 @@
 
 namespace vesta {
 
-// Each part has a consecutive range of the residual blocks and the parameter blocks that they use. It evaluates only
-// these and has its own Jacobian. Every process creates the whole problem, which holds parameter blocks, cost functions
-// and the order of a step. Bounds, manifolds and constant blocks belong to the whole problem.
+// Each part has a consecutive range of the residual blocks, and the parameter blocks that they use. It evaluates only
+// these and has its own Jacobian. Every process creates the whole problem, with all parameter blocks and cost
+// functions; it also defines the order of a step. Bounds, manifolds and constant blocks belong to the whole problem.
 class BlockParts final : public ProblemParts<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;

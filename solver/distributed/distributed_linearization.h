@@ -59,8 +59,8 @@ class DistributedLinearization final : public Linearization<B>,
   }
 
  private:
-  // out = sum over all parts of the vector that give(linearization, part, to) writes. It must write all entries of the
-  // part.
+  // out = the sum over all parts of the vectors that give(linearization, part, to) writes. `give` must write all
+  // entries of the part.
   template <class Give>
   void SumParts(const Give& give, VectorView out);
   // Makes the function that writes one term of this sum, for SumOverRanks.
@@ -81,8 +81,8 @@ class DistributedLinearization final : public Linearization<B>,
   std::vector<std::unique_ptr<LinearizationAdaptor<B>>> linearizations_;
   Index num_residuals_ = 0;
   bool has_own_right_hand_side_ = false;
-  typename B::Vector gradient_,
-      squares_;  // stored until they are read; squares_ sums the squared gradients of the units
+  // Stored until they are read. squares_ sums the squared gradients of the units.
+  typename B::Vector gradient_, squares_;
   // This process's shard of the blocks. Stored from DiagJTJ until ShardOfBlocks if one pass computes both.
   std::optional<BlockDiagonal<B>> blocks_;
   typename B::Vector local_in_, local_out_;
@@ -101,7 +101,7 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
   using typename Base::VectorView;
   using S = typename B::Scalar;
 
-  // Borrows the linearization. Throws Error if the parts do not satisfy ProblemParts::eliminates.
+  // The linearization must outlive this object. Throws Error if the parts do not satisfy ProblemParts::eliminates.
   explicit DistributedReducedSystem(DistributedLinearization<B>& linearization);
 
   Index size() const override { return kept_; }

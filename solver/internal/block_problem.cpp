@@ -232,7 +232,7 @@ const StepCounts* BlockProblem::CountSteps(bool eliminating) {
                  .entries = static_cast<double>(structure.num_values()),
                  .reduced = reduced,
                  .system_columns = static_cast<double>(reduced ? structure.num_kept() : structure.num_tangent()),
-                 .hops = static_cast<double>(LongestDistance(structure))});
+                 .hops = static_cast<double>(LongestDistanceLowerBound(structure))});
   const StepCounts::Factor least = LeastFactor();
   const double allowed = MaxFactorMultiplications(*counts_, least);
   if (!cholesky_ && allowed > 0) cholesky_ = PlanCholesky(allowed);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls residual functors. Also evaluates one functor of a set, as a GPU kernel does.
+// Calls residual functors, and detects residuals that they do not write. EvaluateFunctor evaluates one residual block;
+// a GPU kernel runs it once per block.
 #pragma once
 
 #include <concepts>
@@ -12,19 +13,19 @@
 namespace vesta {
 
 template <std::floating_point S>
-VESTA_HD void Forget(S& entry) {
+VESTA_HD void MarkUnwritten(S& entry) {
   entry = Unwritten<S>();
 }
 template <class S>
-VESTA_HD void Forget(Dual<S>& entry) {
-  Forget(entry.a);
-  Forget(entry.v);
+VESTA_HD void MarkUnwritten(Dual<S>& entry) {
+  MarkUnwritten(entry.a);
+  MarkUnwritten(entry.v);
 }
-// Call this once before calls of the functor: entries that it never writes then stay Unwritten. The compiler removes
-// the fill if it sees that the functor writes all entries.
+// Marks entries as Unwritten (evaluation_faults.h). Call this once before calls of the functor: entries that it never
+// writes then stay Unwritten. The compiler removes the fill if it sees that the functor writes all entries.
 template <class T>
-VESTA_HD void Forget(int count, T* entries) {
-  for (int i = 0; i < count; ++i) Forget(entries[i]);
+VESTA_HD void MarkUnwritten(int count, T* entries) {
+  for (int i = 0; i < count; ++i) MarkUnwritten(entries[i]);
 }
 
 // Returns f(arguments...) if that is bool; returns true if f returns void.
@@ -38,13 +39,14 @@ VESTA_HD bool InvokeFunctor(const F& f, Arguments... arguments) {
   }
 }
 
-// Computes the residuals and the Jacobian of residual block b by dual numbers. A GPU runs it for each block. Layout:
-// RowBlocks. F: a ResidualFunctor (solver/residual_blocks.h).
+// Computes the residuals and the Jacobian of residual block b by dual numbers. F is a ResidualFunctor
+// (solver/residual_blocks.h). Arrays have the layout of RowBlocks (kernels/core/row_blocks.h): value k of block b is at
+// k * blocks + b. The values of a Jacobian are numbered row by row.
 template <class F, class S>
 struct EvaluateFunctor {
   const F* functors;
   Index blocks;
-  const Index* index;
+  const Index* index;  // positions of the blocks' parameters in x
   const S* x;
   S *residuals, *jacobian;  // jacobian null: not computed
 
@@ -53,14 +55,14 @@ struct EvaluateFunctor {
     if (jacobian == nullptr) {
       S p[kParameters], r[kResiduals];
       for (int c = 0; c < kParameters; ++c) p[c] = x[index[c * blocks + b]];
-      Forget(kResiduals, r);
+      MarkUnwritten(kResiduals, r);
       const bool valid = InvokeFunctor(functors[b], p, r);
       for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = valid ? r[k] : Unwritten<S>();
       return;
     }
     Dual<S> p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c * blocks + b]]);
-    Forget(kResiduals, r);
+    MarkUnwritten(kResiduals, r);
     bool valid = true;
     for (int column = 0; column < kParameters; ++column) {
       p[column].v = S(1);

@@ -20,8 +20,8 @@ inline namespace VESTA_ISA {
 
 // The usual beta1 is 0.9. With sparse updates, a shorter mean works better (docs/decisions/sparse-adam.md).
 inline constexpr float kAdamBeta1 = 0.7f, kAdamBeta2 = 0.999f;
-// Lower limits. The second-moment limit replaces Adam's epsilon; first moments below theirs become zero. Both prevent
-// denormal numbers, which are about a hundred times slower.
+// kAdamSecondFloor is the smallest second moment; it replaces Adam's epsilon. First moments whose magnitude is below
+// kAdamFirstFloor become zero. Both prevent denormal numbers, which are about a hundred times slower.
 inline constexpr float kAdamSecondFloor = 1e-27f, kAdamFirstFloor = 1e-30f;
 
 template <class V>
@@ -53,17 +53,18 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
 // Adam in the eigenbasis of each Gaussian's own gradients.
 //
 // Mean, log-scales, quaternion and opacity of a Gaussian change the same pixels, so their gradients are correlated.
-// Adam with one scale per parameter is slow along the valleys between them. Let C be the running mean of g g^T over
-// these eleven parameters. Full-matrix Adam steps by C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011,
-// section 1.1, with Adam's means). Here, as in SOAP (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q
-// that follows the eigenvectors of C. C is the empirical counterpart of the blocks of J^T W J that precondition LM's
-// systems.
+// Adam with one scale per parameter is slow in directions that mix several of them. Let m be the first moment of the
+// gradient g of these eleven parameters, and C the running mean of g g^T. Full-matrix Adam would step by C^{-1/2} m
+// (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means). Instead, as in SOAP (Vyas et
+// al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C. C approximates
+// curvature, as the blocks of J^T W J do that precondition LM's systems.
 //
-// All quantities are in units of the learning rates: parameters x / rate, gradients g * rate.
+// The formulas are in units of the learning rates: parameters x / rate, gradients g * rate, moments m * rate. C and the
+// second moments are stored in these units; the gradient, the parameters and the first moments are stored without them.
 struct BlockAdamArrays {
   Index count;                                    // number of Gaussians
-  float *gradient, *parameters, *first, *second;  // [11 * count]; first and second moments, the latter in the basis
-  float* bases;                   // BlockEntry: row a of Q begins at 11 a; the lower triangle of C follows
+  float *gradient, *parameters, *first, *second;  // [11 * count]; first and second moments, the latter in the basis Q
+  float* bases;                   // numbers of Q, row by row, then the lower triangle of C; layout: see BlockEntry
   Index bases_begin;              // first Gaussian of `bases`, a multiple of kBlockLanes
   const float* units;             // [count], factors on the learning rates of the means; null: 1
   float rates[splat::kGeometry];  // learning rate of each attribute
@@ -76,12 +77,14 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
-// Each second moment is raised by this fraction of their sum. In directions that rarely have a gradient, steps are then
-// at most about thirty times longer (docs/decisions/block-second-moments.md).
+// Each second moment is raised by this fraction of their sum. This limits the step per unit of first moment: in a
+// direction that rarely has a gradient, it is at most about thirty times that of the direction with the largest second
+// moment (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
-// Q and C of one Gaussian are 187 numbers. The matrices of 16 Gaussians are interleaved, number by number, so vector
-// loads are contiguous and a step does not read 187 distant rows.
+// Q and C of one Gaussian are 121 + 66 = 187 numbers. The matrices of 16 Gaussians are interleaved: number 0 of all 16,
+// then number 1 of all 16, and so on. So vector loads are contiguous and a step does not read 187 distant rows.
+// BlockEntry is the position of a number of Gaussian i.
 inline constexpr int kBlockNumbers = kBasisSize + kCovarianceSize, kBlockLanes = 16;
 VESTA_HD constexpr Index BlockEntry(int number, Index i) {
   return (i / kBlockLanes * kBlockNumbers + number) * kBlockLanes + i % kBlockLanes;
@@ -91,18 +94,19 @@ constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Each basis is rotated once in kTurnEvery views, a chunk of Gaussians at a time. The n-th view rotates the chunks
-// FirstTurned(n), FirstTurned(n) + kTurnEvery, and so on.
+// Each basis is rotated once in kTurnEvery views, a chunk of kTurnChunk Gaussians at a time. After view n of the
+// training, the chunks FirstTurned(n), FirstTurned(n) + kTurnEvery, and so on are rotated.
 inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
 VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
-// Whether one of the last `views` views rotates the chunk. seen: number of views so far.
+// Returns whether the chunk is rotated after a step with this many views. seen: number of views of all steps, including
+// this one.
 constexpr bool IsTurned(Index chunk, Index seen, Index views) { return (chunk + seen) % kTurnEvery < views; }
 
 // Entry (i, j) of a symmetric matrix in its packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? PackedLower(i, j) : PackedLower(j, i); }
 
-// Updates the moments and C with the gradients of the V's Gaussians from i on, moves their parameters and clears their
-// gradients. Gaussians with eleven zero gradients stay unchanged.
+// One step of Adam for as many Gaussians as V has lanes, from Gaussian i on. Updates the moments and C, moves the
+// parameters and clears the gradients. Gaussians with eleven zero gradients stay unchanged.
 template <class V>
 VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   using std::abs, std::sqrt;
@@ -165,8 +169,9 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   }
 }
 
-// Rotates the basis towards the eigenvectors of C, by one sweep of Jacobi's method from the present basis (Golub and
-// Van Loan, Matrix Computations, section 8.5.3). Then recomputes the second moments from C.
+// Rotates the bases of the same Gaussians towards the eigenvectors of C. One sweep of Jacobi's eigenvalue method,
+// starting from the present basis, sets each off-diagonal entry of Q^T C Q to zero once (Golub and Van Loan, Matrix
+// Computations, section 8.5.3). Then sets the second moments to the diagonal of Q^T C Q.
 template <class V>
 VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
   using std::sqrt;

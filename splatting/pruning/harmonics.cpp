@@ -100,7 +100,7 @@ ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringView
   RenderedViews rendered(model, scoring_views);
   ScoringLoss judged;
   using Rises = splat::RecolorRises<double>;
-  const auto ask = [&](const View& view, Rises* rows) {
+  const auto compute = [&](const View& view, Rises* rows) {
     const std::array<float, 3> centre = CentreOf(rendered.view().camera());
     const auto recolor = [&](Index i) {
       const std::array<float, kBases> basis = BasisSeen(model, i, centre);
@@ -116,7 +116,7 @@ ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringView
     };
     rendered.view().AddRecolors(judged.Linearize(rendered.image(), view), recolor, rows, rendered.workspace());
   };
-  rendered.ForEachGathered<Rises>(ask, [&](const View&) {
+  rendered.ForEachGathered<Rises>(compute, [&](const View&) {
     return [&](Index i, const Rises& row) {
       for (int d = 0; d < splat::kRecolors; ++d) rises_[static_cast<std::size_t>(i)].rise[d] += row.rise[d];
     };

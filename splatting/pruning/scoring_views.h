@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views that score Gaussians, and the removal cost: the predicted rise of their loss without each Gaussian.
+// The training views that score Gaussians, and the removal cost of each Gaussian: the predicted rise of the loss of
+// these views if it is removed.
 #pragma once
 
 #include <array>
@@ -33,8 +34,9 @@ struct ScoringViews {
 ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes = {});
 
-// Bytes of a RenderedViews and a ScoringLoss for a model with this many Gaussians and its largest view, including the
-// sums per pair and splat. Memory of passes over single Gaussians is extra.
+// Returns the bytes that a RenderedViews and a ScoringLoss need together, for a model with this many Gaussians. view:
+// the counts of its largest view. The sums per pair and per splat are included. Arrays with one value per Gaussian,
+// such as the rows of ForEachGathered, are not.
 inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians) {
   using Workspace = splat::ViewWorkspace<float>;
   constexpr double kSums = sizeof(splat::RecolorRises<float>),
@@ -52,12 +54,16 @@ class RenderedViews {
   RenderedViews(const splat::Model<float>& model, const ScoringViews& scoring_views)
       : model_(model), scoring_views_(scoring_views) {}
 
-  // Collects a value of type Row per Gaussian from each view that sees it. ask(view, rows) adds to rows, which has one
-  // zero-initialised row per Gaussian; view() and image() describe the present view. take(view) returns a function that
-  // is called with (i, row) for each visible Gaussian: views in their order, Gaussians in parallel. Each process asks
-  // its own views, and every process takes the rows of all.
-  template <class Row, class Ask, class Take>
-  void ForEachGathered(const Ask& ask, const Take& take);
+  // Computes a value of type Row for each Gaussian and each view that sees it.
+  //
+  // compute(view, rows) is called once per view, after it was rendered: view() and image() then belong to it. rows has
+  // one zero-initialised row per Gaussian, to which `compute` adds. apply(view) is called once per view, in the order
+  // of the views. It returns a function f, and f(i, row) is called for each visible Gaussian i, in parallel.
+  //
+  // Each process calls `compute` for its share of the views. Every process calls `apply` for all views, with the rows
+  // of all processes.
+  template <class Row, class Compute, class Apply>
+  void ForEachGathered(const Compute& compute, const Apply& apply);
   const splat::SplatView<float>& view() const { return view_; }
   const HostBuffer<float>& image() const { return image_; }
   splat::ViewWorkspace<float>& workspace() { return workspace_; }
@@ -77,9 +83,9 @@ class RenderedViews {
   HostBuffer<float> image_;
 };
 
-template <class Row, class Ask, class Take>
-void RenderedViews::ForEachGathered(const Ask& ask, const Take& take) {
-  struct Answer {
+template <class Row, class Compute, class Apply>
+void RenderedViews::ForEachGathered(const Compute& compute, const Apply& apply) {
+  struct GaussianRow {
     std::int32_t gaussian;
     Row row;
   };
@@ -88,34 +94,36 @@ void RenderedViews::ForEachGathered(const Ask& ask, const Take& take) {
   const Share own = scoring_views_.processes.OwnShare(views);
   const bool is_alone = scoring_views_.processes.is_alone();
   std::vector<Row> rows;
-  std::vector<std::vector<Answer>> told(static_cast<std::size_t>(is_alone ? 0 : own.size()));
+  std::vector<std::vector<GaussianRow>> own_rows(static_cast<std::size_t>(is_alone ? 0 : own.size()));
   for (Index v = own.begin; v < own.end; ++v) {
     const View& view = *scoring_views_.views[static_cast<std::size_t>(v)];
     Render(view);
     rows.assign(static_cast<std::size_t>(model_.count), Row());
-    ask(view, rows.data());
+    compute(view, rows.data());
     if (is_alone) {
-      const auto take_row = take(view);
+      const auto apply_row = apply(view);
       ParallelFor(model_.count, kGrain, [&](Index i) {
-        if (view_.rank_of()[i] >= 0) take_row(i, rows[static_cast<std::size_t>(i)]);
+        if (view_.rank_of()[i] >= 0) apply_row(i, rows[static_cast<std::size_t>(i)]);
       });
       continue;
     }
-    std::vector<Answer>& answers = told[static_cast<std::size_t>(v - own.begin)];
-    answers.reserve(static_cast<std::size_t>(view_.num_splats()));
+    std::vector<GaussianRow>& view_rows = own_rows[static_cast<std::size_t>(v - own.begin)];
+    view_rows.reserve(static_cast<std::size_t>(view_.num_splats()));
     for (Index i = 0; i < model_.count; ++i) {
-      if (view_.rank_of()[i] >= 0) answers.push_back({static_cast<std::int32_t>(i), rows[static_cast<std::size_t>(i)]});
+      if (view_.rank_of()[i] >= 0) {
+        view_rows.push_back({static_cast<std::int32_t>(i), rows[static_cast<std::size_t>(i)]});
+      }
     }
   }
   if (is_alone) return;
   for (Index v = 0; v < views; ++v) {
     const bool is_own = v >= own.begin && v < own.end;
-    const std::vector<Answer> answers = scoring_views_.processes.Gather(
-        is_own ? std::exchange(told[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<Answer>());
-    const auto take_row = take(*scoring_views_.views[static_cast<std::size_t>(v)]);
-    ParallelFor(static_cast<Index>(answers.size()), kGrain, [&](Index k) {
-      const Answer& answer = answers[static_cast<std::size_t>(k)];
-      take_row(Index{answer.gaussian}, answer.row);
+    const std::vector<GaussianRow> view_rows = scoring_views_.processes.Gather(
+        is_own ? std::exchange(own_rows[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<GaussianRow>());
+    const auto apply_row = apply(*scoring_views_.views[static_cast<std::size_t>(v)]);
+    ParallelFor(static_cast<Index>(view_rows.size()), kGrain, [&](Index k) {
+      const GaussianRow& entry = view_rows[static_cast<std::size_t>(k)];
+      apply_row(Index{entry.gaussian}, entry.row);
     });
   }
 }
@@ -124,7 +132,8 @@ void RenderedViews::ForEachGathered(const Ask& ask, const Take& take) {
 // change.
 class ScoringLoss {
  public:
-  // Linearises the loss of this view. The result is valid until the next call. The view counts in Cost and Values.
+  // Linearises the loss of this view, and adds the view to the sums of Cost and Values. The result is valid until the
+  // next call.
   splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
     const ImageShape shape{view.camera.width, view.camera.height};
     photograph_.reset();  // frees its memory before the next one is loaded
@@ -173,13 +182,13 @@ class ScoringLoss {
   std::vector<double> costs_, values_;  // by view
 };
 
-// Removal cost of each Gaussian: the rise of the photometric loss of the training views without it
-// (kernels/gaussian_splatting/raster/loss_passes.h). The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over views, pixels
-// and channels.
+// Removal cost of each Gaussian: the photometric loss of the training views without it, minus the loss with it, as
+// predicted by kernels/gaussian_splatting/raster/loss_passes.h. The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over
+// views, pixels and channels.
 struct RemovalCost {
   double cost = 0;           // loss of the views with all Gaussians
   double values = 0;         // pixels of the views times channels
-  std::vector<double> rise;  // change of the loss without this Gaussian, all others fixed; negative: it falls
+  std::vector<double> rise;  // loss without this Gaussian minus loss with it, all others fixed
 };
 
 // Takes the time of about three renderings of all views.

@@ -136,7 +136,7 @@ TEST(AutoChoice, DistanceCountsHops) {
     const std::vector<ParameterBlock> parameters(static_cast<std::size_t>(blocks), {0, 1, 1});
     ResidualBlockList rows;
     for (const auto& residual : residuals) rows.Add({1, residual});
-    return LongestDistance(BlockStructure(parameters, rows, eliminate));
+    return LongestDistanceLowerBound(BlockStructure(parameters, rows, eliminate));
   };
   EXPECT_EQ(distance({}, 0, false), 0);
   EXPECT_EQ(distance({{0}, {1}}, 2, false), 0) << "two parts";

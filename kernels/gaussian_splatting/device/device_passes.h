@@ -1,5 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0 Kernel launches of DeviceSplatView, compiled by nvcc. All pointers are to GPU
-// memory. Only functions that return a sum wait.
+// SPDX-License-Identifier: Apache-2.0
+// The GPU functions that DeviceSplatView calls, compiled by nvcc. Each function launches one or a few kernels. All
+// pointers are to GPU memory. PoseCotangent and LensCotangent return a sum to the host and therefore wait for the
+// device; all other functions return at once.
 #pragma once
 
 #include "kernels/core/device_buffer.h"
@@ -13,7 +15,8 @@ namespace vesta::splat::device_passes {
 
 using Index = std::int64_t;
 
-// ProjectKernels for all Gaussians of the model; indices[i] = i.
+// The functions of ProjectKernels, for all Gaussians of the model. Project also sets indices[i] = i: the later sort by
+// depth permutes keys and indices together.
 void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats);
 void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
@@ -23,7 +26,8 @@ void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const st
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal);
 
-// CameraKernels for all Gaussians of the model, and the functions of lens_motion.h for each splat.
+// Derivatives with respect to the camera. The Pose functions apply CameraKernels to all Gaussians of the model. The
+// Lens functions apply the LensRows of lens_motion.h to all splats.
 void PoseTangents(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                   const PoseTangent& xi, SplatTangent<float>* tangents);
 PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
@@ -35,33 +39,37 @@ void AddTangents(const SplatTangent<float>* tangents, Index count, SplatTangent<
 LensTangent LensCotangent(const Splat<float>* splats, Index count, const PosedCamera& camera,
                           const SplatTangent<float>* cotangents);
 
-// The steps of tile_pairs.h.
+// The steps of tile_pairs.h, in their order.
 void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
                   Splat<float>* splats, std::int32_t* rank_of);
 void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts);
-// wide: NumWideSlots slots, 0 before.
+// wide: output, the splats that cover many tiles (wide_splats.h). It must have NumWideSlots(pairs) entries, all 0
+// before the call.
 void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
                     const PairArrays& pairs, DeviceBuffer<std::uint32_t>& wide);
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
                      Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin);
 
-// The block kernels of raster_blocks.h over all tiles, and the sums of their records per splat.
+// The block kernels of raster_blocks.h, for all tiles. Adjoint and Gram write one record per (splat, tile) pair: its
+// sums over the pixels of the tile. The record of pair k of the lists is stored at entries[k], so the records of one
+// splat are adjacent. SumBySplat then adds the records of each splat.
 void Forward(const TileLists<float>& lists, float* image);
 void Tangent(const TileLists<float>& lists, const SplatTangent<float>* tangents, float* d_image);
 void Adjoint(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* u,
              SplatTangent<float>* sums);
 void Gram(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* omega,
           SplatGram<float>* sums);
-// wide: from EmitSplatPairs.
+// wide: the output of EmitSplatPairs.
 void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
                 const SplatTangent<float>* records, SplatTangent<float>* sums);
 void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
                 const SplatGram<float>* records, SplatGram<float>* sums);
 
-// Kernel launches of DeviceJacobianCache. E is the number format of an entry: float or Half.
+// The GPU functions of DeviceJacobianCache. E is the number format of an entry: float or Half.
 //
-// Computes pairs[places[k]] for each pair k of the lists, and counts[e] for each place e.
+// The cache orders its (splat, tile) pairs by splat; pair k of the tile lists is pair places[k] of the cache. Computes
+// these pairs, with their masks, and counts[e], the number of entries of pair e of the cache. size: number of pairs.
 void FindEntries(const TileLists<float>& lists, const std::uint32_t* places, Index size, CachePair* pairs,
                  Index* counts);
 template <class E>
@@ -70,7 +78,7 @@ void FillEntries(const TileLists<float>& lists, const std::uint32_t* places, con
 template <class E>
 void CachedTangent(const TileLists<float>& lists, const std::uint32_t* places, const CachePairs& cache,
                    const CacheEntry<E>* entries, const SplatTangent<float>* tangents, float* d_image);
-// sums: one per pair, at its place.
+// sums[e]: the sums of pair e of the cache, to be added by SumBySplat.
 template <class E>
 void CachedAdjoint(const TileLists<float>& lists, const CachePairs& cache, const CacheEntry<E>* entries, Index size,
                    const float* u, SplatTangent<float>* sums);

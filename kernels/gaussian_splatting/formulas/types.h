@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Plain data types of the splatting kernels, shared by all instruction sets. They
-// are not templates on the kernels' own scalar types, so they may be passed between the instruction sets' inline
-// namespaces.
+// SPDX-License-Identifier: Apache-2.0
+// Plain data types of the splatting kernels, shared by all instruction sets. They are not templates on the kernels' own
+// scalar types, so they may be passed between the instruction sets' inline namespaces.
 #pragma once
 
 #include <cstdint>

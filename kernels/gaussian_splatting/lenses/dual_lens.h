@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Derivatives of a lens model from its formula alone, by dual numbers. A model M<S>
-// derives from DualLens<M<S>, S> and defines kName, Plane and PointAt. Hand-written derivatives, as in the pinhole,
-// take a third of the time.
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives of a lens model from its formula alone, by dual numbers. A model M<S> derives from DualLens<M<S>, S> and
+// defines kName, Plane and PointAt. Hand-written derivatives, as in the pinhole, take a third of the time.
 #pragma once
 
 #include "kernels/gaussian_splatting/lenses/lens.h"

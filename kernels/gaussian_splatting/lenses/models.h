@@ -17,20 +17,20 @@ requires(LensModel<Models<float>>&&...) struct LensList {
 
 using LensModels = LensList<Pinhole>;
 
-// Calls body(std::type_identity<M<S>>()), where M is the model at index `place` of the list.
+// Calls body(std::type_identity<M<S>>()), where M is the model with this index in the list.
 template <class S, class Body, template <class> class M, template <class> class... Others>
-VESTA_HD decltype(auto) OfModel(LensList<M, Others...>, int place, const Body& body) {
+VESTA_HD decltype(auto) OfModel(LensList<M, Others...>, int index, const Body& body) {
   if constexpr (sizeof...(Others) > 0) {
-    if (place > 0) return OfModel<S>(LensList<Others...>(), place - 1, body);
+    if (index > 0) return OfModel<S>(LensList<Others...>(), index - 1, body);
   }
   return body(std::type_identity<M<S>>());
 }
 
 // Index of the model with that name, or -1.
 template <template <class> class... Models>
-constexpr int PlaceOf(LensList<Models...>, std::string_view name) {
-  int place = 0, found = -1;
-  ((found = name == Models<double>::kName ? place : found, ++place), ...);
+constexpr int IndexOf(LensList<Models...>, std::string_view name) {
+  int index = 0, found = -1;
+  ((found = name == Models<double>::kName ? index : found, ++index), ...);
   return found;
 }
 
@@ -42,7 +42,7 @@ VESTA_HD inline void PixelOf(const Lens& lens, const double t[3], double& u, dou
     LensConstants<double>(lens).Pixel(x, y, u, v);
   });
 }
-// Computes the point at that depth that projects to pixel (u, v).
+// Computes t, the point in camera coordinates at this depth that projects to pixel (u, v).
 inline void PointAt(const Lens& lens, double u, double v, double depth, double t[3]) {
   OfModel<double>(LensModels(), lens.model, [&](auto model) {
     decltype(model)::type::PointAt((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy, depth, t);

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0 GPU versions of the raster passes as block kernels (kernels/core/block_kernel.h):
-// a tile is one block of threads, a pixel one thread. They use the formulas of the host's passes (passes.h) and the
-// traversal of tile_block.h. S is float on a device; tests run double on the host.
+// SPDX-License-Identifier: Apache-2.0
+// GPU versions of the raster passes as block kernels (kernels/core/block_kernel.h): a tile is one block of threads, a
+// pixel one thread. They use the formulas of the host's passes (passes.h) and the traversal of tile_block.h. S is float
+// on a device; tests run double on the host.
 //
 // Forward and tangent passes keep all data in registers. Adjoint and Gram passes sum over the pixels of each splat.
 // They sum within the tile, without atomics and without shuffles in the inner loop. For a few splats at a time, each

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pixels that a splat covers in each row of a tile, and the values that are constant along a row. One template
-// serves three traversals: SIMD lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row
-// (traverse_rows.h), with bit-identical results; on a device it is one row of one splat (tile_block.h).
+// serves three traversals, with bit-identical results on the host:
+//
+//   traverse_splats.h   the SIMD lanes are 16 rows of one splat
+//   traverse_rows.h     the SIMD lanes are 16 splats in one row
+//   tile_block.h        a GPU thread computes one row of one splat
 #pragma once
 
 #include <cmath>
@@ -30,7 +33,7 @@ VESTA_HD inline Splat<S> InTile(const Splat<S>& splat, const TileOrigin<S>& orig
   return moved;
 }
 
-// The members that the rows need of a splat from InTile: one splat in all lanes, or one per lane.
+// The members of a splat from InTile that RowPlace and RowSpan need. The lanes hold the same splat, or one splat each.
 template <class V>
 struct RowSplat {
   V u, v, r, s, beta, log2_opacity, support, inv_r;
@@ -62,6 +65,8 @@ struct PixelRange {
   int begin, end;
 };
 
+// The covered pixels of a row: those with begin <= x <= end, if `reaches` is true, else none. A pixel is covered if p^2
+// + q^2 is at most Splat::support. Only there can alpha reach 1/255.
 template <class V>
 struct RowSpan : RowPlace<V> {
   using L = Lanes<V>;
@@ -75,7 +80,8 @@ struct RowSpan : RowPlace<V> {
     using std::ceil;
     const V rest = Fnma(this->q, this->q, splat.support);
     reaches = rest > V(0);
-    // The margin of the support is larger than the error of this root.
+    // Splat::support is slightly enlarged. This margin is larger than the rounding error of the root, so no pixel is
+    // lost.
     const V half_width = MaskedSquareRoot(reaches, rest) * splat.inv_r;
     begin = ceil(this->middle - half_width);
     end = this->middle + half_width;
@@ -88,7 +94,8 @@ struct RowSpan : RowPlace<V> {
             static_cast<int>(Clamp(end, S(first - 1), S(last))) + 1};
   }
 
-  // For each lane: whether vector k of the row holds a covered pixel. False if the span lies between two pixels.
+  // Returns one bit per lane: 1 if vector k of the lane's row has a covered pixel. It is 0 if the span contains no
+  // pixel centre.
   VESTA_HD std::uint32_t Meets(int k) const {
     const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
     return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Builds the splat lists of the tiles on a GPU. Each step is a functor of an index,
-// run for all indices in any order, with stable sorts by key and running sums in between. TileBins builds the same
-// lists on the host.
+// SPDX-License-Identifier: Apache-2.0
+// Builds the splat lists of the tiles on a GPU. Each step is a functor of an index, run for all indices in any order,
+// with stable sorts by key and running sums in between. TileBins builds the same lists on the host.
 //
 //   Gaussians --sort by depth--> GatherSorted --> CountTiles --running sum--> EmitPairs --sort by tile--> PlacePairs
 #pragma once

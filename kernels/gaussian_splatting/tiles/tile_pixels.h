@@ -24,13 +24,15 @@ inline TileWindow WindowOf(const TileLists<S>& lists, int tile) {
   return {x0, y0, w < kTileSize ? w : kTileSize, h < kTileSize ? h : kTileSize};
 }
 
-// Blending state of a tile's pixels, which all passes update from front to back.
+// Blending state of a tile's pixels. All passes update it splat by splat, from front to back. The transmittance of a
+// pixel is the fraction of the light from behind that the splats so far let through. A pixel is closed once a splat
+// would bring it below 1e-4; no further splat is then blended (BlendSplat).
 template <class V, class S>
 struct TilePixels {
   using L = Lanes<V>;
   static constexpr int kVectors = kTileSize / L::kWidth;  // per row
 
-  alignas(64) S transmittance[kTilePixels];  // behind the splats so far; 0 if the pixel is closed or outside the image
+  alignas(64) S transmittance[kTilePixels];  // 0 if the pixel is closed or outside the image
   std::uint32_t open[kVectors] = {};         // bit y of open[k]: vector k of row y has an open pixel
 
   TilePixels(const TileLists<S>& lists, int tile) {
@@ -60,7 +62,8 @@ inline void SetZero(S* tile) {
   for (int i = 0; i < kTilePixels; i += Lanes<V>::kWidth) Lanes<V>::Store(tile + i, V(0));
 }
 
-// Copies one plane of a planar image to a tile (row stride 16, zero outside the image), and back.
+// Copies the tile's window of one plane of a planar image to `tile`, an array of 16 rows of 16 pixels. Pixels outside
+// the image become zero.
 template <class V, class S>
 inline void LoadPlane(const TileLists<S>& lists, const TileWindow& window, const S* plane, S* tile) {
   for (int y = 0; y < kTileSize; ++y) {
@@ -73,7 +76,7 @@ inline void LoadPlane(const TileLists<S>& lists, const TileWindow& window, const
     }
   }
 }
-// Prefetches the cache lines that StorePlane will write, while the tile is processed.
+// Prefetches the cache lines that StorePlane will write. Call it before the tile is processed.
 template <class S>
 inline void PrefetchPlane(const TileLists<S>& lists, const TileWindow& window, const S* plane) {
   for (int y = 0; y < window.height; ++y) {
@@ -82,6 +85,7 @@ inline void PrefetchPlane(const TileLists<S>& lists, const TileWindow& window, c
     __builtin_prefetch(row + window.width - 1, 1);
   }
 }
+// Copies the pixels of `tile` that lie inside the image back to the plane.
 template <class V, class S>
 inline void StorePlane(const TileLists<S>& lists, const TileWindow& window, const S* tile, S* plane) {
   for (int y = 0; y < window.height; ++y) {

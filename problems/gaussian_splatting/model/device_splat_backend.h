@@ -15,7 +15,7 @@ struct SplatBackend<CudaBackend<float>> {
   using Workspace = splat::DeviceViewWorkspace;
   using Loss = DevicePhotometricLoss;
   using QualityMeter = DeviceImageQualityMeter;
-  // The truth is copied to the GPU.
+  // The photograph of the view (the truth), copied to the GPU.
   using Truth = DeviceBuffer<float>;
   static Truth MakeTruth(HostSpan<const float> truth) {
     Truth copy;

@@ -13,9 +13,9 @@
 
 namespace vesta::gs {
 
-// Row i of `to` is row source[i] of `from`. Both are structures of arrays with `attributes` columns, of from_rows and
-// to_rows rows. All pointers are in one memory space. A row becomes zero if kept[i] is 0 (kept null: all are kept) or
-// if source[i] is not a row of `from`.
+// Copies row source[i] of `from` to row i of `to`. `from` has from_rows rows, `to` has to_rows rows, and both have
+// `attributes` columns. Columns are stored one after the other. Row i of `to` becomes zero if kept[i] is 0, or if
+// source[i] >= from_rows. kept: one byte per row of `to`; null keeps all rows. All pointers are in one memory space.
 template <class Row, class T = float>
 struct RowGathering {
   Index attributes, from_rows, to_rows;
@@ -33,7 +33,7 @@ struct RowGathering {
   }
 };
 
-using CountGathering = RowGathering<std::uint32_t, int>;
+using NumberGathering = RowGathering<std::uint32_t, int>;
 
 template <class Space, class Row, class T>
 void GatherRows(const RowGathering<Row, T>& gathering) {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The photometric loss of a view in which a mask excludes some pixels.
 //
-// An excluded pixel shows the photograph in the loss. With the mask m (1: pixel included), the loss is evaluated at
+// Before the loss is evaluated, the excluded pixels of the rendered image are replaced by those of the photograph (the
+// truth). With the mask m (1: pixel included), the loss is evaluated at
 //   m o rendered + (1 - m) o truth.
 // So an excluded pixel has no error of its own, and SSIM windows that cross the border of the mask see complete images.
+// The sums of the loss run over all pixels, because the SSIM window around an excluded pixel may contain included
+// pixels with errors.
+//
 // Derivatives are exact: the gradient with respect to the rendered image is m o the gradient of the loss. The curvature
-// is M W M with M = diag(m), which stays positive semidefinite. Sums run over all pixels; SSIM windows around excluded
-// pixels still contribute the errors of included neighbours. Without a mask the result is bit-identical to the plain
+// is M W M with M = diag(m), which stays positive semidefinite. Without a mask the result is bit-identical to the plain
 // loss.
 #pragma once
 
@@ -27,8 +30,8 @@ void CheckTruth(const TargetView<B>& view) {
               view.camera.height);
 }
 
-// Copies the excluded pixels from the truth. mask: one byte per pixel, in the memory of B, or empty. image: three
-// planes.
+// FillMasked copies the excluded pixels of the truth to the image. ClearMasked sets them to zero. mask: one byte per
+// pixel, in the memory of B, or empty. image: three planes.
 template <class B, class Mask>
 void FillMasked(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
   if (mask.size() == 0) return;
@@ -57,8 +60,8 @@ void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& tar
   loss.Gradient(rendered, target.truth, target.shape(), gradient);
   ClearMasked<B>(target.mask, gradient);
 }
-// linearization holds W without the mask: callers apply ClearMasked before and after each product with it. Its
-// diagonal belongs to M W M.
+// `linearization` represents W, not M W M: callers apply ClearMasked before and after each product with it. Only its
+// diagonal includes the mask: it is the diagonal of M W M.
 template <class B>
 void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
                    typename B::VectorView gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {

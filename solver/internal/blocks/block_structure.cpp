@@ -11,8 +11,8 @@ namespace vesta {
 
 namespace {
 
-// Smallest fraction of the step that makes elimination worthwhile. Below it, the Schur complement is not much smaller
-// than the full system.
+// Smallest fraction of the unknowns that makes elimination worthwhile. Below it, the Schur complement is not much
+// smaller than the full system.
 constexpr double kWorthEliminating = 0.6;
 
 std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals) {
@@ -194,7 +194,7 @@ class Search {
 
 }  // namespace
 
-int LongestDistance(const BlockStructure& structure) {
+int LongestDistanceLowerBound(const BlockStructure& structure) {
   Search search(structure);
   int longest = 0;
   for (int block = 0; block < structure.num_kept_blocks(); ++block) {

@@ -22,7 +22,7 @@ struct ResidualBlock {
 class ResidualBlockList {
  public:
   std::size_t size() const { return num_residuals_.size(); }
-  // Number of parameters, summed over all residual blocks.
+  // Number of parameter blocks, summed over all residual blocks.
   std::size_t num_arguments() const { return parameters_.size(); }
   ResidualBlock operator[](std::size_t k) const {
     return {num_residuals_[k], std::span(parameters_).subspan(first_[k], first_[k + 1] - first_[k])};
@@ -50,10 +50,10 @@ struct ParameterBlock {
   int tangent_size = 0;  // 0: constant
 };
 
-// The columns of a free parameter block in the Jacobian of one residual block.
+// The columns of a free parameter block (one that is not constant) in the Jacobian of one residual block.
 struct BlockCell {
   int free = 0;      // index of the free block
-  int argument = 0;  // argument of the residual block
+  int argument = 0;  // position among the parameter blocks of the residual block
   int local = 0;     // first column within the residual block's dense Jacobian
   int size = 0;      // columns: the size of the free block
   Index offset = 0;  // position of the free block in a step
@@ -70,8 +70,8 @@ struct BlockRow {
   int eliminated_cell = -1;  // index among its cells; -1 if it has none
 };
 
-// A free parameter block. Free blocks are sorted: kept before eliminated, then by tangent size, then in the order in
-// which they were added. Each run of equal size forms one BlockGroup.
+// A free parameter block: one that is not constant. Free blocks are sorted: kept before eliminated, then by tangent
+// size, then in the order in which they were added. Each run of equal size forms one BlockGroup.
 struct FreeBlock {
   int parameter = 0;  // index of the parameter block
   int size = 0;       // tangent size
@@ -80,16 +80,17 @@ struct FreeBlock {
   Index index_in_group = 0;
 };
 
-// One use of a free block: a range of columns of a row.
+// One use of a free block: a residual block that depends on it, and the block's columns there.
 struct BlockUse {
-  Index row = 0;
-  int local = 0;
+  Index row = 0;  // index of the residual block
+  int local = 0;  // first column within its dense Jacobian
 };
 
 class BlockStructure {
  public:
-  // eliminate: find a group of blocks that share no residual block with each other, and put it last if it is most of
-  // the step. The search is greedy and starts with the least used blocks, like Ceres's independent-set orderings.
+  // eliminate: find free blocks of which no two share a residual block. They are eliminated, and put last, if they
+  // contain most of the unknowns. The search is greedy and starts with the least used blocks, like Ceres's
+  // independent-set orderings.
   BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals, bool eliminate);
 
   Index num_tangent() const { return num_tangent_; }
@@ -108,7 +109,7 @@ class BlockStructure {
     const auto k = static_cast<std::size_t>(free);
     return std::span(uses_).subspan(first_use_[k], first_use_[k + 1] - first_use_[k]);
   }
-  // Groups of all free blocks, of the kept ones and of the eliminated ones. Offsets start at 0 in each.
+  // Groups of all free blocks, of the kept ones and of the eliminated ones. In each list the offsets start at 0.
   const std::vector<BlockGroup>& groups() const { return groups_; }
   const std::vector<BlockGroup>& kept_groups() const { return kept_groups_; }
   const std::vector<BlockGroup>& eliminated_groups() const { return eliminated_groups_; }
@@ -130,9 +131,10 @@ class BlockStructure {
   std::vector<BlockGroup> groups_, kept_groups_, eliminated_groups_;
 };
 
-// Longest distance between two kept blocks, in hops. One hop leads to a block that shares a residual block or an
-// eliminated block. In conjugate gradients on the kept parameters an error crosses one hop per iteration. Two searches
-// through each connected component give a lower bound, exact for trees, at the cost of a pass over the cells.
-int LongestDistance(const BlockStructure& structure);
+// Returns a lower bound on the longest distance between two kept blocks, in hops. Two kept blocks are one hop apart if
+// a residual block uses both, or if both share residual blocks with the same eliminated block. Each iteration of
+// conjugate gradients on the kept parameters spreads information by one hop, so the distance predicts the number of
+// iterations. Two breadth-first searches through each connected component give the bound, which is exact for trees.
+int LongestDistanceLowerBound(const BlockStructure& structure);
 
 }  // namespace vesta

@@ -21,8 +21,8 @@ struct StepCounts {
   double entries = 0;         // stored entries of J
   bool reduced = false;       // iterations would use the Schur complement, else H with block Jacobi
   double system_columns = 0;  // columns of the system that the iterations would solve
-  // Longest distance between two blocks. One hop leads to a block that shares a residual block or an eliminated block.
-  // An error needs one iteration per hop.
+  // Lower bound on the longest distance between two kept blocks, in hops (LongestDistanceLowerBound in
+  // block_structure.h). Conjugate gradients spread information by one hop per iteration.
   double hops = 0;
   // Empty if the factor would be too large or too slow.
   std::optional<Factor> factor = {};
@@ -37,7 +37,8 @@ class WithStepCounts {
   virtual const StepCounts* CountSteps(bool eliminating) = 0;
 };
 
-// True if kAuto considers dense QR for J of this size. It is fast there, and accurate at any condition number.
+// True if kAuto considers dense QR for a Jacobian of this size. QR is fast at such sizes, and accurate at any condition
+// number.
 bool DenseQrFits(double residuals, double columns);
 
 // Estimated nanoseconds on one core. The rates are accurate within a factor of two

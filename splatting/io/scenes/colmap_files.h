@@ -49,7 +49,7 @@ template <class Read>
 void ReadParameters(const CameraModelInfo& info, const Read& read, ColmapCamera* record) {
   record->model = info.model;
   record->distortion.is_fisheye = info.is_fisheye;
-  record->camera.lens.model = std::max(0, splat::PlaceOf(splat::LensModels(), info.name));
+  record->camera.lens.model = std::max(0, splat::IndexOf(splat::LensModels(), info.name));
   for (const CameraParameter parameter : info.parameters) {
     ParameterOf(*record, parameter) = read(WhatIs(parameter));
     if (parameter == CameraParameter::kFocal) record->camera.lens.fy = record->camera.lens.fx;

@@ -61,7 +61,7 @@ bool IsFisheye(const FrameValues& values) {
   if (flag != nullptr && !flag->is_boolean())
     Fail(kBadFile, "{}: is_fisheye is neither true nor false", values.where());
   const std::string model = values.Text("camera_model", "PINHOLE");
-  if (splat::PlaceOf(splat::LensModels(), model) > 0) return false;  // such views are not undistorted
+  if (splat::IndexOf(splat::LensModels(), model) > 0) return false;  // such views are not undistorted
   const std::set<std::string> pinholes = {"PINHOLE",       "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
                                           "SIMPLE_RADIAL", "RADIAL",         "FULL_OPENCV"},
                               fisheyes = {"OPENCV_FISHEYE", "FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
@@ -115,7 +115,7 @@ void ReadLens(const FrameValues& values, Camera* camera) {
   };
   auto& lens = camera->lens;
   if (values.Has("camera_model")) {
-    lens.model = std::max(0, splat::PlaceOf(splat::LensModels(), values.Text("camera_model", "")));
+    lens.model = std::max(0, splat::IndexOf(splat::LensModels(), values.Text("camera_model", "")));
   }
   lens.fx = focal("fl_x", "camera_angle_x", camera->width, 0);
   lens.fy = focal("fl_y", "camera_angle_y", camera->height, lens.fx);

@@ -30,12 +30,12 @@ namespace vesta::gs {
 template <class B>
 class AdamStage {
  public:
-  // model: the start, and the destination of the result.
+  // model: the initial Gaussians. The result is written into it.
   AdamStage(TrainingSession& session, SplatModel& model)
       : session_(session), options_(session.options()), result_(model), saved_(session.saved().Take(Stage::kAdam)) {}
 
-  // Runs the remaining iterations. On a device it may throw OutOfDeviceMemory; the public functions below may then be
-  // called.
+  // Runs the remaining iterations. On a device it may throw OutOfDeviceMemory. RunAdamStage then calls the functions
+  // below, to roll back, to finish, or to restart on the host.
   void Run() {
     if (!state_) Begin();
     views_.LoadFull();
@@ -44,16 +44,17 @@ class AdamStage {
   }
 
   int iteration() const { return state_ ? state_->iteration : 0; }
-  // Returns the saved state to the session when the stage could not begin.
+  // Returns the saved state to the session, so that another AdamStage can resume from it. Call this if the stage could
+  // not begin.
   void GiveBackSavedStage() { session_.saved().GiveBack(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
-  // Restores the state before the last densification; from then on no Gaussians are added. Returns false without such a
-  // state.
+  // Restores the state before the last densification. From then on no Gaussians are added. Returns false if no such
+  // state is stored.
   bool RollBack() {
     if (rollback_point_.empty()) return false;
     views_.FreePasses();
     if constexpr (!kOnHost) rollback_point_.GoBack(&*state_);
-    // The opacity reset of that iteration.
+    // The stored state is from before the opacity reset of that iteration, so the reset is repeated.
     if (session_.schedule().At(state_->span).resets_opacity) state_->model.ResetOpacity();
     return true;
   }
@@ -131,10 +132,10 @@ class AdamStage {
     Report();
     PredictWhereDue(plan, degree);
     Save();
-    session_.interim().AttendToWatch(Stage::kAdam, state_->iteration, on_host, Writer());
+    session_.interim().ServeViewer(Stage::kAdam, state_->iteration, on_host, Writer());
   }
-  // Stops after this iteration, which is already recorded, and stores the model. The checkpoint holds the state after
-  // densification and pruning. End-of-stage notes are not saved; the resumed run writes its own.
+  // Stops after this iteration, which is already recorded. The stored model is from before densification and pruning;
+  // the checkpoint has the state after them. End-of-stage notes are not saved; the resumed run writes its own.
   void Stop(const IterationPlan& plan, int degree) {
     state_->model.DownloadResult(result_);
     finished_ = true;
@@ -154,9 +155,10 @@ class AdamStage {
   }
 
   // The SH degree in use.
-  int DegreeOf(const IterationPlan& plan) const { return std::min(plan.most_sh_degree, state_->model.sh_degree()); }
+  int DegreeOf(const IterationPlan& plan) const { return std::min(plan.max_sh_degree, state_->model.sh_degree()); }
 
-  // The gradient belongs to a sum over pixels and views; Adam's steps do not depend on its scale.
+  // One step of Adam. The loss is summed, not averaged, over pixels and views, because Adam's steps do not depend on
+  // its scale.
   void Step(const IterationPlan& plan, int degree) {
     views_.ChooseSize(plan.is_coarse);
     views_.DecideOnCamerasWhereDue(plan.span, &*state_);
@@ -165,7 +167,7 @@ class AdamStage {
     const int it = ++state_->iteration;
     state_->span = plan.span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
-    rollback_point_.ForgetWhatHolds(it);
+    rollback_point_.DropSnapshotIfMemoryLasts(it);
     if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
@@ -179,7 +181,7 @@ class AdamStage {
     }
   }
 
-  // Records a history row if one is due. Returns true if the stage must stop; the last row then describes its result.
+  // Records a history row if one is due. Returns true if the stage must stop; a row was then recorded for its result.
   bool RecordWhereDue(const IterationPlan& plan) {
     const double ahead = planner_.EvaluationSeconds();
     const bool is_stopped = session_.early_end().ShouldStop(ahead);
@@ -212,10 +214,10 @@ class AdamStage {
   void ChangeGaussians(const IterationPlan& plan, int degree) {
     if (plan.densifies) Densify();
     if (plan.resets_opacity) state_->model.ResetOpacity();
-    pruning_.Thin(*state_, plan, degree, [&] {
+    pruning_.Prune(*state_, plan, degree, [&] {
       views_.ReleasePhotographs();
       views_.FreePasses();
-      rollback_point_.Forget();  // saved with more Gaussians
+      rollback_point_.Forget();  // the copy has more Gaussians than the pruned model
     });
   }
   void Densify() {
@@ -231,9 +233,9 @@ class AdamStage {
 
   // Reports the predicted time and memory of the whole stage.
   void PredictWhereDue(const IterationPlan& plan, int degree) {
-    const auto telling = planner_.NextForecast(plan.observes);
-    if (telling == StagePlanner::ForecastKind::kNothing) return;
-    const bool is_first_guess = telling == StagePlanner::ForecastKind::kFirstGuess;
+    const auto kind = planner_.NextForecast(plan.observes);
+    if (kind == StagePlanner::ForecastKind::kNothing) return;
+    const bool is_first_guess = kind == StagePlanner::ForecastKind::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {
       planner_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
     }

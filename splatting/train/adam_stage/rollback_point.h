@@ -160,7 +160,7 @@ class RollbackPoint {
   }
   void Forget() { kept_ = Kept(); }
   // Discards the copy after two passes over the views: then the memory suffices for the current Gaussians.
-  void ForgetWhatHolds(int iteration) {
+  void DropSnapshotIfMemoryLasts(int iteration) {
     const auto seen =
         static_cast<std::size_t>(iteration - iteration_) * static_cast<std::size_t>(session_.options().adam.batch_size);
     if (!empty() && seen >= 2 * session_.training_views().size()) Forget();

@@ -28,8 +28,8 @@ class StagePruning {
   // Prunes after the iteration of `plan`, when densification is done. degree: the SH degree in use. before() is called
   // before scoring and may free the workspace of the iterations.
   template <class Before>
-  void Thin(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
-    const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_done, state);
+  void Prune(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
+    const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_fraction, state);
     // Not before all SH bands are in use.
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
@@ -40,7 +40,7 @@ class StagePruning {
     if (plan.prunes_unseen) KeepOnly(WellObserved(OnHost(state, degree), MakeScoringViews()), state);
     // First, because scoring is cheaper with lower SH degrees.
     if (lowers) LowerDegrees(state, degree);
-    if (prunes) Prune(state, degree);
+    if (prunes) PruneByScore(state, degree);
     copy_ = SplatModel();
   }
 
@@ -73,7 +73,7 @@ class StagePruning {
   void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state) {
     if (static_cast<Index>(kept.size()) < state.model.count()) state.model.Keep(kept);
   }
-  void Prune(AdamStageState<B>& state, int degree) {
+  void PruneByScore(AdamStageState<B>& state, int degree) {
     if (state.before_pruning == 0) state.before_pruning = state.model.count();
     const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
     if (options_.prunes_to_count() && left >= judged) return;

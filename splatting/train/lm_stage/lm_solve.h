@@ -122,7 +122,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     session.interim().SnapshotWhereDue(Stage::kLm, first + row.iteration, best.on_host);
     if (!stepper.done()) {
       session.interim().SaveWhereDue(Stage::kLm, first + row.iteration, save);
-      session.interim().AttendToWatch(Stage::kLm, first + row.iteration, best.on_host, save);
+      session.interim().ServeViewer(Stage::kLm, first + row.iteration, best.on_host, save);
     }
     latest = session.clock().Total() - begin;
   }

@@ -57,7 +57,7 @@ void InterimOutput::Save(Stage stage, int iteration, double seconds, const Write
   if (callbacks_.watch.saved) callbacks_.watch.saved(iteration, error);
 }
 
-void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state) {
+void InterimOutput::ServeViewer(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state) {
   const ScopedPhase phase("viewer");
   const TrainWatch& watch = callbacks_.watch;
   bool is_shown = false;  // the model does not change during a pause

@@ -43,7 +43,7 @@ class InterimOutput {
   void SaveWhereDue(Stage stage, int iteration, const WriteState& state);
   // Call at the end of each iteration except the last. Serves the viewer's requests, and waits while it pauses the
   // training.
-  void AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
+  void ServeViewer(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
   // Writes a snapshot of the model if one is due.
   void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
 

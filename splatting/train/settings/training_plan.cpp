@@ -54,7 +54,7 @@ IterationPlan TrainingSchedule::At(const StageSpan& span) const {
   const bool observes = Observes(options_.density, span);
   return {.span = span,
           .is_coarse = IsCoarse(options_.adam, span),
-          .most_sh_degree = ActiveShDegree(BandEvery(options_), splat::kMaxShDegree, span),
+          .max_sh_degree = ActiveShDegree(BandEvery(options_), splat::kMaxShDegree, span),
           .lr_factor = RateFactor(options_.adam, span),
           .is_recorded = span.is_last() || span.CrossesMultipleOf(1.0 / options_.adam.evaluations),
           .observes = observes,
@@ -63,7 +63,7 @@ IterationPlan TrainingSchedule::At(const StageSpan& span) const {
           .prunes_unseen = ChecksCoverage(options_.pruning, span),
           .lowers_sh_degrees = LowersDegrees(options_.pruning, span),
           .prunes = Prunes(options_.pruning, span),
-          .pruning_done = FractionDone(options_.pruning, span)};
+          .pruning_fraction = FractionDone(options_.pruning, span)};
 }
 
 bool TrainingSchedule::Averages(const StageSpan& span, int iteration) const {

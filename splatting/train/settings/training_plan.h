@@ -17,30 +17,31 @@ double IterationsFor(Index training_views);
 // number of training views.
 TrainOptions FitToScene(TrainOptions options, Index training_views);
 
-// The decisions of one training. Its options never change.
+// Values that are decided when a training runs, because the options leave them open. The options themselves never
+// change.
 struct ResolvedPlan {
   explicit ResolvedPlan(const TrainOptions& options) : max_gaussians(options.density.max_gaussians), lm(options.lm) {}
 
   double held_mib = 0;  // memory outside the stages: program, images, copies of cameras
   Index max_gaussians;  // density.max_gaussians, or fewer if memory is limited
   LmStageOptions lm;    // options of the LM stage as it runs; 0 iterations: skipped
-  LmPlan lm_memory;     // its plan within the memory
+  LmPlan lm_memory;     // how the LM stage fits into the memory
 };
 
 // Everything that one iteration does besides the Adam step.
 struct IterationPlan {
   StageSpan span;
   bool is_coarse = false;          // uses half-size views
-  int most_sh_degree = 0;          // active SH degree, limited by the model's
+  int max_sh_degree = 0;           // SH degree in use; the stage limits it to the model's
   double lr_factor = 1;            // factor of all learning rates
   bool is_recorded = false;        // a history row is due after the iteration
   bool observes = false;           // density control collects gradient statistics
   bool densifies = false;          // clones, splits and prunes after the iteration
-  bool resets_opacity = false;     // and resets opacities
+  bool resets_opacity = false;     // resets opacities, even if it does not densify
   bool prunes_unseen = false;      // removes Gaussians that hardly any training view shows
   bool lowers_sh_degrees = false;  // removes SH bands that improve the images too little
   bool prunes = false;             // removes Gaussians that improve the images too little
-  double pruning_done = 0;         // fraction of the pruning period that has passed
+  double pruning_fraction = 0;     // fraction of the pruning period that has passed
 };
 
 class TrainingSchedule {

@@ -122,7 +122,7 @@ TEST_F(Watch, PauseIsNoTimeOfTheTraining) {
   options.time_limit = 1000;
   TrainingSession session(scene_, options, 5, callbacks);
   const double before = session.clock().Total();
-  session.interim().AttendToWatch(Stage::kAdam, 1, {}, {});
+  session.interim().ServeViewer(Stage::kAdam, 1, {}, {});
   EXPECT_EQ(waits, 0);
   EXPECT_LT(session.clock().Total() - before, 0.4);
   EXPECT_EQ(session.EvalSeconds(), 0);
@@ -137,7 +137,7 @@ TEST_F(Watch, WhatIsDoneInAPauseIsNoTimeOfTheTraining) {
   callbacks.watch.wants_checkpoint = [&] { return true; };
   TrainingSession session(scene_, TrainOptions(), 5, callbacks);
   const auto slow = [](ArchiveWriter&) { ::usleep(100000); };
-  session.interim().AttendToWatch(Stage::kAdam, 1, {}, slow);
+  session.interim().ServeViewer(Stage::kAdam, 1, {}, slow);
   EXPECT_LT(session.clock().Total(), 5.1);
   EXPECT_LT(ReadCheckpoint(path_).run.seconds, 5.1);
 }

@@ -154,11 +154,11 @@ TYPED_TEST(Lenses, DerivativeByTheLensAgreesWithJets) {
 
 // Complete views with the lens model: the products with the Jacobian are adjoint.
 TYPED_TEST(Lenses, ProductsOfAViewAreAdjoint) {
-  const int place = PlaceOf(LensModels(), TestFixture::Double::kName);
-  if (place < 0) return;
+  const int index = IndexOf(LensModels(), TestFixture::Double::kName);
+  if (index < 0) return;
   test::Random random(1);
   PosedCamera view = test::RandomView(random, 37, 21);
-  view.lens.model = place;
+  view.lens.model = index;
   test::RenderedView<double> rendered(test::RandomScene(view, {}, random));
   EXPECT_GT(rendered.num_splats(), 10);
   const std::vector<double> u = random.NormalVector<double>(rendered.image.size());
@@ -167,11 +167,11 @@ TYPED_TEST(Lenses, ProductsOfAViewAreAdjoint) {
 }
 
 TEST(LensModels, AreFoundByName) {
-  EXPECT_EQ(PlaceOf(LensModels(), "PINHOLE"), 0);
-  EXPECT_EQ(PlaceOf(LensModels(), "NONE"), -1);
-  EXPECT_EQ((PlaceOf(LensList<Pinhole, Telecentric>(), "TELECENTRIC")), 1);
-  const auto name = [](int place) {
-    return OfModel<double>(LensList<Pinhole, Telecentric>(), place,
+  EXPECT_EQ(IndexOf(LensModels(), "PINHOLE"), 0);
+  EXPECT_EQ(IndexOf(LensModels(), "NONE"), -1);
+  EXPECT_EQ((IndexOf(LensList<Pinhole, Telecentric>(), "TELECENTRIC")), 1);
+  const auto name = [](int index) {
+    return OfModel<double>(LensList<Pinhole, Telecentric>(), index,
                            [](auto model) { return std::string_view(decltype(model)::type::kName); });
   };
   EXPECT_EQ(name(0), "PINHOLE");

@@ -71,14 +71,14 @@ TEST(TrainingSchedule, ResetsOpacityOnlyWhileDensityControlObserves) {
 TEST(TrainingSchedule, BringsBandsLaterWhereExposuresAreFound) {
   TrainOptions options;
   const TrainingSchedule schedule(options);
-  EXPECT_EQ(PlanOf(schedule, 80).most_sh_degree, 0);
-  EXPECT_EQ(PlanOf(schedule, 81).most_sh_degree, 1);
-  EXPECT_EQ(PlanOf(schedule, kIterations).most_sh_degree, 3);
+  EXPECT_EQ(PlanOf(schedule, 80).max_sh_degree, 0);
+  EXPECT_EQ(PlanOf(schedule, 81).max_sh_degree, 1);
+  EXPECT_EQ(PlanOf(schedule, kIterations).max_sh_degree, 3);
   options.cameras.refine = CameraChoice::kPose;
-  EXPECT_EQ(PlanOf(schedule, 81).most_sh_degree, 1);
+  EXPECT_EQ(PlanOf(schedule, 81).max_sh_degree, 1);
   options.cameras.refine = CameraChoice::kPoseAndExposure;
-  EXPECT_EQ(PlanOf(schedule, 160).most_sh_degree, 0);
-  EXPECT_EQ(PlanOf(schedule, 161).most_sh_degree, 1);
+  EXPECT_EQ(PlanOf(schedule, 160).max_sh_degree, 0);
+  EXPECT_EQ(PlanOf(schedule, 161).max_sh_degree, 1);
 }
 
 TEST(TrainingSchedule, LetsRatesFallByTheirFactor) {
