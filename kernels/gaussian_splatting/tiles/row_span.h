@@ -65,7 +65,7 @@ struct PixelRange {
   int begin, end;
 };
 
-// The covered pixels of a row: those with begin <= x <= end, if `reaches` is true, else none. A pixel is covered if p^2
+// The covered pixels of a row: pixels with begin <= x <= end if `reaches` is true, else none. A pixel is covered if p^2
 // + q^2 is at most Splat::support. Only there can alpha reach 1/255.
 template <class V>
 struct RowSpan : RowPlace<V> {
