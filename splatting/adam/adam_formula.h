@@ -77,8 +77,8 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
-// Each second moment is raised by this fraction of their sum. This limits the step per unit of first moment: in a
-// direction that rarely has a gradient, it is at most about thirty times that of the direction with the largest second
+// Each second moment is raised by this fraction of their sum. This limits the step per unit of first moment. A
+// direction with few gradients can step at most about thirty times as far as the direction with the largest second
 // moment (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 

@@ -88,9 +88,9 @@ struct BlockUse {
 
 class BlockStructure {
  public:
-  // eliminate: find free blocks of which no two share a residual block. They are eliminated, and put last, if they
-  // contain most of the unknowns. The search is greedy and starts with the least used blocks, like Ceres's
-  // independent-set orderings.
+  // eliminate: find a set of free blocks such that no two of them share a residual block. They are eliminated, and put
+  // last, if they contain most of the unknowns. The search is greedy and starts with the least used blocks, like
+  // Ceres's independent-set orderings.
   BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals, bool eliminate);
 
   Index num_tangent() const { return num_tangent_; }
