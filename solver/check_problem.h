@@ -24,7 +24,7 @@ struct CheckProblemOptions {
 };
 
 struct ProblemCheck {
-  std::vector<std::string> faults;  // one line per fault, causes before effects; empty if there is none
+  std::vector<std::string> faults;  // one line per fault, causes before effects; empty without faults
   bool ok() const { return faults.empty(); }
   // All faults, one per line; one line without a fault if the problem passed.
   std::string Report() const;
@@ -39,7 +39,7 @@ struct ProblemCheck {
 //   * Gradient is the derivative of Cost.
 // This takes about 100 evaluations of each function, and one product per checked column. Derivatives at kinks of the
 // residuals cannot be checked. A problem that uses a random sample of its residuals (InBatches::OnNewPoint) fails the
-// gradient check, because its gradient is that of the sample. Where a solve would throw Error, the result lists a
+// gradient check, because it returns the gradient of the sample. Where a solve would throw Error, the result lists a
 // fault.
 template <Backend B>
 ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,

@@ -22,7 +22,7 @@ struct CovarianceOptions {
 };
 
 struct Covariance {
-  int size = 0;  // of the tangent space
+  int size = 0;  // dimension of the tangent space
   int rank = 0;  // number of observable directions
   // (J^T J)^-1, row-major; empty if rank < size and truncate is false. Multiply it by the variance of the residuals if
   // that is not 1.

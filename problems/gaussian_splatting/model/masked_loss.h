@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The photometric loss of a view in which a mask excludes some pixels.
 //
-// Before the loss is evaluated, the excluded pixels of the rendered image are replaced by those of the photograph (the
+// Before the loss is evaluated, the excluded pixels of the rendered image are replaced by pixels of the photograph (the
 // truth). With the mask m (1: pixel included), the loss is evaluated at
 //   m o rendered + (1 - m) o truth.
 // So an excluded pixel has no error of its own, and SSIM windows that cross the border of the mask see complete images.
