@@ -22,7 +22,8 @@ class RunFiles {
   // A loaded scene: all its files and their folders.
   void ReadsScene(const std::string& folder, const gs::Scene& scene);
 
-  // An output file, and output files whose names are not known yet. given: the flag for messages, "--out=DIR".
+  // Writes: an output file. WritesInto: a folder that will receive output files whose names are not known yet. given:
+  // the flag for messages, "--out=DIR".
   void Writes(const std::string& given, const std::string& file);
   void WritesInto(const std::string& given, const std::string& folder);
   // A folder that the run owns completely: no input may be in it.
@@ -77,8 +78,8 @@ RunFiles FilesOf(const CommandLine& line);
 // "--flag=value".
 std::string Given(const char* flag, const std::string& value);
 
-// Throws Error, naming the flag, unless `file`, the value of the flag, can be written. Removes its temporary files from
-// killed runs.
+// Throws Error if `file` cannot be written. `file` is the value of the flag; the message names the flag. Removes the
+// temporary files that killed runs left for this file.
 void CheckWritable(const char* flag, const std::string& file);
 
 }  // namespace vesta::app

@@ -10,8 +10,9 @@ namespace vesta::app {
 
 // Throws Error (one line) for --device=cuda if there is no usable GPU.
 void CheckDevice(Device device);
-// The training stages: on the GPU for cuda, and for auto if a GPU is usable; else on the CPU, with a note if a GPU is
-// present but not usable. Under mpirun, auto means the CPU. Throws as CheckDevice.
+// Returns the stages that run on the GPU if device is cuda, or if it is auto and a GPU is usable. Otherwise the stages
+// run on the CPU. If a GPU is present but not usable, a note says so. Under mpirun, auto means the CPU. Throws as
+// CheckDevice.
 gs::StageRunners StagesOf(Device device);
 // The clock for profiles of this device.
 Profile::Clock ProfileClock(Device device);

@@ -31,8 +31,8 @@ struct ImageQuality {
 // Computes the quality of quantised images from two sums over pixels and channels: squared errors, and 1 - SSIM.
 ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
-// Converts the quality of a whole image to the quality of a masked image, in which the fraction `part` in (0, 1] of the
-// pixels counts. The masked pixels must have zero error, so the same sums are divided by fewer pixels.
+// Converts the quality of a whole image to the quality of a masked image, of which only the fraction `part` of the
+// pixels counts, in (0, 1]. The masked pixels must have zero error, so the same sums are divided by fewer pixels.
 ImageQuality QualityOfMaskedImage(const ImageQuality& whole, double part);
 
 // Measures views one after the other and keeps its working memory. Both images are quantised first.

@@ -31,7 +31,7 @@ class CeresProblem {
   // Calls `callback` before each evaluation, as Ceres does; the parameter blocks then hold x. Null removes it. The
   // callback must outlive this object, and this object must not be moved afterwards.
   void SetEvaluationCallback(ceres::EvaluationCallback* callback);
-  // Error message if a constant block violates its bounds, an error in Ceres too; empty otherwise.
+  // The error message if a constant block violates its bounds, otherwise empty. Ceres treats this as an error too.
   const std::string& infeasible_constant() const { return infeasible_constant_; }
   // Index in problem() of the parameter block at this address. Throws Error for other addresses.
   int block(const double* values) const;

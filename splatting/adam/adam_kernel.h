@@ -18,9 +18,9 @@ struct AdamRange {
 };
 
 struct AdamKernels {
-  // parameters -= AdamStep, with rate * units as learning rate. Updates the moments and clears the gradient, into which
-  // the next one is summed. Memory bound: reads and writes 16 bytes per parameter, but only reads 4 where all gradients
-  // of a vector are zero.
+  // parameters -= AdamStep, with rate * units as learning rate. Updates the moments and sets the gradient to zero,
+  // because the next gradient is added to this array. Memory bound: reads and writes 16 bytes per parameter. If all
+  // gradients of a SIMD vector are zero, it reads 4 bytes per parameter and writes nothing.
   void (*step)(const AdamRange& range);
   // BlockAdamStep and RotateBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);

@@ -12,10 +12,11 @@ namespace vesta::gs {
 
 // The factors of a step of Adam, which are the same in every memory space.
 //
-// With K views per step, a step is longer by sqrt(K). If the gradients of views differ more than they agree, the root
-// of the second moment of their sum grows with sqrt(K), and the sum with K. The longer step then moves as far as K
-// steps with one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms").
-// Second moments decay as in K such steps, first moments as in one (docs/decisions/batch-size.md).
+// With K views per step, a step is longer by sqrt(K). If the gradients of views differ more than they agree, their sum
+// grows like K, but the root of its second moment only like sqrt(K). The longer step then moves as far as K steps with
+// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). Per step,
+// second moments decay as much as in K steps with one view each, and first moments as much as in one such step
+// (docs/decisions/batch-size.md).
 class AdamRule {
  public:
   // views: the number of views per step.

@@ -39,7 +39,8 @@ struct Arrays {
   const float* rows;
 };
 
-// A block and its number of rows packed in one number, so that one running sum counts both.
+// Packs a block count of 1 and a number of rows into one integer. A running sum of these integers then counts blocks
+// and rows at once.
 inline constexpr int kRowBits = 40;
 VESTA_HD constexpr Index Counted(Index rows) { return (Index{1} << kRowBits) + rows; }
 VESTA_HD constexpr Index BlocksOf(Index sum) { return sum >> kRowBits; }

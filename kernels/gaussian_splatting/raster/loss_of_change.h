@@ -3,9 +3,10 @@
 // splat.
 //
 // The penalty of each pixel is computed exactly. SSIM is approximated by the quadratic of
-// kernels/image/photometric_loss.h, with the Hessian diag(G s) + G diag(c) G, whose second part couples pixels. If the
-// change delta of all pixels comes from one splat, G delta is approximated by delta times a factor. A window of
-// variance v keeps this fraction of the energy of a Gaussian of covariance C:
+// kernels/image/photometric_loss.h, with the Hessian diag(G s) + G diag(c) G, whose second part couples pixels. When
+// only one splat changes, delta is the resulting change of the image, and G delta is approximated by a constant times
+// delta. The constant is the fraction of the energy of a Gaussian with covariance C that remains after a blur with a
+// window of variance v:
 //   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 #pragma once
 
@@ -82,7 +83,8 @@ struct LossOfChange {
     const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
     const PixelPenalty<V> before(e, loss.penalty), after(e + delta, loss.penalty);
-    const V slope = Fnma(l1, before.derivative, L::Load(gradient[k] + offset));  // of SSIM alone, as is the curvature
+    const V slope = Fnma(l1, before.derivative,
+                         L::Load(gradient[k] + offset));  // slope and bend contain only the SSIM part of the loss
     const V pointwise = Fnma(l1, before.Curvature(loss.penalty), L::Load(diagonal[k] + offset));
     const V bend = Fma(left_by_window, L::Load(curvature[k] + offset), pointwise);
     rise = Fma(l1, after.value - before.value, Fma(delta, Fma(V(S(0.5)) * bend, delta, slope), rise));

@@ -29,8 +29,8 @@ struct ViewWorkspace {
   HostBuffer<RecolorRises<S>> pair_recolors, splat_recolors;
   HostBuffer<S> u_tiles;
 
-  // Memory in bytes for a view and a number of Gaussians: used by Build, by products with J and J^T, by a cached
-  // Jacobian in addition to these, and by Gram matrices.
+  // Bytes that a view needs for a number of Gaussians: for Build; for products with J and J^T; the extra bytes of a
+  // cached Jacobian; and the bytes of Gram matrices.
   static double BuildBytes(const ViewCounts& view, double gaussians) {
     return kSpareRoom * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with small dense matrices, the blocks of block-sparse Jacobians, unrolled for common sizes.
+// Products with small dense matrices: the blocks of block-sparse Jacobians. The loops are unrolled for common sizes.
 #pragma once
 
 #include <type_traits>

@@ -16,8 +16,9 @@
 
 namespace vesta {
 
-// A linearization with a right-hand side other than -g (a gradient with less noise). All batches must have one or none.
-// Only solvers that use H alone support it. Only the splatting problems have one.
+// A linearization whose right-hand side is not -g but, for example, a negative gradient with less noise. Either all
+// batches have their own right-hand side, or no batch has one. Only solvers that use H alone support it. Only the
+// splatting problems have one.
 template <Backend B>
 class WithOwnRightHandSide {
  public:
@@ -26,9 +27,10 @@ class WithOwnRightHandSide {
   virtual bool has_own_right_hand_side() const = 0;
   // d = the right-hand side of (H + lambda D) step = d. Called after Gradient if has_own_right_hand_side() is true.
   virtual void RightHandSide(typename B::VectorView d) = 0;
-  // For parts of a distributed problem, whose right-hand side is not the sum of the parts'. SquaredGradients sums the
-  // squared gradients of the part's units. RightHandSideOf gets the number of units, and the sums of gradients and
-  // squares over all parts. It replaces `squares` by the right-hand side.
+  // For the parts of a distributed problem. The right-hand side of the whole problem is not the sum of the right-hand
+  // sides of its parts. SquaredGradients sums the squared gradients of the part's units. RightHandSideOf gets the
+  // number of units, and the sums of gradients and squares over all parts. It replaces `squares` by the right-hand
+  // side.
   virtual void SquaredGradients(typename B::VectorView /*squares*/) {
     Fail(kUnsupported,
          "a linearization with its own right-hand side must define SquaredGradients() to be part of a distributed "
@@ -107,7 +109,7 @@ class ProblemAdaptor {
   using ConstVectorView = typename B::ConstVectorView;
 
   ProblemAdaptor(Problem<B>& problem) : ProblemAdaptor(&problem) {}  // NOLINT: every problem is also one with defaults
-  // Null: only the defaults are available, without sizes, costs and linearizations.
+  // If null, only functions with a default may be called, not those for sizes, costs and linearizations.
   explicit ProblemAdaptor(Problem<B>* problem);
 
   Problem<B>& get() const { return *problem_; }
@@ -177,7 +179,8 @@ struct DenseJacobian {
   std::vector<double> residuals = {};  // the batches' residuals
 };
 
-// Computes it by cols products with unit vectors. Columns whose mask is 0 become zero; an empty mask masks none.
+// Computes the dense Jacobian column by column, by one product with a unit vector per column. Columns whose mask is 0
+// become zero; an empty mask masks none.
 template <Backend B>
 DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask = {});

@@ -68,9 +68,9 @@ struct CameraSurroundings {
   double done = 0;   // fraction of the stage
 };
 
-// The fraction of the Gauss-Newton step to take after the fraction `done` of the stage: 1, then geometrically
-// decreasing to 0.1 over the last fifth. Gradients are noisy while splats move. The decrease lets cameras converge
-// together with the average of the splat.
+// The factor on the Gauss-Newton step. It is 1 until `done` = 0.8, then decreases geometrically to 0.1 at the end of
+// the stage. Gradients are noisy while splats move. The decrease lets cameras converge together with the average of the
+// splat.
 double GaussNewtonPart(double done);
 
 // The step of the view's own unknowns for a gradient of its cost; the lens part is zero (see LensStep). curvature:
@@ -87,14 +87,14 @@ struct LensSystem {
 };
 
 // Adds one view to the system of its lens. gradient and curvature (CameraStepState) include the lens. The view's own
-// unknowns are eliminated, that is, kept at their optimum for each lens.
+// unknowns are eliminated: for every value of the lens parameters they are assumed to be optimal.
 void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
                LensSystem* system);
-// The lens step: `part` times the Gauss-Newton step, scaled so that no number exceeds `most`. A point one focal length
-// from the principal point then moves by at most that many focal lengths. Zero if the system is empty.
+// The lens step: `part` times the Gauss-Newton step, scaled so that no number exceeds `most`. A point at a distance of
+// one focal length from the principal point then moves by at most `most` focal lengths. Zero if the system is empty.
 splat::LensTangent LensStep(const LensSystem& system, double part, double most);
-// The step with which a view's own unknowns follow a lens step; it includes the lens step. The own part is zero if it
-// is not finite.
+// The step with which a view's own unknowns follow a lens step; it includes the lens step. If the step of the view's
+// own unknowns would not be finite, it is set to zero.
 std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
                            const splat::LensTangent& lens);
 
@@ -108,8 +108,9 @@ struct CameraEvidence {
   double exposure = 0;
 
   // Poses or nothing. The threshold lies between the values for scenes with poses from bundle adjustment and for the
-  // same scenes with perturbed cameras (docs/decisions/refine-cameras-auto.md). Exposures are never chosen: a view
-  // without a known exposure is rendered worse with the mean exposure than with its neighbours' exposure.
+  // same scenes with perturbed cameras (docs/decisions/refine-cameras-auto.md). Exposures are never chosen, because
+  // views of unknown exposure would then be rendered with the mean exposure. This is worse than the exposure of the
+  // neighbouring views.
   CameraChoice Choice() const;
   std::string Words() const;
 };

@@ -41,8 +41,8 @@ struct LensChange {
 
   bool operator==(const LensChange&) const = default;
   bool is_none() const { return *this == LensChange{}; }
-  // True if the change is plausible: focal lengths by less than a factor of e, principal point by less than half a
-  // focal length.
+  // True if the change is plausible: focal lengths change by less than a factor of e, and the principal point moves by
+  // less than half a focal length.
   bool is_sound() const;
   // Applies the change to the given lens. The default change keeps every bit.
   splat::Lens Of(const splat::Lens& given) const;
@@ -88,8 +88,8 @@ struct FreeUnknowns {
 // x (+) delta: retractions for motion and lens (Compose), addition for colours. Fixed unknowns do not change.
 ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSpan<const double> delta);
 
-// Camera changes over the views: median rotation angle and MedianShift, maximal MedianShift, maximal |gain - 1|, and
-// maximal relative change of a focal length.
+// Camera changes over all views: the median of the rotation angle, the median and the maximum of MedianShift, the
+// maximum of |gain - 1|, and the maximum relative change of a focal length.
 struct CameraChanges {
   double degrees = 0, pixels = 0, most_pixels = 0, most_gain = 0, most_focal = 0;
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refines cameras and exposures of the training views during the Adam stage. A camera moves after each pass over its
-// view, by the gradient that the passes for the splats provide. A shared lens moves after several of its views
-// (cameras/training/camera_steps.h). Passes run in the memory of the stage's backend B; all other work is on the host.
+// Refines cameras and exposures of the training views during the Adam stage. After each time its view was processed, a
+// camera takes a step. The step uses the gradient that the rendering passes for the splats also compute. A shared lens
+// moves after several of its views (cameras/training/camera_steps.h). Passes run in the memory of the stage's backend
+// B; all other work is on the host.
 #pragma once
 
 #include <cstdint>
@@ -74,8 +75,8 @@ class StageCameras {
     RescaleCurvature(pixels, &own);  // for an old curvature, or after a rollback
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
-  // Call after the views of an iteration. Steps the lenses that are due, and fixes the gauge after each pass over all
-  // views. Returns true if this moved all views.
+  // Call after the views of an iteration. Takes the lens steps that are due. After each pass over all views it also
+  // fixes the gauge. Returns true if fixing the gauge moved all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
   // Updates the camera in the targets. coarse may be empty, here and below.
   template <class B>
