@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // SIMD vectors stored in compressed form: only selected lanes are in memory, one after the other, as float or Half.
 //
-// PackedLanes<E, V>::Load takes a pointer and a bit mask. Lane i is the next stored element if bit i is set, else 0. It
-// may read up to kPackedOverread elements for any mask. Store is the inverse and writes one element per set bit.
+// The function Load of PackedLanes takes a pointer and a bit mask. Lane i is the next stored element if bit i is set,
+// else 0. It may read up to kPackedOverread elements for any mask. Store is the inverse and writes one element per set
+// bit.
 #pragma once
 
 #include <array>
