@@ -103,8 +103,7 @@ const schema::Table<LmStageOptions>& LmStageFields() {
        "first iterate of PCG: zero, or the preconditioned gradient, which costs one more product"},
       {"preconditioner", &O::preconditioner, kPreconditioners,
        "preconditioner of PCG, from J, the derivatives of the pixels by the parameters: the 11 x 11 block of JtJ for "
-       "the "
-       "geometry of each Gaussian (fewer iterations, each slower), or diag(JtJ) only"},
+       "the geometry of each Gaussian (fewer iterations, each slower), or diag(JtJ) only"},
       {"preconditioner_damping", &O::preconditioner_damping, kPreconditionerDampings,
        "factor of the damping matrix inside the preconditioner: lambda as in the system, or always 1"},
       {"damping", &O::damping, kDampings,
@@ -137,8 +136,7 @@ const schema::Table<LmStageOptions>& LmStageFields() {
        "solve each batch alone and average the steps (3DGS-LM, equation 7); false: solve one system of all batches"},
       {"jacobian", &O::jacobian, kJacobianKinds,
        "for products with the Jacobian J, keep the projected Gaussians of all views, or the entries of J in 32 or 16 "
-       "bits "
-       "(most memory), or render the views again for each product (least memory)"},
+       "bits (most memory), or render the views again for each product (least memory)"},
       {"loss_linearization", &O::loss_linearization, kPixelLinearizations,
        "least-squares form of |error|: squares weighted by 1/|error|, residuals sqrt(|error|), the Huber loss, or "
        "plain "
