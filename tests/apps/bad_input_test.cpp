@@ -137,7 +137,6 @@ TEST(BadCommandLine, IsOneLine) {
            {{"train", "a", "--set=lm.l1_flor=1"}, {"lm.l1_flor", "lm.l1_floor"}},
            {{"train", "a", "--set=adam.length=2"}, {"adam.length", "adam.iterations_scale"}},
            {{"train", "a", "--set=parsimony.price=2"}, {"parsimony.price", "pruning.aic_weight"}},
-           {{"train", "a", "--low_pass=0.3"}, {"--low_pass", "--eps2d"}},
            {{"train", "a", "--set=lm.line_search=maybe"}, {"lm.line_search=maybe", "true", "false"}},
            {{"train", "a", "--set=lm.batch_choice=clustered"}, {"lm.batch_choice=clustered", "strided", "random"}},
            {{"train", "a", "--out="}, {"--out=", "DIR"}},
