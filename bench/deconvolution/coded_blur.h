@@ -24,13 +24,13 @@ class CodedBlur {
   int num_frames() const { return static_cast<int>(apertures_.size()); }
   const std::vector<Aperture>& apertures() const { return apertures_; }
 
-  // What is blurred next: writes value(k) for each pixel k of the image into its frame of zeros.
+  // Sets the image for the next Blur: pixel k becomes value(k); the padding around it stays zero.
   template <class Value>
   void SetImage(const Value& value);
   // out = A_f image, frame_size() entries.
   void Blur(int frame, HostSpan<double> out);
 
-  // What is correlated next: writes value(i) for each pixel i of a frame.
+  // Sets the frame for the next adjoint: pixel i becomes value(i).
   template <class Value>
   void SetFrame(const Value& value);
   // out += A_f^T frame, image_size() entries; with `first` it overwrites.

@@ -48,7 +48,7 @@ Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
 }
 
 // The LM stages are compared by the time to a given cost. So this one runs all iterations with the options that lower
-// the cost fastest near a minimum, and without those that trade cost for better test views.
+// the cost fastest near a minimum, without the options that raise it for better test views.
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   gs::LmStageOptions& lm = method.options.lm;

@@ -13,7 +13,7 @@ namespace vesta::demo {
 // and high in turn.
 std::vector<View> CameraPath(int count, int width, int height);
 
-// `count` views like those of a person who films while walking once around the scene: consecutive views along a smooth
+// `count` views as filmed by a person walking once around the scene: consecutive views along a smooth
 // path, on which height, distance and viewing direction sway.
 std::vector<View> Walk(int count, int width, int height);
 

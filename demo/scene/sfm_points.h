@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A point cloud like that of structure from motion: surface points with errors.
+// A point cloud as from structure from motion: surface points with errors.
 #pragma once
 
 #include <cstdint>

@@ -14,9 +14,9 @@ namespace vesta::gs {
 //
 // With K views per step, a step is longer by sqrt(K). If the gradients of views differ more than they agree, their sum
 // grows like K, but the root of its second moment only like sqrt(K). The longer step then moves as far as K steps with
-// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). Per step,
-// second moments decay as much as in K steps with one view each, and first moments as much as in one such step
-// (docs/decisions/batch-size.md).
+// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). A step
+// decays the second moments by beta_2^K, like K steps with one view each. It decays the first moments by beta_1, like
+// one such step (docs/decisions/batch-size.md).
 class AdamRule {
  public:
   // views: the number of views per step.

@@ -24,7 +24,8 @@ const schema::Table<PruningOptions>& PruningFields() {
       {"keep_fraction",
        &O::keep_fraction,
        {1e-9, 1},
-       "fraction of the Gaussians to keep of those after densification; below 1 it replaces pruning.aic_weight; 1: "
+       "Gaussians to keep, as a fraction of their number after densification; below 1 it replaces pruning.aic_weight; "
+       "1: "
        "pruning.aic_weight decides",
        "keep"},
       {"begin", &O::begin, kBeforeTheEnd, "fraction of the Adam stage at which pruning begins; at least density.end"},

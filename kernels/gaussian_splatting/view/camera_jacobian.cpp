@@ -77,8 +77,6 @@ template PoseTangent ApplyPoseJT(const SplatView<double>&, const Model<double>&,
 template PoseTangent PoseCotangent(const SplatView<float>&, const Model<float>&, const SplatTangent<float>*);
 template PoseTangent PoseCotangent(const SplatView<double>&, const Model<double>&, const SplatTangent<double>*);
 
-namespace {}  // namespace
-
 template <class S>
 void ApplyLensJ(const SplatView<S>& view, const LensTangent& delta, S* d_image, ViewWorkspace<S>& workspace) {
   HostBuffer<SplatTangent<S>>& tangents = workspace.splat_sums;

@@ -37,7 +37,7 @@ struct MemoryReport {
 struct TrainResult {
   MemoryReport memory;
   SplatModel model;
-  std::vector<ViewUnknowns> cameras;  // of the training views, relative to the given cameras; empty without refinement
+  std::vector<ViewUnknowns> cameras;  // of the training views relative to the given cameras; empty without refinement
   CameraChanges camera_changes;
   std::vector<HistoryRow> history;                            // not empty; the last row describes the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // time of each part
