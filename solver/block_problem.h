@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problems of residual blocks over parameter blocks, as ceres::Problem. The Jacobian is stored block by block.
+// Problems that consist of residual blocks, as in ceres::Problem. Each residual block depends on a few parameter
+// blocks. The Jacobian is stored block by block.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +28,8 @@ class BlockNormalMatrix;
 class SparseCholesky;
 
 // x holds all parameter blocks one after another, in the order in which they were added. Constant blocks are included
-// and keep their values. A step has entries for the free blocks only, in an order that the problem chooses. The
-// residual blocks are evaluated in parallel. Wrong arguments throw Error.
+// and keep their values. A step has entries only for the free blocks (blocks that are not constant), in an order that
+// the problem chooses (tangent_offset). The residual blocks are evaluated in parallel. Wrong arguments throw Error.
 class BlockProblem final : public Problem<CpuBackend<double>>,
                            public OnManifold<CpuBackend<double>>,
                            public InUnits<CpuBackend<double>>,
@@ -41,13 +42,15 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
  public:
   using B = CpuBackend<double>;
   struct Options {
-    // Eliminate a group of blocks from linear solves if no two of them share a residual block, such as the points of
-    // bundle adjustment. The problem finds the group itself, and uses it only if it contains most of the parameters.
+    // Eliminate some parameter blocks from each linear solve (Schur complement), such as the points of bundle
+    // adjustment. The problem searches for parameter blocks that share no residual block with each other. It eliminates
+    // them only if they contain most of the parameters.
     bool eliminate = true;
     // Called with x before every evaluation of the cost or the Jacobian, from one thread. jacobians: true if the
     // Jacobian is evaluated.
     std::function<void(ConstVectorView x, bool jacobians)> evaluation_callback = {};
-    // Makes the caller's own preconditioner, used for PreconditionerKind::kAuto and kProblem.
+    // Creates the caller's own preconditioner, used for PreconditionerKind::kAuto and kProblem. If empty,
+    // MakePreconditioner chooses one.
     std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
     // Largest size of the sparse Cholesky factor, in GiB; > 0.
     double max_factor_gib = 4;
@@ -62,10 +65,11 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   void SetManifold(int block, std::shared_ptr<const Manifold> manifold);
   // A constant block keeps its value during a solve.
   void SetConstant(int block, bool constant = true);
-  // Sets bounds of one entry of a block; lower < upper. If the block has a manifold, each step is projected onto the
-  // bounds.
+  // Sets bounds of one entry of a block; lower < upper, and an infinity means no bound. If the block has a manifold,
+  // each step is first taken on the manifold, then the new values are clamped to the bounds.
   void SetBounds(int block, int entry, double lower, double upper);
-  // A null loss means rho(s) = s. `blocks` must match the cost function's blocks in number and size, without repeats.
+  // Adds the term 1/2 rho(s) to the cost, where s is the squared norm of the residuals. A null loss means rho(s) = s.
+  // blocks: indices of the parameter blocks, without repeats. Their number and sizes must match cost->block_sizes().
   void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
                         std::span<const int> blocks);
   void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
@@ -76,6 +80,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // Reserves memory for `count` residual blocks in total.
   void ReserveResidualBlocks(std::size_t count);
 
+  // Replaces Options::evaluation_callback.
   void set_evaluation_callback(std::function<void(ConstVectorView x, bool jacobians)> callback) {
     options_.evaluation_callback = std::move(callback);
   }
@@ -90,25 +95,27 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
 
   Index num_parameters() const override { return num_parameters_; }
   Index num_tangent() const override { return Structure().num_tangent(); }
-  // A unit is a residual block.
+  // Units are the terms of the cost that can be evaluated separately (InUnits). Here a unit is a residual block.
   Index num_units() const override { return static_cast<Index>(residuals_.size()); }
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
-  // Returns the caller's own preconditioner if there is one. Otherwise returns the sparse Cholesky factor if it stays
-  // within max_factor_gib and is estimated to be faster than iterations (solver/internal/normal_equations/step_cost.h).
-  // Otherwise returns block Jacobi.
+  // Returns the caller's own preconditioner if Options::make_preconditioner is set. Otherwise returns the sparse
+  // Cholesky factor if it stays within max_factor_gib and is estimated to be faster than PCG with block Jacobi
+  // (solver/internal/normal_equations/step_cost.h). Otherwise returns block Jacobi.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
-  // Returns the sparse Cholesky factor, whatever its cost. Throws Error if it would be larger than max_factor_gib.
+  // Returns the sparse Cholesky factor, even if it is slow. Throws Error if it would be larger than max_factor_gib.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
-  // Operation counts for LinearSolverKind::kAuto. Null if the caller provides a preconditioner.
+  // Returns operation counts of one solver step, for LinearSolverKind::kAuto. eliminating: count for the Schur
+  // complement, if the problem has blocks to eliminate. Null if the caller provides a preconditioner.
   const StepCounts* CountSteps(bool eliminating) override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
   bool has_bounds() const override { return !lower_.empty(); }
   bool IsFeasible(ConstVectorView x) override { return DescribeInfeasible(x).empty(); }
   void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override;
   void ClipStep(ConstVectorView x, VectorView step) override;
-  // Names use the indices of parameter blocks and residual blocks, from 0 in the order in which they were added.
+  // Texts for error messages. They name parameter blocks and residual blocks by index, from 0 in the order in which
+  // they were added. A description is empty if no fault was found.
   std::string NameTangent(Index k) override;
   std::string NameResidual(int batch, Index row) override;
   std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
@@ -122,29 +129,32 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     std::shared_ptr<const CostFunction> cost;
     std::shared_ptr<const Loss> loss;
   };
-  // Memory that a linearization leaves to the next one; its contents are not used.
+  // Buffers of the previous linearization, which the next one reuses. Their old contents are not read.
   struct LinearizationMemory {
     B::Vector jacobian, residuals, product;
   };
   const ParameterBlock& Parameter(int block) const;
+  // Discards all data that depend on the structure of the problem.
   void Changed();
   const BlockStructure& Structure() const;
   BlockNormalMatrix& NormalMatrix() const;
-  // Lower bound on the cost of an exact factor, computed without planning it.
+  // Lower bound on the operation counts of a sparse Cholesky factor. Does not plan the factorisation.
   StepCounts::Factor LeastFactor() const;
-  // Null if the factor would exceed max_factor_gib or take more multiplications than this.
+  // Plans the sparse Cholesky factorisation. Null if the factor would exceed max_factor_gib or need more than
+  // max_multiplications.
   std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications) const;
   // Work memory for evaluating one residual block, reused for the next.
   struct Scratch {
     std::vector<const double*> arguments;
     std::vector<double*> jacobians;  // per argument, in ambient coordinates; null for constant blocks
     std::vector<double> residuals;
-    std::vector<double> ambient;        // the Jacobians, one after another
-    std::vector<double> plus_jacobian;  // of one block
+    std::vector<double> ambient;        // memory of `jacobians`, one after another
+    std::vector<double> plus_jacobian;  // Manifold::PlusJacobian of one parameter block
   };
-  // Sets the arguments and fills the residuals with Unwritten.
+  // For residual block `term`: sets scratch.arguments to its parameter blocks in x, and fills the residuals with
+  // Unwritten, a NaN that marks entries which the cost function does not write.
   void Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
-  // Computes the residuals and Jacobians of a residual block, into memory filled with Unwritten. Returns the cost
+  // Computes the residuals and Jacobians of a residual block. Both are filled with Unwritten first. Returns the cost
   // function's return value.
   bool EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
   double TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const;
@@ -166,7 +176,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   std::vector<double> lower_, upper_;  // one entry per entry of x; empty if there are no bounds
   mutable std::optional<BlockStructure> structure_;
   mutable LinearizationMemory memory_;
-  // Reused from one linearization to the next: the terms of H, the plan of its factor, and the memory of both.
+  // The structure of H = J^T J, the plan of its Cholesky factor, and the memory of both. All linearizations share them.
   mutable std::shared_ptr<BlockNormalMatrix> normal_matrix_;
   std::shared_ptr<SparseCholesky> cholesky_;
   std::optional<StepCounts> counts_;

@@ -15,14 +15,16 @@ namespace vesta {
 
 namespace bounds_internal {
 
-// Tests of one entry against its bounds, on the host, and an error message. lower <= upper; an infinity means no bound.
+// Functions for one entry x and its bounds, on the host. lower <= upper; an infinity means no bound.
 inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
 inline std::string Outside(double x, double lower, double upper) {
   return fmt::format("{} is not within [{}, {}]", x, lower, upper);
 }
-inline bool PushedOut(double x, double descent, double lower, double upper) {
-  return (x <= lower && descent < 0) || (x >= upper && descent > 0);
+// True if x is at a bound and a step along -g would cross it.
+inline bool PushedOut(double x, double negative_gradient, double lower, double upper) {
+  return (x <= lower && negative_gradient < 0) || (x >= upper && negative_gradient > 0);
 }
+// Returns the step, shortened to end at the bound that it would cross.
 inline double ClippedStep(double x, double step, double lower, double upper) {
   return x + step < lower ? lower - x : x + step > upper ? upper - x : step;
 }
@@ -48,8 +50,8 @@ class BoundedProblem final : public Problem<B>,
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // lower, upper: one entry per parameter; an infinity means no bound. Throws Error if lower_k < upper_k does not hold
-  // for some k, or if a size is wrong.
+  // lower, upper: one entry per parameter; an infinity means no bound. Throws Error unless lower_k < upper_k for every
+  // k, or if a size is wrong.
   BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper);
 
   Index num_parameters() const override { return inner_.num_parameters(); }
@@ -90,6 +92,7 @@ class BoundedProblem final : public Problem<B>,
 
  private:
   using S = typename B::Scalar;
+  // Returns a copy of x in host memory.
   std::vector<S> Host(ConstVectorView x) const;
 
   ProblemAdaptor<B> inner_;

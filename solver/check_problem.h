@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// CheckProblem finds mistakes in a problem and describes each in words. Use it in the problem's test, and when a solve
-// makes no progress.
+// CheckProblem finds mistakes in a problem, such as a wrong derivative, and describes each. Use it in the problem's
+// test, and when a solve makes no progress. J is the Jacobian of the residuals, W the weights of the loss
+// (solver/problem_interfaces.h).
 #pragma once
 
 #include <string>
@@ -11,22 +12,23 @@
 namespace vesta {
 
 struct CheckProblemOptions {
-  // Number of columns of J to check one by one, evenly spread; >= 1. All columns if J has no more.
+  // Number of columns of J to check one by one, evenly spread; >= 1. If J has fewer columns, all are checked.
   Index max_columns = 100;
-  // Allowed relative error between values that differ only by rounding (adjointness, products, diagonal, blocks). 0
+  // Allowed relative error of the tests that involve no finite differences (adjointness, products, diagonal, blocks). 0
   // means 1e-8 for double, 1e-3 for float.
   double rounding = 0;
-  // Allowed relative error between derivatives and finite differences, in addition to the estimated error of the
-  // differences. 0 means 1e-5 for double, 1e-2 for float.
+  // Allowed relative error between derivatives and finite differences. The estimated error of the finite differences is
+  // added to it. 0 means 1e-5 for double, 1e-2 for float.
   double derivatives = 0;
-  // False if DiagJTJ and BlockGram only approximate J^T W J, as documented. They are then not compared.
+  // Set to false if DiagJTJ and BlockGram only approximate J^T W J, which the documentation of the problem should say.
+  // They are then not compared with J^T W J.
   bool exact_blocks = true;
 };
 
 struct ProblemCheck {
-  std::vector<std::string> faults;  // one line per fault, causes before effects; empty without faults
+  std::vector<std::string> faults;  // one line per fault, causes before effects; empty if the problem passed
   bool ok() const { return faults.empty(); }
-  // All faults, one per line; one line without a fault if the problem passed.
+  // All faults, one per line. If the problem passed, one line that says so.
   std::string Report() const;
 };
 
@@ -39,8 +41,8 @@ struct ProblemCheck {
 //   * Gradient is the derivative of Cost.
 // This takes about 100 evaluations of each function, and one product per checked column. Derivatives at kinks of the
 // residuals cannot be checked. A problem that uses a random sample of its residuals (InBatches::OnNewPoint) fails the
-// gradient check, because it returns the gradient of the sample. Where a solve would throw Error, the result lists a
-// fault.
+// gradient check, because its gradient belongs to the sample and its cost to all residuals. Mistakes that make a solve
+// throw Error are listed as faults here.
 template <Backend B>
 ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
                           const CheckProblemOptions& options = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear maps composed of other maps: products, row scaling and column scaling. An example is the Jacobian of
-// splatting, the product of the derivatives of loss, rasterisation and projection.
+// Linear maps composed of other maps: products, row scaling and column scaling. For example, the Jacobian of Gaussian
+// splatting is the product of three maps, the derivatives of loss, rasterisation and projection.
 #pragma once
 
 #include "solver/linear_operator.h"
@@ -22,7 +22,8 @@ class JacobianMap final : public LinearMap<B> {
   Linearization<B>& linearization_;
 };
 
-// The product outer o inner. Both maps must outlive this object; outer.cols() == inner.rows().
+// The product of matrices outer * inner: `inner` is applied first. Both maps must outlive this object; outer.cols() ==
+// inner.rows().
 template <Backend B>
 class ProductMap final : public LinearMap<B> {
  public:

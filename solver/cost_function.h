@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost functions of residual blocks with automatic, numeric or analytic derivatives, and normal priors. Same interface
-// as in Ceres.
+// Cost functions of residual blocks with automatic, numeric or analytic derivatives, and normal priors. The interface
+// resembles the one of Ceres.
 #pragma once
 
 #include <array>
@@ -15,13 +15,14 @@
 
 namespace vesta {
 
-// Computes the residuals of one residual block of a BlockProblem, and their derivatives, as ceres::CostFunction. The
-// residuals depend on a few parameter blocks. Evaluate must be safe to call from several threads at once.
+// Computes the residuals of one residual block of a BlockProblem, and their derivatives, like ceres::CostFunction. The
+// residuals depend on a few parameter blocks: block i has block_sizes()[i] numbers. Evaluate must be safe to call from
+// several threads at once.
 class CostFunction {
  public:
   CostFunction(int num_residuals, std::vector<int> block_sizes)
       : num_residuals_(num_residuals), own_sizes_(std::move(block_sizes)), block_sizes_(own_sizes_) {}
-  // For sizes that are stored elsewhere and outlive this object. This saves memory if a problem has millions of cost
+  // Does not copy block_sizes, which must outlive this object. This saves memory if a problem has millions of cost
   // functions of one type.
   CostFunction(int num_residuals, std::span<const int> block_sizes)
       : num_residuals_(num_residuals), block_sizes_(block_sizes) {}
@@ -32,10 +33,10 @@ class CostFunction {
   int num_residuals() const { return num_residuals_; }
   std::span<const int> block_sizes() const { return block_sizes_; }
 
-  // residuals: num_residuals() numbers. jacobians: null if no derivatives are needed, else one pointer per block, which
-  // is null if that derivative is not needed. Each Jacobian is row-major, num_residuals() rows of block_sizes()[i]
-  // numbers. Write every entry, zeros too. Return false if the residuals are undefined at these parameters; the step to
-  // them is then rejected.
+  // parameters[i]: the values of block i. residuals: num_residuals() numbers to write. jacobians: null if no
+  // derivatives are needed. Otherwise jacobians[i] is null, or the memory for the derivatives with respect to block i:
+  // row-major, num_residuals() rows of block_sizes()[i] numbers. Write every entry, zeros too. Return false if the
+  // residuals are undefined at these parameters. A step to such a point is rejected.
   virtual bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const = 0;
 
  private:
@@ -54,9 +55,10 @@ bool Call(const F& functor, const T* const* blocks, T* residuals, std::index_seq
 
 }  // namespace cost_internal
 
-// Differentiates a functor automatically, by dual numbers. f(p0, p1, ..., r) takes one pointer per block to kBlocks
-// numbers of T and writes kResiduals values of T. T is double or Dual<double>. f may return bool, with the meaning of
-// Evaluate, or void. The Jacobian costs one evaluation of the functor per parameter.
+// Differentiates a functor automatically, by dual numbers. kBlocks: the sizes of the parameter blocks. The functor
+// f(p0, p1, ..., r) receives one pointer per block, and writes kResiduals values to r. It is a template on the number
+// type, which is double or Dual<double>. It may return void, or bool with the meaning of Evaluate's result. The
+// Jacobian costs one evaluation of the functor per parameter.
 template <class F, int kResiduals, int... kBlocks>
 class AutoDiffCost final : public CostFunction {
  public:
@@ -103,19 +105,19 @@ class AutoDiffCost final : public CostFunction {
 
 // Finite-difference formula for cost functions without derivatives.
 enum class DifferenceMethod {
-  kForward,  // (f(x + h) - f(x)) / h: one evaluation per parameter, about half of the digits are correct
-  kCentral,  // (f(x + h) - f(x - h)) / 2h: two evaluations, about two thirds
+  kForward,  // (f(x + h) - f(x)) / h: one evaluation per parameter; about half of the digits are correct
+  kCentral,  // (f(x + h) - f(x - h)) / 2h: two evaluations per parameter; about two thirds of the digits are correct
 };
 
 struct DifferenceOptions {
   DifferenceMethod method = DifferenceMethod::kCentral;
-  // h = max(relative_step * |x|, least_step); both > 0.
+  // Step for a parameter x: h = max(relative_step * |x|, least_step); both options > 0.
   double relative_step = 1e-6;
   double least_step = 1e-8;
 };
 
-// Base class with numeric derivatives and sizes set at run time. Implement Residuals, safe to call from several threads
-// at once. Throws Error for steps out of range.
+// Base class with numeric derivatives and with sizes set at run time. A derived class implements Residuals, which must
+// be safe to call from several threads at once. The constructor throws Error for step sizes out of range.
 class NumericDifferences : public CostFunction {
  public:
   NumericDifferences(int num_residuals, std::vector<int> block_sizes, const DifferenceOptions& options = {});
@@ -129,8 +131,8 @@ class NumericDifferences : public CostFunction {
   DifferenceOptions options_;
 };
 
-// Differentiates a functor numerically. f(p0, p1, ..., r) takes pointers to double and returns bool, with the meaning
-// of Evaluate, or void.
+// Differentiates a functor numerically. The functor f(p0, p1, ..., r) receives pointers to double. It returns void, or
+// bool with the meaning of Evaluate's result.
 template <class F, int kResiduals, int... kBlocks>
 class NumericDiffCost final : public NumericDifferences {
  public:
@@ -145,7 +147,7 @@ class NumericDiffCost final : public NumericDifferences {
 };
 
 // Residuals A (x - b) of one parameter block x. For a normal prior with mean b and covariance C, choose A with A^T A =
-// C^-1. The difference is taken entry by entry, even if the block has a manifold.
+// C^-1. x - b is computed entry by entry, even if the block has a manifold.
 class NormalPrior final : public CostFunction {
  public:
   // A: row-major, one column per entry of b. Throws Error if the size of A is not a multiple of the size of b.

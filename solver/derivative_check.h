@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of a linearization for use in tests: adjointness, diagonal and blocks against columns of J, finite
-// differences.
+// Checks of a linearization, for use in tests. They compare J with J^T (adjointness), diagonal and blocks of H with the
+// columns of J, and derivatives with finite differences. x (+) d is the point that the step d leads to from x
+// (OnManifold::Plus). H = J^T W J; see solver/problem_interfaces.h.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,8 @@ double AdjointError(B& backend, LinearMap<B>& a, typename B::ConstVectorView u, 
 template <Backend B>
 double WorstAdjointError(B& backend, LinearMap<B>& a, std::uint64_t seed, int ranges = 4);
 
-// A computed entry of H, and its exact value from J and W.
+// An entry (row, col) of H as DiagJTJ or BlockGram computed it (`given`), and its value computed from J and W
+// (`exact`).
 struct Deviation {
   double error = 0;
   Index row = -1, col = -1;
@@ -32,27 +34,30 @@ struct Deviation {
 };
 
 // Returns the largest |DiagJTJ_k - (J e_k)^T W (J e_k)|, relative to the largest value of both diagonals, and its
-// position. Checks the columns first, first + stride, ... .
+// position. Checks the columns first, first + stride, and so on.
 template <Backend B>
 Deviation WorstDiagonal(B& backend, Linearization<B>& linearization, Index first = 0, Index stride = 1);
+// Returns only the error.
 template <Backend B>
 double DiagonalError(B& backend, Linearization<B>& linearization, Index first = 0, Index stride = 1);
 
-// The same for the blocks of BlockGram. The error of an entry is relative to the square root of the product of the two
-// diagonal entries in its row and column.
+// The same for the blocks of BlockGram. The error of entry (i, j) is relative to sqrt(H_ii H_jj). Checks every
+// block_stride-th block.
 template <Backend B>
 Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_stride = 1);
+// Returns only the error.
 template <Backend B>
 double BlockError(B& backend, Linearization<B>& linearization, Index block_stride = 1);
 
-// Returns |g^T v - (c(x (+) h v) - c(x (+) -h v)) / 2h| / |g^T v| for a direction v, with g summed over the batches.
-// The best h is about the cube root of the scalar's epsilon times the size of x.
+// Returns |g^T v - (c(x (+) h v) - c(x (+) -h v)) / 2h| / |g^T v| for a direction v. c is the cost; the gradient g is
+// summed over the batches. The best h is about the cube root of the machine epsilon, times the size of x.
 template <Backend B>
 double GradientError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, typename B::ConstVectorView v,
                      double h);
 
-// Returns |J v - (r(x (+) h v) - r(x (+) -h v)) / 2h| / |J v| for one batch. Not for problems with a robust loss,
-// because J corrected for the loss is not the derivative of the corrected residuals. Use GradientError for those.
+// Returns |J v - (r(x (+) h v) - r(x (+) -h v)) / 2h| / |J v| for one batch with residuals r. Not for problems with a
+// robust loss, because J corrected for the loss is not the derivative of the corrected residuals. Use GradientError for
+// those.
 template <Backend B>
 double TangentError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, int batch,
                     typename B::ConstVectorView v, double h);

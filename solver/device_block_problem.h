@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Least-squares problems on a GPU with many residual blocks of one shape. The Jacobian is stored in device memory.
+// Least-squares problems on a GPU with many residual blocks, all with the same number of residuals and parameters. The
+// Jacobian is stored in device memory.
 #pragma once
 
 #include <memory>
@@ -19,9 +20,10 @@ class DeviceResiduals {
   virtual Index num_residual_blocks() const = 0;
   virtual int residuals_per_block() const = 0;
   virtual int parameters_per_block() const = 0;
-  // Computes residuals and, unless jacobian is null, the Jacobian, in the layout of RowBlocks
-  // (kernels/core/row_blocks.h). index has that layout too. All pointers are to device memory. The call is
-  // asynchronous.
+  // Computes the residuals at x and, unless jacobian is null, the Jacobian. Let N = num_residual_blocks(), and P =
+  // parameters_per_block(). Column c of residual block b belongs to parameter index[c * N + b]. Residual k of block b
+  // is residuals[k * N + b], and its derivatives are jacobian[(k * P + c) * N + b] (RowBlocks in
+  // kernels/core/row_blocks.h). All pointers are to device memory. The call is asynchronous.
   virtual void Evaluate(const Index* index, const S* x, S* residuals, S* jacobian) const = 0;
 };
 
@@ -33,8 +35,9 @@ class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
   using typename Problem<B>::ConstVectorView;
   using typename Problem<B>::VectorView;
 
-  // index: the parameters of each residual block, in the layout of RowBlocks. groups: parameter blocks for block
-  // Jacobi, as GramOfRows needs them; empty for none. Throws Error if the sizes do not match.
+  // index: the parameters of each residual block, with the layout of DeviceResiduals::Evaluate. groups: parameter
+  // blocks for block Jacobi; empty for none. If a residual block uses a parameter of such a block, it must use all of
+  // them, in order, as adjacent columns. Throws Error if a size or an index is wrong.
   DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
                      const std::vector<Index>& index, std::vector<BlockGroup> groups = {});
   ~DeviceBlockProblem() override;

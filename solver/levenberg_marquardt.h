@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt: solves (H + lambda D) step = -g in each iteration, by preconditioned conjugate gradients unless
-// another linear solver is chosen. With PCG, H is never formed. See docs/mathematics.md, section 1.
+// The Levenberg-Marquardt method. Each iteration solves (H + lambda D) step = -g. H is the Gauss-Newton approximation
+// of the Hessian, g the gradient of the cost, lambda the damping, and D a diagonal matrix (the damping metric). The
+// default linear solver for large problems is PCG (preconditioned conjugate gradients), which never forms H. See
+// docs/mathematics.md, section 1.
 #pragma once
 
 #include <chrono>
@@ -19,8 +21,8 @@
 
 namespace vesta {
 
-// Runs the solve one iteration at a time. The constructors check the options and throw Error if one is out of range.
-// Later, NaN and infinity never throw; they end the solve with a status. backend and problem must outlive this object.
+// Runs a solve one iteration at a time. The constructors throw Error if an option is out of range. NaN and infinity
+// never throw; they end the solve with a status. backend and problem must outlive this object.
 template <Backend B>
 class LmStepper {
  public:
@@ -30,22 +32,23 @@ class LmStepper {
       : LmStepper(options, backend, problem, CopyOf(backend, x)) {}
 
   // Resumes a solve from an archive that Save wrote for the same problem. With the same options the iterations are
-  // bit-identical to an uninterrupted solve; the options may also be changed here. Throws Error if the saved x has
-  // another size than the problem's.
+  // bit-identical to an uninterrupted solve; the options may also be changed here. Throws Error if the size of the
+  // saved x is not num_parameters().
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, ArchiveReader& saved);
-  // Call only while done() is false.
+  // Writes the state for the constructor above. Call it only while done() is false.
   void Save(ArchiveWriter& archive) { Visit(archive); }
 
   bool done() const { return summary_.status != LmStatus::kRunning; }
-  // Runs one iteration: a linear solve, its trial steps, the update of the damping and the stopping tests. Appends a
-  // record to the summary and returns it. Once done() is true, it does nothing and returns the last record.
+  // Runs one iteration: a linear solve, an optional line search, the test of the trial point, the update of the
+  // damping, and the stopping tests. Appends a record to the summary and returns it. If done() is true, only returns
+  // the last record.
   const LmIteration& Step();
   // Ends the solve with this status; done() is true afterwards.
   void Stop(LmStatus status, std::string message);
-  // Ends the solve as kStoppedByCallback if `asked` is true on any process. Collective: every process must call it.
-  void StopIfRequested(bool asked);
+  // Ends the solve as kStoppedByCallback if `requested` is true on any process. Collective: every process must call it.
+  void StopIfRequested(bool requested);
 
-  // The x with the lowest cost so far, up to rounding of the cost (see Zone), and that cost. The cost is the sum over
+  // The x with the lowest cost so far (up to the rounding error of the cost), and this cost. The cost is the sum over
   // all batches.
   typename B::ConstVectorView x() const { return x_.view(); }
   double cost() const { return cost_; }
@@ -54,21 +57,22 @@ class LmStepper {
   const LmSummary& summary() const { return summary_; }
 
  private:
-  // The test that decides whether a trial point is accepted. Near the minimum a step changes the cost by less than the
-  // cost's rounding error, so the gain ratio is random. The gradient is still accurate there. So its norm |g|, measured
-  // in the metric D, decides instead. This gives x about twice as many correct digits. The rounding error of the cost
-  // depends on the problem: it is large if residuals are small differences of large numbers. Hence there are two zones
-  // besides kCost.
+  // Which test decides whether a trial point is accepted. Normally it is the gain ratio (decrease of the cost divided
+  // by the predicted decrease). Near the minimum, a step changes the cost by less than the cost's rounding error, so
+  // the gain ratio is random. The gradient g is still accurate there, so the change of its norm decides instead. This
+  // gives x about twice as many correct digits. |g|^2 is sum_k g_k^2 / D_k. The rounding error of the cost depends on
+  // the problem: it is large if residuals are small differences of large numbers. Therefore there are two zones that
+  // use the gradient.
   enum class Zone {
     kCost,      // the gain ratio decides
-    kDoubtful,  // the cost changes by less than 1e-9 of itself, and the gain ratio rejects: accepted if |g|^2 halves
-    kRounding,  // the cost changes by a few units in the last place: accepted if |g| falls, else the solve ends
+    kDoubtful,  // |change of cost| <= 1e-9 cost, and the gain ratio rejects the point: accepted if |g|^2 halves
+    kRounding,  // the cost changes by its last few bits only: accepted if |g| decreases, else the solve ends
   };
   // One trial point along the step.
   struct Trial {
     double cost = 0;
     double predicted = 0;  // predicted decrease of the cost
-    double rho = 0;
+    double rho = 0;        // gain ratio
     bool accepted = false;
     Zone zone = Zone::kCost;
   };
@@ -76,18 +80,20 @@ class LmStepper {
   void Visit(Archive& archive) {
     archive(x_, *control_, consecutive_rejects_, doubt_, turn_, scale_, summary_);
   }
-  // Checks the options. The caller fills x_ and the summary.
+  // Checks the options. The constructor that delegates to this one sets x_ and the summary.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
   static typename B::Vector CopyOf(B& backend, typename B::ConstVectorView x) {
     typename B::Vector copy(x.size());
     backend.Copy(x, copy);
     return copy;
   }
+  // Time since the start of the solve, including the time before a resume.
   double Seconds() const;
   // Times the phases of this call if options_.profile is true.
   ProfileScope Timed() { return ProfileScope(options_.profile ? &profile_ : nullptr); }
-  // Stops as converged with this status. Stops as not converged instead in two cases: `doubt` is not empty (see
-  // ConvergenceDoubt), or a parameter has a gradient although its column of the Jacobian is zero.
+  // Ends the solve as converged, with this status. In two cases it ends it as kNoDecrease or kGradientInZeroColumn
+  // instead: `doubt` (a text of ConvergenceDoubt) is not empty, or a parameter has a gradient although its column of
+  // the Jacobian is zero.
   void StopConverged(LmStatus status, std::string message, const std::string& doubt = "");
   // Runs CheckProblem if check_derivatives is true. Returns false if the solve ended.
   bool PassesCheck();
@@ -95,24 +101,30 @@ class LmStepper {
   bool Linearize();
   // The cost, summed over all batches.
   double FullCost(typename B::ConstVectorView x);
-  // PCG and the trials never run at the same time, so their work vectors share memory. AcquireTrialVectors takes the
-  // memory from PCG's workspace for trial_x_ and scaled_step_. ShareTrialVectors gives it back to PCG.
+  // PCG and the trials never run at the same time, so their work vectors share memory. AcquireTrialVectors moves the
+  // memory from PCG's workspace to trial_x_ and scaled_step_. ShareTrialVectors moves it back to the workspace.
   void AcquireTrialVectors();
   void ShareTrialVectors();
-  // Frees the work vectors of PCG and of the trials. Linearizing and building a preconditioner need the most memory.
+  // Frees the work vectors of PCG and of the trials, because linearizing and building a preconditioner need the most
+  // memory.
   void ReleaseVectors();
-  // Sets trial_x_ to the point that gamma * step leads to from x, on the manifold.
+  // Sets trial_x_ = x (+) gamma * step (OnManifold::Plus).
   void MakeTrial(double gamma);
+  // Line search. Returns 1 if it is disabled.
   double ChooseGamma();
+  // Evaluates the cost at the trial point of this gamma, and writes the result to `row`.
   Trial Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row);
+  // max |x - (x (+) -g)|.
   double GradientNorm();
   Zone ZoneOf(const Trial& trial) const;
   // Linearizes at the trial point and decides by the gradient there (see Zone).
   void AcceptByGradient(Trial& trial);
+  // The stopping tests on the size of the step, the change of cost, and the number of rejected steps.
   void TestStep(const LmIteration& row, const Trial& trial);
-  // ConvergenceDoubt ignores predicted changes of the cost up to this value: they may be due to the tolerance or to
-  // rounding.
+  // ConvergenceDoubt ignores predicted changes of the cost up to this value. They are below the function tolerance, or
+  // may be rounding errors.
   double DoubtfulGain() const;
+  // The stopping tests on the number of iterations and on time.
   void TestLimits();
   const LmIteration& Record(LmIteration row);
 
@@ -134,13 +146,13 @@ class LmStepper {
   Profile profile_{ReadClocksOf<typename B::Space>};  // times only this object's steps, not those before a resume
 };
 
-// Minimises the problem's cost, starting from x. Overwrites x with the best point found, whose cost over all batches is
-// never above the start's. Runs an LmStepper until it is done or the callback returns kStop. Throws Error as LmStepper
-// does.
+// Minimises the problem's cost, starting from x. Overwrites x with the best point found. Its cost, summed over all
+// batches, is never above that of the start. Runs an LmStepper until it is done or the callback returns kStop. Throws
+// Error as the constructor of LmStepper does.
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const LmCallback& callback = {});
-// The same on a backend that is created here. On the host x may also be a std::span or a std::vector.
+// These overloads create the backend. On the host, x may also be a std::span or a std::vector.
 template <Backend B>
 LmSummary SolveLm(Problem<B>& problem, typename B::VectorView x, const LmOptions& options = {},
                   const LmCallback& callback = {}) {

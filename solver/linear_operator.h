@@ -6,15 +6,17 @@
 
 namespace vesta {
 
-// Inner products of the vectors in an iterative solver. This class handles vectors that are whole. A derived class
-// handles vectors in shards: each process passes its own shard, and the result is the product of the whole vectors.
+// Computes the inner products of an iterative solver. This class is for vectors that each process stores whole. A
+// derived class is for vectors distributed over processes: each process passes its part (shard), and every process gets
+// the inner product of the whole vectors.
 template <Backend B>
 class InnerProducts {
  public:
   using ConstVectorView = typename B::ConstVectorView;
 
   virtual ~InnerProducts() = default;
-  // The same functions as in VectorBackend.
+  // The same functions as in VectorBackend (kernels/core/vector_backend.h). The versions with a slot write the result
+  // to it (device memory on a GPU) instead of returning it.
   virtual void Dot(ConstVectorView x, ConstVectorView y, typename B::Slot slot) const { B().Dot(x, y, slot); }
   virtual void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, typename B::Slot slot) const {
     B().WeightedDot(w, x, y, slot);
@@ -23,7 +25,7 @@ class InnerProducts {
   virtual bool AllFinite(ConstVectorView x) const { return B().AllFinite(x); }
 };
 
-// A square operator y = A x. The engine never needs the matrix itself; PCG and preconditioners use only this interface.
+// A square matrix A, given only by its product y = A x. PCG and preconditioners use this interface.
 template <Backend B>
 class LinearOperator {
  public:
@@ -33,7 +35,7 @@ class LinearOperator {
   virtual void Apply(typename B::ConstVectorView x, typename B::VectorView y) = 0;
 };
 
-// A rectangular operator with its adjoint. solver/compose.h combines maps.
+// A rectangular matrix A, given only by the products with A and A^T. solver/compose.h combines maps.
 template <Backend B>
 class LinearMap {
  public:

@@ -12,21 +12,23 @@
 namespace vesta {
 
 enum class BatchMode {
-  kExact,  // one PCG over the sum of all batches
-  // One PCG per batch; the steps are averaged, weighted by diag(H) of their batches (3DGS-LM, eq. 7). The result is
-  // biased, see solver/internal/batched_system.h.
+  // One linear solve for the sum of all batches. The result is the same as with a single batch.
+  kExact,
+  // One linear solve per batch. The steps are averaged, weighted by diag(H) of their batches (3DGS-LM, eq. 7). The
+  // solution is biased: it is not exactly the minimum of the cost (solver/internal/batched_system.h).
   kMerge,
 };
 const char* ToString(BatchMode mode);
 
-// Options of SolveLm and LmStepper. Validate checks the ranges.
+// Options of SolveLm and LmStepper. g is the gradient of the cost, H its Gauss-Newton Hessian, and D the damping metric
+// in (H + lambda D) step = -g.
 struct LmOptions {
   // Stop after this many iterations, accepted or rejected; >= 0.
   int max_iterations = 50;
-  // Stop when |change of cost| <= function_tolerance * cost.
+  // Stop when |change of cost| <= function_tolerance * cost, where cost is the value before the step.
   double function_tolerance = 1e-6;
-  // Stop when max |x - (x (+) -g)| <= gradient_tolerance. x (+) d is the point that the step d leads to
-  // (OnManifold::Plus).
+  // Stop when max |x - (x (+) -g)| <= gradient_tolerance. x (+) d is the point that the step d leads to from x
+  // (OnManifold::Plus); without a manifold or bounds the test is max |g|.
   double gradient_tolerance = 1e-10;
   // Stop when |step| <= parameter_tolerance * (|x| + parameter_tolerance).
   double parameter_tolerance = 1e-8;
@@ -35,23 +37,24 @@ struct LmOptions {
   // Wall-clock limit in seconds, checked before each iteration. No other decision depends on the clock.
   double max_seconds = std::numeric_limits<double>::infinity();
 
-  // Set both by SetStepRule, because they must agree.
+  // Rule for changing lambda, and its parameters. Use SetStepRule, which sets both consistently.
   StepRule step_rule = StepRule::kCeres;
   StepControlOptions step_control = DefaultStepControl(StepRule::kCeres);
-  // Scale of each parameter, for the limits of the damping metric D and for the residual norm of PCG.
+  // Scale of each parameter. It sets the units of the limits on D, and of the residual norm of PCG.
   ColumnScaling column_scaling = ColumnScaling::kInverseRoot;
   // The linear solver, its preconditioner and the damping metric.
   NormalSystemOptions normal_system;
   BatchMode batch_mode = BatchMode::kExact;
-  // For kMerge: keep the linearizations of all batches in memory during a step. If false, a batch is linearized again
-  // each time it is needed, so only one linearization is in memory.
+  // For kMerge: store the linearizations of all batches during an iteration. If false, each batch is linearized again
+  // when it is needed, so only one linearization is in memory at a time.
   bool hold_batches = true;
   LineSearchOptions line_search;
 
-  // Run CheckProblem at the start; a fault ends the solve as kCheckFailed. Use it while developing a problem. It takes
-  // some hundred evaluations.
+  // Run CheckProblem at the start; a fault ends the solve as kCheckFailed. Use this while developing a problem. It
+  // evaluates each function of the problem about 100 times.
   bool check_derivatives = false;
-  // Measure the time per phase (LmSummary::phases). Results do not change; on a GPU the solve is slower.
+  // Measure the time of each phase of the solve (LmSummary::phases). The computed values stay the same; on a GPU the
+  // solve is slower.
   bool profile = false;
 
   // Sets step_rule and the matching step_control.
@@ -59,7 +62,7 @@ struct LmOptions {
     step_rule = rule;
     step_control = DefaultStepControl(rule);
   }
-  // Throws Error with one line about the first option that is out of range.
+  // Throws Error if an option is out of range. The message names the first such option.
   void Validate() const;
 };
 

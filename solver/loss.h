@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robust losses rho(s) of the squared norm s of a residual block. The cost is 1/2 sum rho(s). Names, formulas and
-// scales are the same as in Ceres, so costs are comparable digit by digit.
+// Robust losses rho(s), where s is the squared norm of a residual block. The cost is 1/2 sum rho(s) over the residual
+// blocks. Names, formulas and scales are the same as in Ceres, so costs can be compared directly.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,6 @@ class Loss {
     double second = 0;  // rho''(s)
   };
   virtual ~Loss() = default;
-  // s >= 0.
   virtual Value Evaluate(double s) const = 0;
 };
 
@@ -28,9 +27,9 @@ class TrivialLoss final : public Loss {
   Value Evaluate(double s) const override;
 };
 
-// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In this and the following losses a > 0 is the residual norm from which
-// outliers are downweighted. ArctanLoss and TolerantLoss compare a with s instead. The constructors throw Error for
-// scales out of range.
+// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In most losses of this file, a > 0 is a norm: residual blocks with a
+// norm above about a get less weight. In ArctanLoss and TolerantLoss, a is a value of s, the squared norm. The
+// constructors throw Error if a scale is out of range.
 class HuberLoss final : public Loss {
  public:
   explicit HuberLoss(double a);
@@ -70,7 +69,7 @@ class ArctanLoss final : public Loss {
   double a_;
 };
 
-// rho = b / 3 (1 - (1 - s / b)^3) for s <= b = a^2, else b / 3. Residuals beyond a have no influence.
+// rho = b / 3 (1 - (1 - s / b)^3) for s <= b = a^2, else b / 3. Residual blocks with a norm above a have no influence.
 class TukeyLoss final : public Loss {
  public:
   explicit TukeyLoss(double a);
@@ -80,8 +79,8 @@ class TukeyLoss final : public Loss {
   double b_;
 };
 
-// rho = b log(1 + exp((s - a) / b)), minus its value at s = 0. It is nearly 0 up to s = a >= 0 and nearly s - a beyond.
-// b > 0 is the width of the transition.
+// rho = b log(1 + exp((s - a) / b)), minus its value at s = 0. It is nearly 0 for s < a, and nearly s - a for s > a. a
+// >= 0. b > 0 is the width of the transition.
 class TolerantLoss final : public Loss {
  public:
   TolerantLoss(double a, double b);
@@ -112,15 +111,16 @@ class ScaledLoss final : public Loss {
   double weight_;
 };
 
-// Rewrites a residual block f and its Jacobian J for a robust loss. Plain least squares on the result then has the
-// gradient rho' J^T f and the curvature J^T (rho' I + 2 max(rho'', 0) f f^T) J. Source: Triggs, McLauchlan, Hartley,
-// Fitzgibbon, Bundle adjustment: a modern synthesis, 1999, section 4.3. A negative rho'' is ignored, as in Ceres,
-// because it would reduce the curvature, possibly to zero.
+// Rescales a residual block f and its Jacobian J so that plain least squares on the result has the gradient and the
+// curvature of the robust loss: rho' J^T f and J^T (rho' I + 2 max(rho'', 0) f f^T) J. Source: Triggs, McLauchlan,
+// Hartley, Fitzgibbon, Bundle adjustment: a modern synthesis, 1999, section 4.3. A negative rho'' is ignored, as in
+// Ceres, because it would reduce the curvature, possibly to zero.
 class LossCorrection {
  public:
   // value: the loss at s = |f|^2.
   LossCorrection(const Loss::Value& value, double s);
-  // J may have either layout: J(i, c) is jacobian[i * row_stride + c * column_stride]. J is corrected first, then f.
+  // Overwrites f (`residuals` values) and J (`residuals` rows, `parameters` columns). J(i, c) is stored at jacobian[i *
+  // row_stride + c * column_stride], so J may be row-major or column-major.
   template <class S>
   void Apply(int residuals, int parameters, S* f, S* jacobian, int row_stride, int column_stride) const {
     for (int c = 0; c < parameters; ++c) {
@@ -137,9 +137,9 @@ class LossCorrection {
   }
 
  private:
-  double root_first_;
-  double alpha_over_s_ = 0;
-  double residual_scale_;
+  double root_first_;        // sqrt(rho')
+  double alpha_over_s_ = 0;  // alpha / s, with alpha as in the source
+  double residual_scale_;    // sqrt(rho') / (1 - alpha)
 };
 
 }  // namespace vesta

@@ -110,8 +110,8 @@ void LmStepper<B>::Stop(LmStatus status, std::string message) {
 }
 
 template <Backend B>
-void LmStepper<B>::StopIfRequested(bool asked) {
-  if (problem_.OnAnyProcess(asked) && !done()) Stop(LmStatus::kStoppedByCallback, "the callback asked to stop");
+void LmStepper<B>::StopIfRequested(bool requested) {
+  if (problem_.OnAnyProcess(requested) && !done()) Stop(LmStatus::kStoppedByCallback, "the callback asked to stop");
 }
 
 template <Backend B>
