@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Manifolds for parameter blocks that have fewer degrees of freedom than numbers.
+// Manifolds for parameter blocks that have fewer degrees of freedom than numbers, such as unit quaternions.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,8 @@
 
 namespace vesta {
 
-// Defines the step x (+) delta, for x of ambient_size() numbers and delta of tangent_size() numbers. Plus(x, 0) = x.
+// Defines x (+) delta, the point that the step delta leads to from x. x has ambient_size() numbers, delta has
+// tangent_size(), and x (+) 0 = x.
 class Manifold {
  public:
   virtual ~Manifold() = default;
@@ -19,8 +20,8 @@ class Manifold {
   virtual void PlusJacobian(const double* x, double* jacobian) const = 0;
 };
 
-// Unit quaternions: x (+) delta = [cos |delta|; delta sin |delta| / |delta|] x, a rotation by 2 |delta|. Same
-// convention as Ceres's QuaternionManifold (w x y z) and EigenQuaternionManifold (x y z w).
+// Unit quaternions. x (+) delta is the quaternion product [cos |delta|; delta sin |delta| / |delta|] x, a rotation by
+// the angle 2 |delta|. Same convention as Ceres's QuaternionManifold (w x y z) and EigenQuaternionManifold (x y z w).
 class QuaternionManifold final : public Manifold {
  public:
   enum class Order { kWxyz, kXyzw };
@@ -34,10 +35,10 @@ class QuaternionManifold final : public Manifold {
   Order order_;
 };
 
-// Vectors of constant length (directions), size >= 2. With H orthogonal and H e_last = x / |x|,
-// x (+) delta = |x| H [delta sin |delta| / |delta|; cos |delta|]. H is a Householder reflection: Hertzberg et al.,
-// Integrating generic sensor fusion algorithms with sound state representations through encapsulation of manifolds,
-// 2013, appendix B.2. The constructor throws Error for size < 2.
+// Vectors of constant length, such as directions. Steps keep the length |x|. x (+) delta = |x| H [delta sin |delta| /
+// |delta|; cos |delta|], where H is a Householder reflection that maps the last unit vector to x / |x|: Hertzberg et
+// al., Integrating generic sensor fusion algorithms with sound state representations through encapsulation of
+// manifolds, 2013, appendix B.2. The constructor throws Error for size < 2.
 class UnitVectorManifold final : public Manifold {
  public:
   explicit UnitVectorManifold(int size);
@@ -66,7 +67,8 @@ class SubsetManifold final : public Manifold {
   std::vector<int> free_;
 };
 
-// A product of manifolds, one after another, such as a pose of a quaternion and a Euclidean translation.
+// A product of manifolds. x consists of the numbers of the first part, then of the second part, and so on; likewise
+// delta. Example: a pose, with a quaternion and a translation in R^3. No part may be null.
 class ProductManifold final : public Manifold {
  public:
   explicit ProductManifold(std::vector<std::shared_ptr<const Manifold>> parts);

@@ -2,12 +2,13 @@
 // Optional interfaces of problems and linearizations (solver/problem.h).
 //
 // A class derives from Problem or Linearization and from each interface that it supports. The engine finds the
-// interfaces itself, once per object. They are independent of each other. Each has a default in the engine for classes
-// without the interface.
+// interfaces itself, once per object. They are independent of each other. The comment of each interface states the
+// default for classes that do not derive from it.
 //
 // The general model is generalised Gauss-Newton. The cost has gradient g = J^T s and curvature H = J^T W J. Here s is
-// the derivative of the loss with respect to the residuals, and W is a symmetric positive semidefinite operator on
-// residual space. Plain least squares is cost 1/2 |r|^2, s = r, W = I.
+// the derivative of the loss with respect to the residuals r. W approximates the second derivative. It is a symmetric
+// positive semidefinite matrix, with one row and column per residual. For plain least squares, the cost is 1/2 |r|^2, s
+// = r and W = I.
 #pragma once
 
 #include <memory>
@@ -27,7 +28,7 @@ class ReducedSystem;
 
 // ---- Interfaces of problems ----
 
-// x lies on a manifold: a step has another size than x, or is not simply added to x.
+// x lies on a manifold: a step does not have the size of x, or is not simply added to x.
 // Default: num_tangent() = num_parameters(), Plus is x + delta.
 template <Backend B>
 class OnManifold {
@@ -35,8 +36,8 @@ class OnManifold {
   virtual ~OnManifold() = default;
   // Number of entries of a step.
   virtual Index num_tangent() const = 0;
-  // out = x (+) delta, with num_parameters() entries; delta has num_tangent() entries. out must not overlap the inputs.
-  // If the problem has bounds, Plus projects the result onto them.
+  // out = x (+) delta, the point that the step delta leads to from x. delta has num_tangent() entries, x and out have
+  // num_parameters(). out does not overlap x or delta. If the problem has bounds, Plus clamps out to them.
   virtual void Plus(B& backend, typename B::ConstVectorView x, typename B::ConstVectorView delta,
                     typename B::VectorView out) = 0;
 };
@@ -49,24 +50,25 @@ class WithBounds {
   virtual ~WithBounds() = default;
   // False if this object has no bounds although its class supports them.
   virtual bool has_bounds() const { return true; }
+  // True if x violates no bound.
   virtual bool IsFeasible(typename B::ConstVectorView x) = 0;
-  // Sets mask to 0 for each entry that is at a bound and that -g would push across it. Does not change the other
-  // entries of mask. negative_gradient and mask have num_tangent() entries.
+  // Sets mask to 0 for each entry of x that is at a bound and that a step along -g would move across it. Does not
+  // change the other entries of mask. negative_gradient (-g) and mask have num_tangent() entries.
   virtual void MaskActiveBounds(typename B::ConstVectorView x, typename B::ConstVectorView negative_gradient,
                                 typename B::VectorView mask) = 0;
-  // Shortens each entry of step that would cross a bound, so that Plus has nothing left to project.
+  // Shortens each entry of step that would cross a bound, so that x (+) step ends at the bound.
   virtual void ClipStep(typename B::ConstVectorView x, typename B::VectorView step) = 0;
 };
 
-// The cost is a sum over units (views, residual blocks), and the cost of a subset can be evaluated. The line search
-// uses it.
+// The cost is a sum over units (such as views or residual blocks), and can be evaluated for some units only. The line
+// search uses this.
 // Default: one unit.
 template <Backend B>
 class InUnits {
  public:
   virtual ~InUnits() = default;
   virtual Index num_units() const = 0;
-  // The cost of these units. Their indices are in ascending order without repeats.
+  // Returns the cost of these units. Their indices are in ascending order without repeats.
   virtual double Cost(typename B::ConstVectorView x, std::span<const Index> units) = 0;
 
  protected:
@@ -74,13 +76,16 @@ class InUnits {
   void CheckUnits(std::span<const Index> units) const;
 };
 
-// The cost is a sum over batches, and each batch is linearized on its own. Batches suit sampling and problems too large
-// to linearize as a whole. The engine calls LinearizeBatch instead of Problem::Linearize. Default: one batch.
+// The cost is a sum over batches, and each batch is linearized separately. Batches are for random samples of the
+// residuals, and for problems too large to linearize as a whole. The engine calls LinearizeBatch instead of
+// Problem::Linearize.
+// Default: one batch.
 template <Backend B>
 class InBatches {
  public:
   virtual ~InBatches() = default;
   virtual int num_batches() const = 0;
+  // batch: 0 to num_batches() - 1. Otherwise as Problem::Linearize.
   virtual std::unique_ptr<Linearization<B>> LinearizeBatch(typename B::ConstVectorView x, int batch) = 0;
   // Called before the first batch is linearized at a new x. `turn` is 0 at the first x of a solve, then 1, 2, and so
   // on. A problem that uses a random sample of its residuals draws it here and keeps it until the next call.
@@ -93,8 +98,8 @@ class InBatches {
   std::unique_ptr<Linearization<B>> LinearizeOnlyBatch(typename B::ConstVectorView x);
 };
 
-// The problem's own damping metric D in (H + lambda D).
-// Default: D = diag(H), clamped.
+// The problem's own damping metric, the diagonal matrix D in (H + lambda D) step = -g.
+// Default: D = diag(H), clamped to a range (DampingMetricOptions).
 template <Backend B>
 class WithDampingMetric {
  public:
@@ -116,35 +121,39 @@ class WithPreconditioner {
 };
 
 // A sparse Cholesky factor of H + lambda D, for PreconditionerKind::kSparseCholesky.
-// Default: choosing that kind throws Error.
+// Default: this kind of preconditioner throws Error.
 template <Backend B>
 class WithSparseCholesky {
  public:
   virtual ~WithSparseCholesky() = default;
-  // Called once for each x that is linearized. Returns null if this object has no factor. Throws Error if it would be
-  // too large.
+  // Called once for each x that is linearized. Returns null if this object has no factor. Throws Error if the factor
+  // would be too large.
   virtual std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() = 0;
 };
 
-// Names of entries for messages, one line each. An empty string means the default name.
+// Names of step entries and residuals for error messages, one line each. An empty string means the default name.
 // Default: "entry 4 of the step", "residual 4".
 class WithNames {
  public:
   virtual ~WithNames() = default;
+  // k: index in a step. row: index among the residuals of the batch.
   virtual std::string NameTangent(Index /*k*/) { return ""; }
   virtual std::string NameResidual(int /*batch*/, Index /*row*/) { return ""; }
 };
 
-// Explanations for the messages of a failed solve, one line each. An empty string means no explanation.
+// Explanations for the error messages of a failed solve, one line each. An empty string means that there is no
+// explanation.
+// Default: no explanations.
 template <Backend B>
 class Describes {
  public:
   virtual ~Describes() = default;
-  // Says which value is not finite at x, and at which parameters. With `jacobians`, derivatives are checked too.
+  // Describes a residual or loss value that is not finite at x, and the parameters that lead to it. jacobians: check
+  // derivatives too.
   virtual std::string DescribeNonFinite(typename B::ConstVectorView /*x*/, bool /*jacobians*/) { return ""; }
-  // Says which entry of x is beyond its bound.
+  // Describes an entry of x that violates its bound.
   virtual std::string DescribeInfeasible(typename B::ConstVectorView /*x*/) { return ""; }
-  // Says why no step can move away from x. For example, a quaternion of zeros stays zero.
+  // Describes a parameter that no step from x can change. For example, a quaternion of zeros stays zero.
   virtual std::string DescribeDegenerate(typename B::ConstVectorView /*x*/) { return ""; }
 };
 
@@ -159,22 +168,23 @@ class Collective {
 
 // ---- Interfaces of linearizations ----
 
-// Computes the gradient g = J^T s directly.
+// Computes the gradient of the cost, g = J^T s.
 // Default: J^T residuals().
 template <Backend B>
 class WithGradient {
  public:
   virtual ~WithGradient() = default;
+  // Overwrites g, which has num_parameters() entries.
   virtual void Gradient(typename B::VectorView g) = 0;
 };
 
-// A problem with a loss: s differs from the residuals, or W from the identity. Only linear solvers that use H alone
-// support it; kLsmr and kDenseQr do not.
+// A problem with a loss: s differs from the residuals, or W from the identity. LSMR and dense QR (LinearSolverKind) do
+// not support it, because they use J instead of H.
 // Default: plain least squares.
 template <Backend B>
 class WithLossWeights : public WithGradient<B> {
  public:
-  // Wu = W u on residual space.
+  // Wu = W u; both have num_residuals() entries.
   virtual void ApplyW(typename B::ConstVectorView u, typename B::VectorView Wu) = 0;
   // False if this object is plain least squares although its class supports weights.
   virtual bool weighted() const { return true; }
@@ -186,7 +196,7 @@ template <Backend B>
 class WithProductH {
  public:
   virtual ~WithProductH() = default;
-  // Hv = J^T W J v.
+  // Hv = J^T W J v. Overwrites Hv.
   virtual void ApplyH(typename B::ConstVectorView v, typename B::VectorView Hv) = 0;
   // Returns v^T H v.
   virtual double Curvature(typename B::ConstVectorView v) {
@@ -202,17 +212,18 @@ template <Backend B>
 class WithBlocks {
  public:
   virtual ~WithBlocks() = default;
-  // Empty if this object has no blocks.
+  // The groups cover each parameter exactly once. Empty if this object has no blocks.
   virtual std::vector<BlockGroup> block_groups() const = 0;
-  // Writes the diagonal blocks of J^T W J. `blocks` was made from block_groups() and is zero before the call.
+  // Writes the diagonal blocks of J^T W J to `blocks`, which has the groups of block_groups() and is zero before the
+  // call.
   virtual void BlockGram(BlockDiagonal<B>& blocks) = 0;
   // True if DiagJTJ returns the diagonal of these blocks and costs as much as BlockGram.
   virtual bool blocks_give_diagonal() const { return false; }
 };
 
-// The last parameters of a step can be eliminated, because their part of H is block-diagonal, such as the points of
-// bundle adjustment. For LinearSolverKind::kReducedPcg.
-// Default: nothing is eliminated.
+// The last parameters of a step can be eliminated, because their part of H is block-diagonal. An example is the points
+// of bundle adjustment. For LinearSolverKind::kReducedPcg, which needs a problem with one batch and without bounds.
+// Default: no parameter is eliminated.
 template <Backend B>
 class WithReducedSystem {
  public:

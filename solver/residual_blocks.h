@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Least-squares problems from residual functors of one type. Dual numbers compute the derivatives.
+// Least-squares problems whose residual blocks all have the same functor type. The derivatives are computed
+// automatically, by dual numbers.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,10 +23,10 @@
 
 namespace vesta {
 
-// A functor that computes kResiduals residuals from kParameters parameters, for any scalar type T. f(p, r) reads
-// p[0..kParameters) and writes r[0..kResiduals). It may return bool: false means that the residuals are undefined
-// there, and a step to that point is rejected. Call mathematical functions unqualified after `using std::exp;`, and
-// write constants as T(0.5).
+// A functor that computes kResiduals residuals from kParameters parameters, for any scalar type T. f(p, r) reads the
+// parameters p[0..kParameters) and writes the residuals r[0..kResiduals). It may return bool: false means that the
+// residuals are undefined for these parameters. A step to such parameters is rejected. In f, write `using std::exp;`
+// and then exp(x), not std::exp(x), and likewise for other functions. Write constants as T(0.5).
 template <class F, class S>
 concept ResidualFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r, const S* q, S* s) {
   { F::kResiduals } -> std::convertible_to<int>;
@@ -38,9 +39,9 @@ struct ResidualBlocksOptions {
   // Robust loss of each residual block's squared norm; null for plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   int num_batches = 1;
-  // kStrided: batch b has the functors b, b + num_batches, and so on. kContiguous: consecutive functors.
+  // kStrided: batch b has the functors b, b + num_batches, and so on. kContiguous: each batch has consecutive functors.
   BatchSplit split = BatchSplit::kStrided;
-  // Parameter blocks for block Jacobi; empty for none.
+  // Parameter blocks for block Jacobi, which must cover each parameter once; empty for none.
   std::vector<BlockGroup> block_groups = {};
 };
 
@@ -69,7 +70,7 @@ class ResidualBlocks final : public Problem<B>,
 
   Index num_parameters() const override { return layout_.num_parameters(); }
   int num_batches() const override { return options_.num_batches; }
-  // A unit is one functor.
+  // A unit (InUnits) is one functor.
   Index num_units() const override { return static_cast<Index>(functors_.size()); }
   double Cost(ConstVectorView x) override {
     this->CheckSize(x);

@@ -21,13 +21,13 @@ enum class LmStatus {
   kMaxIterations,
   kTimeLimit,
   kStoppedByCallback,
-  kNoDecrease,  // lambda is at its upper bound, too many rejected steps in a row, or no step decreased the cost as
-                // predicted
+  // lambda is at its upper bound, too many steps in a row were rejected, or no step decreased the cost as predicted.
+  kNoDecrease,
   // Failed: the problem or the start is not valid; the message says what to do.
   kInfeasible,            // the start violates a bound
   kNonFinite,             // the start, or the derivatives at an x with a finite cost, contain NaN or infinity
-  kBadDiagonal,           // DiagJTJ returned values that are not sums of squares: negative, NaN or infinite
-  kGradientInZeroColumn,  // converged, but a column whose DiagJTJ entry is zero has a gradient
+  kBadDiagonal,           // DiagJTJ returned negative values, NaN or infinity
+  kGradientInZeroColumn,  // converged, but a parameter whose DiagJTJ entry is zero has a nonzero gradient
   kDegenerateStart,       // at the start no step moves x (a quaternion of zeros)
   kCheckFailed,           // LmOptions::check_derivatives found a fault
 };
@@ -37,20 +37,20 @@ bool IsConverged(LmStatus status);
 // True if the problem or the start is not valid.
 bool IsFailure(LmStatus status);
 
-// One iteration: one solve of the normal equations (per batch with BatchMode::kMerge), and the trial steps along the
-// result.
+// Record of one iteration: a solve of the normal equations (one per batch with BatchMode::kMerge), and the trial step
+// along its solution.
 struct LmIteration {
   int iteration = 0;             // 0 is the start
   double cost = 0;               // cost of x after this iteration
-  double cost_change = 0;        // cost before minus cost of the trial; not finite if the trial's is not
-  double rho = 0;                // gain ratio of the trial
+  double cost_change = 0;        // cost before minus cost of the trial; may be NaN or infinite
+  double rho = 0;                // gain ratio of the trial: decrease of the cost / predicted decrease
   double lambda = 0;             // damping of the linear solve
-  double gamma = 0;              // factor gamma of the trial step
-  double gradient_max_norm = 0;  // max |x - (x (+) -g)| at the x before this iteration
+  double gamma = 0;              // factor on the step, from the line search; 1 without line search
+  double gradient_max_norm = 0;  // max |x - (x (+) -g)| before this iteration, as in LmOptions::gradient_tolerance
   double step_norm = 0;          // norm of the trial step, in the tangent space
   int pcg_iterations = 0;        // summed over batches
   PcgStatus pcg_status = PcgStatus::kConverged;  // status of the last batch
-  double pcg_residual = 0;                       // |r| / |b| of the last batch, with scaled columns
+  double pcg_residual = 0;  // residual / right-hand side (norms) of the last batch, with scaled columns
   bool accepted = false;
   double seconds = 0;  // since the start of the solve
 };

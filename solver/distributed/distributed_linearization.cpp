@@ -120,9 +120,9 @@ void DistributedLinearization<B>::DiagJTJ(VectorView d) {
   const Shards& shards = problem_.shards();
   blocks_.emplace(shards.own().size(), shards.groups());
   SumBlocks(shards.BlockValuesOfRanks(), blocks_->all_values());
-  typename B::Vector shard(shards.own().size()), room;
+  typename B::Vector shard(shards.own().size()), storage;
   blocks_->Diagonal(shard);
-  shards.Gather<S>(std::as_const(shard).view(), d, room);
+  shards.Gather<S>(std::as_const(shard).view(), d, storage);
 }
 
 template <Backend B>

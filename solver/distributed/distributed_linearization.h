@@ -152,13 +152,13 @@ class DistributedShards final : public ShardedSystem<B> {
   }
   void BlockGram(BlockDiagonal<B>& blocks) override { linearization_.ShardOfBlocks(blocks); }
 
-  ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& room) const override {
+  ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& storage) const override {
     if (shards_.is_whole()) return whole;
-    room.ResizeForOverwrite(num_parameters());
-    shards_.Take<S>(whole, room.view());
-    return room.view();
+    storage.ResizeForOverwrite(num_parameters());
+    shards_.Take<S>(whole, storage.view());
+    return storage.view();
   }
-  void Gather(ConstVectorView shard, VectorView whole) override { shards_.Gather<S>(shard, whole, room_); }
+  void Gather(ConstVectorView shard, VectorView whole) override { shards_.Gather<S>(shard, whole, storage_); }
   const InnerProducts<B>& products() const override { return products_; }
 
  private:
@@ -171,7 +171,7 @@ class DistributedShards final : public ShardedSystem<B> {
   DistributedLinearization<B>& linearization_;
   const Shards& shards_;
   ShardProducts<S> products_;
-  typename B::Vector whole_, room_;
+  typename B::Vector whole_, storage_;
 };
 
 }  // namespace vesta

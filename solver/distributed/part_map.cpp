@@ -69,11 +69,11 @@ void PartMap::Take(HostSpan<const S> whole, HostSpan<S> local) const {
 }
 
 template <class S>
-HostSpan<const S> PartMap::Local(HostSpan<const S> whole, HostBuffer<S>& room) const {
+HostSpan<const S> PartMap::Local(HostSpan<const S> whole, HostBuffer<S>& storage) const {
   if (is_identity_) return whole;
-  room.ResizeForOverwrite(local_size_);
-  Take<S>(whole, room.view());
-  return std::as_const(room).view();
+  storage.ResizeForOverwrite(local_size_);
+  Take<S>(whole, storage.view());
+  return std::as_const(storage).view();
 }
 
 template <class S>

@@ -29,10 +29,10 @@ class PartMap {
   // local = the part's entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> local) const;
-  // Returns the part's entries of whole: `whole` itself if the part has all of them, else a copy in `room`. The copy is
-  // valid until `room` changes.
+  // Returns the part's entries of whole: `whole` itself if the part has all of them, else a copy in `storage`. The copy
+  // is valid until `storage` changes.
   template <class S>
-  HostSpan<const S> Local(HostSpan<const S> whole, HostBuffer<S>& room) const;
+  HostSpan<const S> Local(HostSpan<const S> whole, HostBuffer<S>& storage) const;
   template <class S>
   void MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const;
 

@@ -114,12 +114,12 @@ void Shards::Take(HostSpan<const S> whole, HostSpan<S> shard) const {
 }
 
 template <class S>
-void Shards::Gather(HostSpan<const S> shard, HostSpan<S> whole, HostBuffer<S>& room) const {
+void Shards::Gather(HostSpan<const S> shard, HostSpan<S> whole, HostBuffer<S>& storage) const {
   VESTA_CHECK(whole.size() == size_ && shard.size() == own().size(), "a shard of {} entries of {}", shard.size(),
               whole.size());
   CpuBackend<S> backend;
   if (is_whole()) return backend.Copy(shard, whole);
-  room.ResizeForOverwrite(size_);
+  storage.ResizeForOverwrite(size_);
   std::vector<std::size_t> counts;
   counts.reserve(of_ranks_.size());
   Index before = 0;
@@ -128,12 +128,12 @@ void Shards::Gather(HostSpan<const S> shard, HostSpan<S> whole, HostBuffer<S>& r
     if (r < ranks_.rank()) before += entries.size();
     counts.push_back(static_cast<std::size_t>(entries.size()));
   }
-  backend.Copy(shard, room.view().subspan(before, shard.size()));
-  GatherInto(ranks_, std::span<S>(room.data(), static_cast<std::size_t>(size_)), counts);
+  backend.Copy(shard, storage.view().subspan(before, shard.size()));
+  GatherInto(ranks_, std::span<S>(storage.data(), static_cast<std::size_t>(size_)), counts);
   Index at = 0;
   for (const Support& entries : of_ranks_) {
     for (const EntryRange& range : entries.ranges()) {
-      backend.Copy(room.view().subspan(at, range.size()), whole.subspan(range.begin, range.size()));
+      backend.Copy(storage.view().subspan(at, range.size()), whole.subspan(range.begin, range.size()));
       at += range.size();
     }
   }

@@ -39,9 +39,9 @@ class Shards {
   // shard = its entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> shard) const;
-  // whole = the shards of all processes. Collective. room is work memory of the size of whole.
+  // whole = the shards of all processes. Collective. storage is work memory of the size of whole.
   template <class S>
-  void Gather(HostSpan<const S> shard, HostSpan<S> whole, HostBuffer<S>& room) const;
+  void Gather(HostSpan<const S> shard, HostSpan<S> whole, HostBuffer<S>& storage) const;
 
  private:
   // The range of blocks of a group in these pieces.

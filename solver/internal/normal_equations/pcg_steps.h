@@ -102,8 +102,8 @@ class ShardedPcgStep final : public StepSolver<B> {
   ShardedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
                  std::unique_ptr<ShardedSystem<B>> sharded)
       : system_(system), sharded_(std::move(sharded)), adaptor_(*sharded_) {
-    const auto of = [&](typename B::ConstVectorView whole, typename B::Vector& room) {
-      return whole.empty() ? whole : sharded_->ShardOf(whole, room);
+    const auto of = [&](typename B::ConstVectorView whole, typename B::Vector& storage) {
+      return whole.empty() ? whole : sharded_->ShardOf(whole, storage);
     };
     if (!system.scale.square.empty()) {
       scale_.square.Resize(sharded_->num_parameters());
