@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Residual functors on a GPU. The .cu file of a problem includes this header and instantiates
-//     template std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<MyFunctor>&);
+// DeviceResiduals for residual functors. The .cu file of a problem includes this header and defines a function that its
+// C++ code calls:
+//     std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<MyFunctor>& functors) {
+//       return std::make_unique<FunctorsOnDevice<MyFunctor, double>>(functors);
+//     }
 #pragma once
 
 #include <memory>
@@ -12,6 +15,8 @@
 
 namespace vesta {
 
+// F is a ResidualFunctor (solver/residual_blocks.h) that is trivially copyable, with operator() marked
+// VESTA_HD. The functors are copied to device memory.
 template <class F, class S>
 class FunctorsOnDevice final : public DeviceResiduals<S> {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts an existing ceres::Problem to a vesta Problem: cost functions, losses, manifolds, constant blocks and
-// bounds. The ceres::Problem is not changed. Needs Ceres 2.1.
+// Converts a ceres::Problem to a vesta::BlockProblem, with cost functions, losses, manifolds, constant blocks and
+// bounds. The ceres::Problem is not changed. Needs Ceres 2.1 or later.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -15,25 +15,25 @@
 
 namespace vesta::ceres_bridge {
 
-// The constructor reads the problem once; residual blocks added later are ignored. Cost functions are called from
-// several threads at once, as with ceres::Solver::Options::num_threads > 1. The ceres::Problem must outlive this
-// object. Both Manifold and LocalParameterization are supported. The evaluation callback of Problem::Options cannot be
-// read from a ceres::Problem; pass it to SetEvaluationCallback.
+// The constructor reads the ceres::Problem once, and ignores residual blocks that are added later. The ceres::Problem
+// must outlive this object. Cost functions are called from several threads at once, as in Ceres with num_threads > 1.
+// Both Manifold and LocalParameterization are supported. An evaluation callback (ceres::Problem::Options) must be
+// passed to SetEvaluationCallback, because it cannot be read from a ceres::Problem.
 class CeresProblem {
  public:
   explicit CeresProblem(ceres::Problem& problem, BlockProblem::Options options = {});
 
   BlockProblem& problem() { return problem_; }
-  // Returns the current values of the parameter blocks as one x.
+  // Returns the current values of all parameter blocks, one after another, as x of problem().
   CpuBackend<double>::Vector Gather() const;
-  // Writes x to the parameter blocks.
+  // Writes x to the memory of the parameter blocks.
   void Scatter(CpuBackend<double>::ConstVectorView x) const;
-  // Calls `callback` before each evaluation, as Ceres does; the parameter blocks then hold x. Null removes it. The
-  // callback must outlive this object, and this object must not be moved afterwards.
+  // Calls `callback` before each evaluation, as Ceres does. The parameter blocks contain x at that time. Null removes
+  // the callback. The callback must outlive this object, and this object must not be moved afterwards.
   void SetEvaluationCallback(ceres::EvaluationCallback* callback);
-  // The error message if a constant block violates its bounds, otherwise empty. Ceres treats this as an error too.
+  // An error message if a constant block violates its bounds, as in Ceres; otherwise empty.
   const std::string& infeasible_constant() const { return infeasible_constant_; }
-  // Index in problem() of the parameter block at this address. Throws Error for other addresses.
+  // Index in problem() of the parameter block at this address. Throws Error if there is no such block.
   int block(const double* values) const;
 
  private:

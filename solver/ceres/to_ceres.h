@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uses residual functors of vesta in ceres::AutoDiffCostFunction, so both solvers can minimise the same formula. Needs
-// Ceres.
+// Converts residual functors of vesta (solver/residual_blocks.h) to ceres::AutoDiffCostFunction, so that both solvers
+// can minimise the same function. Needs Ceres.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -9,7 +9,7 @@
 
 namespace vesta {
 
-// The functor that AutoDiffCostFunction calls, with one parameter block of F::kParameters numbers.
+// The functor for AutoDiffCostFunction. It has one parameter block, of F::kParameters numbers.
 template <class F>
 struct CeresFunctor {
   F functor;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splits a BlockProblem into parts that can be distributed over processes.
+// Divides a BlockProblem into parts that can be distributed over processes.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,14 @@
 
 namespace vesta {
 
-// Each part has a consecutive range of the residual blocks, and the parameter blocks that they use. It evaluates only
-// these and has its own Jacobian. Every process creates the whole problem, with all parameter blocks and cost
-// functions; it also defines the order of a step. Bounds, manifolds and constant blocks belong to the whole problem.
+// Each part has a consecutive range of the residual blocks, and the parameter blocks that they use. A part evaluates
+// only its own residual blocks, and stores only their Jacobian. Every process creates the whole problem, with all
+// parameter blocks and cost functions. The whole problem defines the order of the entries of a step, and the bounds.
 class BlockParts final : public ProblemParts<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
-  // The number of parts is at most the number of residual blocks. `whole` must outlive this object and must not change.
+  // num_parts is reduced to the number of residual blocks if it is larger. `whole` must outlive this object and must
+  // not change.
   // Throws Error if num_parts < 1 or if `whole` has an evaluation callback, because parts are evaluated separately.
   BlockParts(BlockProblem& whole, int num_parts);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A distributed problem linearized at one x. It holds the linearizations of this process's parts and sums over all
-// processes. It creates systems in shards, or with a group eliminated.
+// A distributed problem linearized at one x. It stores the linearizations of this process's parts, and sums their
+// results over all processes. For PCG it creates a ShardedSystem or a ReducedSystem (solver/reduced_system.h).
 #pragma once
 
 #include <memory>
@@ -13,6 +13,7 @@
 
 namespace vesta {
 
+// All functions that sum over processes are collective.
 template <Backend B>
 class DistributedLinearization final : public Linearization<B>,
                                        public WithLossWeights<B>,
@@ -29,7 +30,7 @@ class DistributedLinearization final : public Linearization<B>,
 
   DistributedLinearization(DistributedProblem<B>& problem, ConstVectorView x);
 
-  // Number of residuals of all parts on all processes.
+  // Summed over all parts of all processes.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return problem_.num_tangent(); }
   // No process has all residuals, so these throw Error.
@@ -49,50 +50,56 @@ class DistributedLinearization final : public Linearization<B>,
   void BlockGram(BlockDiagonal<B>& blocks) override;
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
   std::unique_ptr<ShardedSystem<B>> MakeShardedSystem() override;
-  // This process's shard of H v, and of the diagonal blocks.
+  // Compute only this process's shard of H v, or of the diagonal blocks of H.
   void ApplyHToShard(ConstVectorView v, VectorView shard);
   void ShardOfBlocks(BlockDiagonal<B>& blocks);
 
   DistributedProblem<B>& problem() { return problem_; }
+  // The linearization of part `term`, which must belong to this process.
   LinearizationAdaptor<B>& of(Index term) {
     return *linearizations_[static_cast<std::size_t>(term - problem_.own_terms().begin)];
   }
 
  private:
-  // out = the sum over all parts of the vectors that give(linearization, part, to) writes. `give` must write all
-  // entries of the part.
+  // out = the sum, over all parts, of the vectors that give(linearization, part, to) writes to `to`. `give` must write
+  // all entries of `to`.
   template <class Give>
   void SumParts(const Give& give, VectorView out);
-  // Makes the function that writes one term of this sum, for SumOverRanks.
+  // Returns the function that writes one term of this sum, for SumOverRanks.
   template <class Give>
   auto Term(const Give& give);
-  // Makes the function that computes a part's product with v.
+  // Returns the function that computes a part's term of H v.
   auto ProductWith(ConstVectorView v) {
     return [this, v](LinearizationAdaptor<B>& linearization, const OwnPart<B>& part, VectorView to) {
       linearization.ApplyH(part.tangent.template Local<S>(v, local_in_), to);
     };
   }
+  // Sums gradients, and squared gradients if the parts have their own right-hand side.
   void SumGradients();
-  // finished: as in SumOverRanks. values: all values of the sum, or this process's shard of them.
+  // Sums the diagonal blocks of H. finished: the values of each process's shard, as in SumOverRanks; values: this
+  // process's shard. If `finished` is empty, `values` has all values.
   void SumBlocks(std::vector<Support> finished, VectorView values);
 
   DistributedProblem<B>& problem_;
-  std::vector<typename B::Vector> x_;  // entries of x per part, unless the part has all of x
+  std::vector<typename B::Vector> x_;  // per part: its entries of x; empty if the part has all of x
   std::vector<std::unique_ptr<LinearizationAdaptor<B>>> linearizations_;
   Index num_residuals_ = 0;
   bool has_own_right_hand_side_ = false;
-  // Stored until they are read. squares_ sums the squared gradients of the units.
+  // The gradient, and the sum of the squared gradients of the units. Stored until Gradient or RightHandSide returns
+  // them.
   typename B::Vector gradient_, squares_;
-  // This process's shard of the blocks. Stored from DiagJTJ until ShardOfBlocks if one pass computes both.
+  // This process's shard of the diagonal blocks of H. If one pass computes the diagonal and the blocks, DiagJTJ stores
+  // them here until ShardOfBlocks is called.
   std::optional<BlockDiagonal<B>> blocks_;
   typename B::Vector local_in_, local_out_;
 };
 
-// The reduced system of a distributed problem. Each process eliminates the parameters of its parts. Only vectors of the
-// kept parameters are exchanged.
+// The Schur complement of a distributed problem. Each process eliminates parameters of its own parts. Processes
+// exchange only vectors with the size of the kept parameters.
 //
-// The parts p share the kept parameters only. In H + lambda D = [B E; E^T C] we have B = sum B_p, and E_p and C_p
-// occupy separate rows and columns. So S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
+// Different parts p share only kept parameters. In H + lambda D = [B E; E^T C], with the kept parameters first, B is
+// lambda D_kept plus the sum of the parts' blocks B_p. Each part has its own columns E_p of E and its own diagonal
+// block C_p of C. So the Schur complement is S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
 template <Backend B>
 class DistributedReducedSystem final : public ReducedSystem<B> {
  public:
@@ -113,7 +120,7 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
   void DiagonalBlocks(BlockDiagonal<B>& blocks) override;
 
  private:
-  // Returns the part's entries of v, with the kept entries set to zero.
+  // Returns the part's entries of v, with the entries of kept parameters set to zero.
   ConstVectorView LocalizeEliminated(ConstVectorView v, const PartMap& map);
 
   DistributedLinearization<B>& linearization_;
@@ -128,7 +135,8 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
 
 // The sharded system of a distributed problem.
 //
-// For a product each process receives the whole vector p and only its shard of H p. This transfers as many bytes as an
+// For a product H p, an all-gather first gives each process the whole vector p. Each process then computes the terms of
+// its parts, and receives the sum for its own shard of H p (reduce-scatter). The two transfer as many bytes as one
 // all-reduce.
 template <Backend B>
 class DistributedShards final : public ShardedSystem<B> {
@@ -137,7 +145,7 @@ class DistributedShards final : public ShardedSystem<B> {
   using typename ShardedSystem<B>::VectorView;
   using S = typename B::Scalar;
 
-  // linearization must outlive this object. Collective.
+  // `linearization` must outlive this object. Collective.
   explicit DistributedShards(DistributedLinearization<B>& linearization)
       : linearization_(linearization), shards_(linearization.problem().shards()), products_(shards_) {}
 
@@ -162,6 +170,7 @@ class DistributedShards final : public ShardedSystem<B> {
   const InnerProducts<B>& products() const override { return products_; }
 
  private:
+  // Returns the whole vector, valid until the next call. Collective.
   ConstVectorView Gathered(ConstVectorView shard) {
     whole_.ResizeForOverwrite(linearization_.num_parameters());
     Gather(shard, whole_.view());

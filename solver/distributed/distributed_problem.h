@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem distributed over processes. Each process has its share of the parts, with their data, Jacobians and work.
-// It also has its shard of the PCG vectors and of the preconditioner. x, gradient and step are stored on every process.
+// A problem that is a sum of parts (problem_parts.h), distributed over processes. Each process stores some of the
+// parts, with their data and Jacobians, and evaluates them. It also stores its shard (its entries) of the PCG vectors
+// and of the preconditioner. x, gradient and step are stored on every process.
 //
-// All processes run the same solve: SolveLm with the same options and the same x. They compute gradients, products with
-// H, its diagonal and blocks, and costs together. The sums use a fixed tree over the parts
-// (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, for any number of processes
-// and threads, and all processes make the same decisions. Time limits and callbacks stop all processes together
-// (Collective).
+// All processes call SolveLm with the same options and the same x. Costs, gradients, and products, diagonal and blocks
+// of H are sums over the parts of all processes. The order of each sum is a fixed tree over the parts
+// (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, and for any number of
+// processes and threads, so all processes make the same decisions. Time limits and callbacks stop all processes
+// together (Collective).
 #pragma once
 
 #include <memory>
@@ -30,13 +31,13 @@ struct OwnPart {
 
   std::unique_ptr<Problem<B>> owned;
   ProblemAdaptor<B> problem;
-  PartMap parameters, tangent;
-  Index first_unit = 0;
-  typename B::Vector x;  // work memory: the part's parameters at the x of an evaluation
+  PartMap parameters, tangent;  // positions of the part's parameters in x, and of its step entries in a step
+  Index first_unit = 0;         // index of the part's first unit among the units of the whole problem
+  typename B::Vector x;         // work memory: the part's parameters at the x of an evaluation
 };
 
-// For host memory. It supports the linear solvers that use H alone: PCG with block Jacobi, and PCG with an eliminated
-// group and Schur-Jacobi. The second needs ProblemParts::eliminates.
+// For host memory. It supports the linear solvers that use H alone: PCG with block Jacobi, and PCG on the Schur
+// complement with Schur-Jacobi (kReducedPcg). kReducedPcg needs ProblemParts::eliminates.
 template <Backend B>
 class DistributedProblem final : public Problem<B>,
                                  public OnManifold<B>,
@@ -54,12 +55,13 @@ class DistributedProblem final : public Problem<B>,
   using S = typename B::Scalar;
 
   // Creates the parts of this process. Collective. ranks and parts must outlive this object. Throws Error if there are
-  // more processes than parts, or if a part does not fit the whole problem.
+  // more processes than parts, if processes pass problems of different size, or if the segments or batches of a part
+  // are wrong.
   DistributedProblem(Communicator& ranks, ProblemParts<B>& parts);
 
   Index num_parameters() const override { return parts_.num_parameters(); }
   Index num_tangent() const override { return parts_.num_tangent(); }
-  // Units of all parts, one part after another.
+  // The units of the first part, then the units of the second part, and so on.
   Index num_units() const override { return num_units_; }
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
@@ -69,7 +71,7 @@ class DistributedProblem final : public Problem<B>,
   void OnNewPoint(int turn) override;
   bool OnAnyProcess(bool mine) override { return OnAnyRank(ranks_, mine); }
 
-  // These functions use ProblemParts::geometry.
+  // The following functions call ProblemParts::geometry.
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override {
     return geometry_.DampingMetric(x, diag_h, D);
   }
@@ -85,21 +87,23 @@ class DistributedProblem final : public Problem<B>,
   std::string NameTangent(Index k) override { return geometry_.NameTangent(k); }
   std::string DescribeInfeasible(ConstVectorView x) override { return geometry_.DescribeInfeasible(x); }
   std::string DescribeDegenerate(ConstVectorView x) override { return geometry_.DescribeDegenerate(x); }
-  // Description from the first part that has one.
+  // Returns the first description that is not empty, in the order of the parts.
   std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
 
   Communicator& ranks() { return ranks_; }
   ProblemParts<B>& parts() { return parts_; }
+  // The parts of this process.
   std::span<OwnPart<B>> own() { return own_; }
+  // Their indices among all parts. Part k is term k of each sum.
   TreeNode own_terms() const { return TermsOf(parts_.num_parts(), ranks_, ranks_.rank()); }
   OwnPart<B>& part(Index term) { return own_[static_cast<std::size_t>(term - own_terms().begin)]; }
-  // Sums vectors with the size of a step.
+  // Sums vectors of num_tangent() entries over all parts.
   SumOverRanks<S>& tangent_sum() { return *tangent_sum_; }
-  // The shard of each process in a PCG iteration, and sums that return only this process's shard. The first call is
-  // collective.
+  // shards: the entries of PCG vectors that each process stores. shard_sum: sums that return only this process's shard.
+  // The first call of each is collective.
   const Shards& shards();
   SumOverRanks<S>& shard_sum();
-  // Sums one number per part; `mine` holds the numbers of this process's parts. Collective.
+  // Sums one number per part. mine: the numbers of this process's parts. Collective.
   double SumNumbers(const std::vector<double>& mine);
   // Returns the part's entries of x. Valid until the next call for this part.
   ConstVectorView Localize(ConstVectorView x, OwnPart<B>& part) const {
@@ -107,9 +111,10 @@ class DistributedProblem final : public Problem<B>,
   }
 
  private:
+  // These two throw Error if the processes have problems of different size, or different start values x. CheckSameStart
+  // only checks at its first call.
   void CheckSameProblem();
   std::vector<Support> TangentSupports() const;
-  // Checks the start on the first call only.
   void CheckSameStart(ConstVectorView x);
 
   Communicator& ranks_;

@@ -11,19 +11,21 @@
 
 namespace vesta {
 
-// The part's own vectors may have any order. Its compact vectors (kernels/ranks/support.h) have the order of the whole.
+// A part's vectors exist in two orders. Local vectors have the part's own order. Compact vectors have the same entries
+// in the order of the whole problem (kernels/ranks/support.h).
 class PartMap {
  public:
   PartMap() = default;
-  // An empty list of segments means that the part has all entries. Throws Error, naming `what`, unless the segments
-  // cover local_size entries out of whole_size, each once.
+  // An empty list of segments means that the part has all entries. Throws Error unless the segments cover each of the
+  // local_size entries of the part once, by different entries of the whole_size entries. what: name of the entries, for
+  // the message.
   PartMap(const std::vector<PartSegment>& segments, Index local_size, Index whole_size, const char* what);
 
   const std::vector<PartSegment>& segments() const { return segments_; }
   const Support& support() const { return support_; }
   Index local_size() const { return local_size_; }
   bool is_identity() const { return is_identity_; }
-  // True if the part's own order is the whole's.
+  // True if local and compact vectors have the same order.
   bool is_compact() const { return is_compact_; }
 
   // local = the part's entries of whole.
@@ -33,6 +35,7 @@ class PartMap {
   // is valid until `storage` changes.
   template <class S>
   HostSpan<const S> Local(HostSpan<const S> whole, HostBuffer<S>& storage) const;
+  // compact = the entries of local, in the order of the whole.
   template <class S>
   void MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const;
 
@@ -43,11 +46,13 @@ class PartMap {
   bool is_identity_ = true, is_compact_ = true;
 };
 
-// Support of two vectors of `size` entries stored one after the other, if each has this support.
+// Returns the support of two vectors of `size` entries that are stored one after the other. `support` is the support of
+// each.
 Support RepeatSupport(const Support& support, Index size);
 
-// Segments that map the values of a part's block-diagonal matrix to the whole's values (BlockDiagonal::all_values), for
-// PartMap. Throws Error if a block of the part is not a block of the whole.
+// Returns segments for a PartMap of the values of block-diagonal matrices (BlockDiagonal::all_values). They map the
+// values of a part's matrix to values of the whole problem's matrix. tangent: map of the part's step entries. Throws
+// Error if a block of the part is not a block of the whole problem.
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
                                        const PartMap& tangent);
 

@@ -19,31 +19,35 @@ struct PartSegment {
 template <Backend B>
 struct ProblemPart {
   std::unique_ptr<Problem<B>> problem;
-  // Position of the part's parameters in x, and of its step entries in a step of the whole; each entry once. Empty if
-  // the part has all of them in the same order.
+  // Positions of the part's parameters in x, and of its step entries in a step of the whole problem. Each entry of the
+  // part occurs once. Empty if the part has all entries, in the same order.
   std::vector<PartSegment> parameters, tangent;
 };
 
-// The cost is the sum of the parts' costs. A process creates only its own parts.
+// A problem whose cost is the sum of the costs of its parts. Each process creates only its own parts.
 template <Backend B>
 class ProblemParts {
  public:
   virtual ~ProblemParts() = default;
 
-  // Must not depend on the number of processes, because it determines the order of sums. 64 suits most problems.
+  // The number must not depend on the number of processes, because it determines the order of sums. It must be at least
+  // the number of processes. 64 suits most problems.
   virtual int num_parts() const = 0;
+  // Creates a part; `part` is 0 to num_parts() - 1.
   virtual ProblemPart<B> Make(int part) = 0;
+  // The sizes of x and of a step of the whole problem.
   virtual Index num_parameters() const = 0;
   virtual Index num_tangent() const { return num_parameters(); }
-  // Block groups of the whole problem; empty means no groups. The blocks of a part must be blocks of these.
+  // Block groups of the whole problem, for block Jacobi; empty means no groups. Each block of a part must be one of
+  // their blocks.
   virtual std::vector<BlockGroup> block_groups() const { return {}; }
-  // The functions of the whole problem that are not sums: steps, bounds, the damping metric and names. Null means the
-  // defaults of solver/problem_interfaces.h. Its costs and linearizations are never used. Returns the same object at
-  // every call; it must outlive the distributed problem.
+  // A problem with the functions of the whole problem that are not sums over parts: steps, bounds, the damping metric
+  // and names. Its cost and linearization are never used. Null means the defaults of solver/problem_interfaces.h.
+  // Returns the same object at every call, which must outlive the distributed problem.
   virtual Problem<B>* geometry() { return nullptr; }
-  // True if each part's last parameters are a block-diagonal group that no other part uses. The other parameters must
-  // be the first ones of the whole, the same in all parts. The group is then eliminated part by part (WithReducedSystem
-  // of the parts).
+  // True if parameters can be eliminated part by part (WithReducedSystem of the parts). Each part's last parameters are
+  // then a block-diagonal group that no other part uses. Its other parameters are the same in all parts, and are the
+  // first parameters of the whole problem.
   virtual bool eliminates() const { return false; }
 };
 
