@@ -26,7 +26,7 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAda
     if (fault_.kind == SystemFault::Kind::kNone) fault_ = system->fault();
     if (fault_.kind == SystemFault::Kind::kNone && zero_column_gradient_.empty()) {
       zero_column_gradient_ = system->DescribeZeroColumn(
-          x_, std::max(options.gradient_tolerance, UnderflownGradient<B>(system->num_residuals(), summary.final_cost)));
+          x_, std::max(options.gradient_tolerance, UnderflowGradient<B>(system->num_residuals(), summary.final_cost)));
     }
     if (systems > 1) {
       backend.Axpby(1.0, system->negative_gradient(), 1.0, negative_gradient_);

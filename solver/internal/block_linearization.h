@@ -17,8 +17,9 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
                                  public NormalMatrixSource {
  public:
   using B = CpuBackend<double>;
-  // Evaluates all residuals and Jacobians at x, and applies manifolds and losses. The problem must outlive this object
-  // and must not change meanwhile.
+  // Evaluates all residuals and Jacobians at x. Multiplies the Jacobians by the derivatives of the manifolds, and
+  // corrects both for the losses (LossCorrection). The problem must outlive this object, and must not change until
+  // then.
   BlockLinearization(const BlockProblem& problem, ConstVectorView x);
   ~BlockLinearization() override { memory_ = {jacobian_.TakeStorage(), std::move(residuals_), std::move(product_)}; }
 
@@ -36,6 +37,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
 
  private:
   using Scratch = BlockProblem::Scratch;
+  // The same for one residual block, with index `row`.
   void EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index row, Scratch& scratch);
 
   const BlockProblem& problem_;

@@ -58,7 +58,7 @@ std::string BlockProblem::DescribeTerm(ConstVectorView x, std::size_t term, bool
   }
   if (const Loss* loss = terms_[term].loss.get()) {
     const double rho = loss->Evaluate(square).rho;
-    if (!std::isfinite(rho)) return LossInWords(static_cast<Index>(term), square, rho) + at();
+    if (!std::isfinite(rho)) return DescribeLossValue(static_cast<Index>(term), square, rho) + at();
   }
   for (std::size_t a = 0; jacobians && a < block.parameters.size(); ++a) {
     const int p = block.parameters[a], size = parameters_[static_cast<std::size_t>(p)].ambient_size;

@@ -14,7 +14,7 @@ std::string DescribeValue(double value) {
   return std::isnan(value) ? "is nan" : fmt::format("is {:.6g}", value);
 }
 
-std::string LossInWords(Index block, double square, double rho) {
+std::string DescribeLossValue(Index block, double square, double rho) {
   return fmt::format("the loss of residual block {} {} for the squared norm {:.6g}", block, DescribeValue(rho), square);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detects entries that user code did not write, and describes values that are not finite, for messages.
+// Detects entries that user code did not write, and describes values that are not finite, for error messages.
 #pragma once
 
 #include <bit>
@@ -15,8 +15,8 @@
 
 namespace vesta {
 
-// Marks entries before user code is called to write them: a NaN with bits that no arithmetic produces. As it is NaN, an
-// entry that is not written makes every result computed from it NaN too.
+// The value of entries before user code is called to write them: a NaN with special bits, which no arithmetic produces.
+// Because it is a NaN, every result that is computed from an entry that was not written is NaN too.
 template <std::floating_point S>
 VESTA_HD constexpr S Unwritten() {
   using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
@@ -26,7 +26,8 @@ VESTA_HD constexpr S Unwritten() {
   return kValue;
 }
 
-// True if v still has those bits. Sums and products keep them, so `r[0] += ...` on an unset entry is detected too.
+// True if v has the bits of Unwritten; the sign may differ. Sums and products preserve these bits, so `r[0] += ...` on
+// an entry that was not set is detected too.
 template <std::floating_point S>
 bool IsUnwritten(S v) {
   using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
@@ -34,16 +35,17 @@ bool IsUnwritten(S v) {
   return (std::bit_cast<Bits>(v) & ~kSign) == std::bit_cast<Bits>(Unwritten<S>());
 }
 
-// "is nan", "is inf" or "was not written"; "is" and the value if it is finite.
+// Returns "is nan", "is inf" or "was not written"; for a finite value "is" and the value.
 std::string DescribeValue(double value);
 inline std::string DescribeValue(float value) {
   return DescribeValue(IsUnwritten(value) ? Unwritten<double>() : static_cast<double>(value));
 }
 
-// "the loss of residual block 3 is nan for the squared norm 2"; rho is the value of the loss.
-std::string LossInWords(Index block, double square, double rho);
+// Returns, for example, "the loss of residual block 3 is nan for the squared norm 2". rho: the value of the loss.
+std::string DescribeLossValue(Index block, double square, double rho);
 
-// "[1, 2.5, 3]". Lists the first twelve values of a long span, and their number.
+// Returns, for example, "[1, 2.5, 3]". For long spans, lists the first twelve values, and says how many values there
+// are.
 std::string DescribeNumbers(std::span<const double> values);
 
 }  // namespace vesta

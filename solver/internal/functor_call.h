@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls residual functors, and detects residuals that they do not write. EvaluateFunctor evaluates one residual block;
-// a GPU kernel runs it once per block.
+// Calls residual functors, on the CPU and in device code. Residuals are marked before the call, so that residuals which
+// the functor does not write can be detected.
 #pragma once
 
 #include <concepts>
@@ -21,8 +21,8 @@ VESTA_HD void MarkUnwritten(Dual<S>& entry) {
   MarkUnwritten(entry.a);
   MarkUnwritten(entry.v);
 }
-// Marks entries as Unwritten (evaluation_faults.h). Call this once before calls of the functor: entries that it never
-// writes then stay Unwritten. The compiler removes the fill if it sees that the functor writes all entries.
+// Sets entries to Unwritten (evaluation_faults.h) before a functor is called. Entries that the functor does not write
+// then stay Unwritten. The compiler removes this loop if it sees that the functor writes all entries.
 template <class T>
 VESTA_HD void MarkUnwritten(int count, T* entries) {
   for (int i = 0; i < count; ++i) MarkUnwritten(entries[i]);
@@ -39,16 +39,17 @@ VESTA_HD bool InvokeFunctor(const F& f, Arguments... arguments) {
   }
 }
 
-// Computes the residuals and the Jacobian of residual block b by dual numbers. F is a ResidualFunctor
-// (solver/residual_blocks.h). Arrays have the layout of RowBlocks (kernels/core/row_blocks.h): value k of block b is at
-// k * blocks + b. The values of a Jacobian are numbered row by row.
+// Computes the residuals and the Jacobian of residual block b by dual numbers. A GPU kernel runs it once per block. F
+// is a ResidualFunctor (solver/residual_blocks.h). Arrays have the layout of RowBlocks (kernels/core/row_blocks.h):
+// value k of block b is at k * blocks + b, where `blocks` is the number of residual blocks. The values of a Jacobian
+// are numbered row by row. If the functor returns false, the residuals are set to Unwritten.
 template <class F, class S>
 struct EvaluateFunctor {
   const F* functors;
   Index blocks;
   const Index* index;  // positions of the blocks' parameters in x
   const S* x;
-  S *residuals, *jacobian;  // jacobian null: not computed
+  S *residuals, *jacobian;  // jacobian may be null
 
   VESTA_HD void operator()(Index b) const {
     constexpr int kParameters = F::kParameters, kResiduals = F::kResiduals;

@@ -273,7 +273,7 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
   if (trial.accepted) trial.rho = 1;
   if (!trial.accepted && trial.zone == Zone::kRounding)
     StopConverged(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding error",
-                  doubt_.Words(false, DoubtfulGain()));
+                  doubt_.Describe(false, DoubtfulGain()));
 }
 
 template <Backend B>
@@ -317,7 +317,7 @@ const LmIteration& LmStepper<B>::Step() {
   if (!trial.accepted) {
     if (!done() && control_->at_upper_bound()) {
       Stop(LmStatus::kNoDecrease, fmt::format("step rejected with lambda at its upper bound {:.3e}{}", row.lambda,
-                                              doubt_.Words(false, DoubtfulGain())));
+                                              doubt_.Describe(false, DoubtfulGain())));
     }
     control_->OnReject();
   } else {
@@ -339,9 +339,9 @@ void LmStepper<B>::TestStep(const LmIteration& row, const Trial& trial) {
   const bool by_gradient = trial.accepted && trial.zone != Zone::kCost;
   const double smallest = options_.parameter_tolerance * (x_norm_ + options_.parameter_tolerance);
   // Doubt from the steps before this one, then including this one.
-  const std::string doubt_before = doubt_.Words(trial.accepted, DoubtfulGain());
+  const std::string doubt_before = doubt_.Describe(trial.accepted, DoubtfulGain());
   if (!trial.accepted) doubt_.OnReject(trial.predicted, std::isfinite(trial.cost));
-  const std::string doubt = doubt_.Words(trial.accepted, DoubtfulGain());
+  const std::string doubt = doubt_.Describe(trial.accepted, DoubtfulGain());
   if (trial.accepted) doubt_.OnAccept();
   if (solved && row.step_norm <= smallest) {
     StopConverged(LmStatus::kParameterTolerance,

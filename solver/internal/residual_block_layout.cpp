@@ -92,7 +92,7 @@ std::string Layout::DescribeNonFinite(Index block, std::span<const S> x, const L
   if (loss != nullptr) {
     const double square = SquaredNorm(residuals.data(), residuals.size());
     const double rho = loss->Evaluate(square).rho;
-    if (!std::isfinite(rho)) return LossInWords(block, square, rho) + at;
+    if (!std::isfinite(rho)) return DescribeLossValue(block, square, rho) + at;
   }
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     if (std::isfinite(jacobian[k])) continue;

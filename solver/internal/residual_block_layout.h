@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Defines which parameters each residual block reads and which residual blocks form a batch. ResidualBlocks uses it; it
-// does not depend on the functors.
+// Stores which parameters each residual block reads, and which residual blocks form a batch. This part of
+// ResidualBlocks (solver/residual_blocks.h) does not depend on the functor type.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,23 @@
 
 namespace vesta {
 
-// How residual blocks are assigned to batches.
+// How residual blocks are assigned to batches; see ResidualBlocksOptions.
 enum class BatchSplit { kStrided, kContiguous };
 
 namespace residual_blocks_internal {
 
-// Position of one parameter in the Jacobian: column `column` of residual block `block`.
+// Column `column` of the Jacobian of residual block `block` of a batch.
 struct Entry {
   Index block;
   int column;
 };
 
-// Lists each parameter's columns in the Jacobian, in the order of the residual blocks. Products with J^T sum over them
-// in this fixed order.
+// Lists, for each parameter, its columns in the Jacobians of the residual blocks, in the order of the blocks. Products
+// with J^T sum over these columns in this order.
 class Transpose {
  public:
-  // index: parameters_per_block parameters per residual block of the problem. blocks: the residual blocks to list.
+  // index: parameters_per_block parameters of each residual block of the problem. blocks: the residual blocks of the
+  // batch.
   Transpose(Index num_parameters, int parameters_per_block, std::span<const Index> index,
             std::span<const Index> blocks);
   std::span<const Entry> of(Index parameter) const {
@@ -50,18 +51,19 @@ class Layout {
   Index num_parameters() const { return num_parameters_; }
   // The parameters that a residual block reads.
   const Index* parameters(Index block) const { return index_.data() + block * parameters_per_block_; }
-  // The residual blocks of a batch, and their columns by parameter.
+  // The residual blocks of a batch, and the columns of each parameter in them.
   const std::vector<Index>& blocks(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
   const Transpose& transpose(int batch) const { return transposes_[static_cast<std::size_t>(batch)]; }
 
-  // Describes the first value of a residual block that is not finite at x; empty if all are finite. defined: false if
-  // the functor returned false. loss: null for none. jacobian: column by column; empty to skip it. For float and
-  // double.
+  // Describes the first value of a residual block that is not finite at x; empty if all are finite. loss: null for
+  // none. defined: false if the functor returned false. jacobian: column by column; empty if it need not be checked. S
+  // is float or double.
   template <class S>
   std::string DescribeNonFinite(Index block, std::span<const S> x, const Loss* loss, bool defined,
                                 std::span<const S> residuals, std::span<const S> jacobian) const;
 
  private:
+  // Throws Error if the block reads a parameter twice.
   void CheckDifferent(Index block) const;
 
   Index num_parameters_;
@@ -78,6 +80,7 @@ double SquaredNorm(const S* f, std::size_t size) {
   return s;
 }
 
+// Name of a residual, for error messages.
 std::string NameOf(Index block, int residual);
 
 }  // namespace residual_blocks_internal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The linearization of a batch of residual blocks: small dense Jacobian blocks of one size, stored while the
-// linearization exists. It does not depend on the functors, so it is compiled once per size.
+// The linearization of a batch of residual blocks. It stores one small dense Jacobian per residual block, all of the
+// same size. It does not depend on the functor type, so it is compiled only once per size.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ class Rows final : public Linearization<B>, public WithBlocks<B> {
   S* residual(Index b) { return residuals_.data() + b * kResiduals; }
   S* column(Index b, int c) { return jacobian_.data() + (b * kParameters + c) * kResiduals; }
 
-  // Sets a block to NaN, for a functor that is undefined at x.
+  // Sets residuals and Jacobian of a block to NaN, because its functor returned false.
   void SetUndefined(Index b) {
     std::fill_n(residual(b), kResiduals, std::numeric_limits<S>::quiet_NaN());
     std::fill_n(column(b, 0), kResiduals * kParameters, std::numeric_limits<S>::quiet_NaN());
@@ -84,7 +84,8 @@ class Rows final : public Linearization<B>, public WithBlocks<B> {
 
  private:
   const Index* Parameters(Index b) const { return layout_.parameters(block(b)); }
-  // out_k = sum of term(block, column) over parameter k's columns, in double and in the order of the blocks.
+  // out_k = sum of term(b, column) over all columns of parameter k, where b is the residual block of the column. The
+  // sum is in double precision and in the order of the blocks.
   template <class Term>
   void Gather(VectorView out, const Term& term) {
     ParallelFor(out.size(), kGrain, [&](Index k) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives by finite differences, with an estimate of their own error. They check other derivatives.
+// Derivatives by finite differences, with an estimate of their error. CheckProblem compares them with the derivatives
+// of a problem.
 #pragma once
 
 #include <functional>
@@ -9,16 +10,15 @@
 namespace vesta {
 
 struct StepDifferences {
-  std::vector<double> value;
-  // Estimated error from rounding and from the step length. A difference of several times this is significant. Infinite
-  // if f was not finite.
+  std::vector<double> value;  // derivatives
+  // Estimated error of each derivative, due to rounding and to the step length; infinity if f was not finite.
   std::vector<double> error;
 };
 
-// Estimates d f / d t at t = 0. f(t, out) writes `size` numbers with relative rounding error epsilon, at a point whose
-// own rounding error is epsilon * place in units of t. Uses central differences with steps +-t that begin at `largest`
-// and shrink by 4, extrapolated to 0 (Ridders, Accurate computation of F'(x) and F'(x)F''(x), 1982). For each number it
-// returns the estimate with the smallest error.
+// Estimates df/dt at t = 0, where f(t, out) writes `size` numbers. epsilon: relative rounding error of these numbers.
+// Rounding may also change t itself, by epsilon * place. Uses central differences with steps +-t. t begins at `largest`
+// and is divided by 4 repeatedly, and the differences are extrapolated to t = 0 (Ridders, Accurate computation of F'(x)
+// and F'(x)F''(x), 1982). For each number, returns the estimate with the smallest error.
 StepDifferences DifferenceAlong(const std::function<void(double t, std::span<double> out)>& f, std::size_t size,
                                 double largest, double epsilon, double place);
 

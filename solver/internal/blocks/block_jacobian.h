@@ -9,22 +9,25 @@
 
 namespace vesta {
 
-// One small dense row-major matrix per residual block, with a borrowed BlockStructure. Products run in parallel; their
-// sums have a fixed order.
+// The Jacobian J with respect to the free parameter blocks (blocks that are not constant). Stores one dense row-major
+// matrix per residual block, at the positions given by a BlockStructure. Products run in parallel. Their sums have a
+// fixed order, so results do not depend on the number of threads.
 class BlockJacobian {
  public:
   using B = CpuBackend<double>;
   // A subset of the free blocks.
   enum class Part { kAll, kKept, kEliminated };
 
-  // The values are uninitialised. storage: memory to reuse, of any size.
+  // The values are not initialised. structure must outlive this object. storage: memory to reuse, of any size.
   explicit BlockJacobian(const BlockStructure& structure, B::Vector storage = {})
       : structure_(structure), values_(std::move(storage)) {
     values_.ResizeForOverwrite(structure.num_values());
   }
+  // Returns the memory of the values for reuse. Do not use this object afterwards.
   B::Vector TakeStorage() { return std::move(values_); }
 
   const BlockStructure& structure() const { return structure_; }
+  // The dense Jacobian of residual block `row`.
   double* row_values(Index row) { return values_.data() + At(row).value_offset; }
   const double* row_values(Index row) const { return values_.data() + At(row).value_offset; }
 
@@ -34,7 +37,8 @@ class BlockJacobian {
   void ApplyTranspose(B::ConstVectorView u, B::VectorView g) const;
   // d = diag(J^T J).
   void SquaredColumns(B::VectorView d) const;
-  // Overwrites diagonal, made from the groups of `part`, with the diagonal blocks of J^T J of that part.
+  // Overwrites `diagonal` with the diagonal blocks of J^T J for the free blocks of `part`. `diagonal` must have the
+  // groups of `part` (BlockStructure::groups, kept_groups or eliminated_groups).
   void Gram(Part part, BlockDiagonal<B>& diagonal) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Schur complement of a block-sparse Jacobian as an operator. It is never formed.
+// The Schur complement of J^T J + lambda D for a block-sparse Jacobian J, as an operator. The matrix is never formed.
 #pragma once
 
 #include <span>
@@ -10,8 +10,9 @@
 
 namespace vesta {
 
-// S = F^T F + lambda D_F - F^T E (E^T E + lambda D_E)^-1 E^T F, where F holds the kept and E the eliminated columns of
-// J. A product reads J once. Borrows the Jacobian.
+// S = F^T F + lambda D_F - F^T E C^-1 E^T F with C = E^T E + lambda D_E. J = [F E]: F has the columns of the kept
+// parameters, E the columns of the eliminated ones. C is block-diagonal. A product with S reads J once. The Jacobian
+// must outlive this object.
 class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
@@ -30,10 +31,12 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
     return std::span(structure_.free_blocks()).subspan(static_cast<std::size_t>(structure_.num_kept_blocks()));
   }
   Index num_eliminated() const { return structure_.num_tangent() - structure_.num_kept(); }
-  // Reads the rows once, eliminated block by eliminated block. Computes y = C^-1 (b - E^T F x) and u = F x + E y, and
-  // writes F^T u to `kept` and y to `eliminated`. An empty x or b means 0; an empty output is not computed.
+  // Computes y = C^-1 (b - E^T F x) and u = F x + E y, and writes F^T u to `kept` and y to `eliminated`. Processes one
+  // eliminated block after another, so each row of J is read only once. An empty x or b means 0; an empty output is not
+  // computed.
   void PassRows(ConstVectorView x, ConstVectorView b, VectorView kept, VectorView eliminated);
-  // out(k, k) -= W C^-1 W^T for one kept block. W = F_k^T E over the rows that it shares with each eliminated block.
+  // Subtracts from the diagonal block of kept block k = `free` its part of F^T E C^-1 E^T F, which is F_k^T E C^-1 E^T
+  // F_k.
   void SubtractFill(int free, BlockDiagonal<B>& diagonal) const;
 
   const BlockJacobian& jacobian_;
@@ -41,12 +44,12 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
   double lambda_ = 0;
   B::Vector kept_metric_;
   BlockDiagonal<B> eliminated_;  // C, later its Cholesky factors
-  // The same factors, one block after another, each a packed lower triangle.
+  // The same factors, one block after another, each as a packed lower triangle.
   B::Vector factors_;
-  std::vector<Index> first_factor_;
-  std::vector<Index> rows_alone_;  // rows without an eliminated block
-  // F^T u is summed over a fixed number of ranges of eliminated blocks, each into its own vector. These vectors are
-  // then added in order. So the rows are read once, and the result does not depend on the number of threads.
+  std::vector<Index> first_factor_;  // per eliminated block: position in factors_
+  std::vector<Index> rows_alone_;    // rows without an eliminated block
+  // The eliminated blocks are divided into a fixed number of ranges. F^T u of each range is summed into its own vector
+  // in partial_. These vectors are then added in order. So the result does not depend on the number of threads.
   Index num_ranges_;
   B::Vector partial_;
 };

@@ -52,7 +52,7 @@ BlockStructure::BlockStructure(std::span<const ParameterBlock> parameters, const
       eliminate ? FindEliminated(parameters, residuals) : std::vector<bool>(parameters.size(), false);
   std::vector<int> free_of;
   NumberFreeBlocks(parameters, eliminated, free_of);
-  LayRows(residuals, eliminated, free_of);
+  PlaceRows(residuals, eliminated, free_of);
   ListUses();
 }
 
@@ -89,8 +89,8 @@ void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters
   }
 }
 
-void BlockStructure::LayRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
-                             const std::vector<int>& free_of) {
+void BlockStructure::PlaceRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
+                               const std::vector<int>& free_of) {
   rows_.reserve(residuals.size());
   cells_.reserve(residuals.num_arguments());
   for (std::size_t r = 0; r < residuals.size(); ++r) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structure of a block-sparse problem: the positions of all blocks, computed once and used by every linearization,
-// and the distances between blocks.
+// The structure of a block-sparse problem: the positions of all blocks in steps, residuals and stored Jacobians. It is
+// computed once and used by every linearization.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@
 
 namespace vesta {
 
-// A residual block: its number of residuals and its parameter blocks.
+// A residual block: its number of residuals, and the indices of its parameter blocks.
 struct ResidualBlock {
   int num_residuals = 0;
   std::span<const int> parameters;
 };
 
-// Thousands to millions of residual blocks, stored in three arrays.
+// A list of residual blocks. It stores them in three arrays, because there may be millions.
 class ResidualBlockList {
  public:
   std::size_t size() const { return num_residuals_.size(); }
@@ -39,15 +39,15 @@ class ResidualBlockList {
 
  private:
   std::vector<int> num_residuals_;
-  std::vector<std::size_t> first_{0};  // position of each block's first parameter, and the end
+  std::vector<std::size_t> first_{0};  // position in parameters_ of each block's first one, and the end
   std::vector<int> parameters_;
 };
 
 // A parameter block as the caller added it.
 struct ParameterBlock {
-  Index ambient_offset = 0;  // in x
-  int ambient_size = 0;
-  int tangent_size = 0;  // 0: constant
+  Index ambient_offset = 0;  // position in x
+  int ambient_size = 0;      // number of entries in x
+  int tangent_size = 0;      // number of entries in a step; 0 if the block is constant
 };
 
 // The columns of a free parameter block (one that is not constant) in the Jacobian of one residual block.
@@ -59,19 +59,21 @@ struct BlockCell {
   Index offset = 0;  // position of the free block in a step
 };
 
-// One residual block: a dense row-major Jacobian of num_residuals x width, at values[value_offset].
+// A residual block. Its Jacobian is a dense row-major matrix, num_residuals x width, at position value_offset of the
+// values of a BlockJacobian.
 struct BlockRow {
-  Index residual_offset = 0;
+  Index residual_offset = 0;  // position of its residuals
   Index value_offset = 0;
   int num_residuals = 0;
-  int width = 0;
+  int width = 0;  // sum of the sizes of its free blocks
   Index first_cell = 0;
   int num_cells = 0;
   int eliminated_cell = -1;  // index among its cells; -1 if it has none
 };
 
-// A free parameter block: one that is not constant. Free blocks are sorted: kept before eliminated, then by tangent
-// size, then in the order in which they were added. Each run of equal size forms one BlockGroup.
+// A free parameter block (not constant). Free blocks are sorted: first the kept blocks, then the eliminated ones;
+// within each of them by tangent size, then in the order in which they were added. Consecutive blocks of equal size
+// form one BlockGroup.
 struct FreeBlock {
   int parameter = 0;  // index of the parameter block
   int size = 0;       // tangent size
@@ -80,7 +82,7 @@ struct FreeBlock {
   Index index_in_group = 0;
 };
 
-// One use of a free block: a residual block that depends on it, and the block's columns there.
+// A residual block that depends on a given free block, and the position of its columns there.
 struct BlockUse {
   Index row = 0;  // index of the residual block
   int local = 0;  // first column within its dense Jacobian
@@ -88,9 +90,9 @@ struct BlockUse {
 
 class BlockStructure {
  public:
-  // eliminate: find a set of free blocks such that no two of them share a residual block. They are eliminated, and put
-  // last, if they contain most of the unknowns. The search is greedy and starts with the least used blocks, like
-  // Ceres's independent-set orderings.
+  // eliminate: search for free blocks that share no residual block with each other. They are eliminated, and put last
+  // in a step, if they contain most of the unknowns. The search is greedy: it starts with the blocks in the fewest
+  // residual blocks, like Ceres's independent-set orderings.
   BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals, bool eliminate);
 
   Index num_tangent() const { return num_tangent_; }
@@ -98,6 +100,7 @@ class BlockStructure {
   Index num_kept() const { return num_kept_; }
   int num_kept_blocks() const { return num_kept_blocks_; }
   Index num_residuals() const { return num_residuals_; }
+  // Number of stored entries of J.
   Index num_values() const { return num_values_; }
   const std::vector<FreeBlock>& free_blocks() const { return free_; }
   const std::vector<BlockRow>& rows() const { return rows_; }
@@ -109,7 +112,8 @@ class BlockStructure {
     const auto k = static_cast<std::size_t>(free);
     return std::span(uses_).subspan(first_use_[k], first_use_[k + 1] - first_use_[k]);
   }
-  // Groups of all free blocks, of the kept ones and of the eliminated ones. In each list the offsets start at 0.
+  // Groups of all free blocks, of the kept ones, and of the eliminated ones. The offsets in each list count from the
+  // first parameter of its blocks.
   const std::vector<BlockGroup>& groups() const { return groups_; }
   const std::vector<BlockGroup>& kept_groups() const { return kept_groups_; }
   const std::vector<BlockGroup>& eliminated_groups() const { return eliminated_groups_; }
@@ -117,8 +121,8 @@ class BlockStructure {
  private:
   void NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& eliminated,
                         std::vector<int>& free_of);
-  void LayRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
-               const std::vector<int>& free_of);
+  void PlaceRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
+                 const std::vector<int>& free_of);
   void ListUses();
 
   Index num_tangent_ = 0, num_kept_ = 0, num_residuals_ = 0, num_values_ = 0;
@@ -132,9 +136,9 @@ class BlockStructure {
 };
 
 // Returns a lower bound on the longest distance between two kept blocks, in hops. Two kept blocks are one hop apart if
-// a residual block uses both, or if both share residual blocks with the same eliminated block. Each iteration of
-// conjugate gradients on the kept parameters spreads information by one hop, so the distance predicts the number of
-// iterations. Two breadth-first searches through each connected component give the bound, which is exact for trees.
+// a residual block uses both, or if both share residual blocks with the same eliminated block. One iteration of
+// conjugate gradients spreads information by one hop, so the distance predicts the number of iterations. The bound
+// comes from two breadth-first searches through each connected component; it is exact for trees.
 int LongestDistanceLowerBound(const BlockStructure& structure);
 
 }  // namespace vesta

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preconditioned conjugate gradients for symmetric positive definite operators, on any backend.
+// Preconditioned conjugate gradients (PCG): solves A x = b for a symmetric positive definite operator A, on any
+// backend. In this file, r = b - A x is the residual, M the preconditioner, z = M^-1 r, and p the search direction.
 #pragma once
 
 #include "kernels/core/vector_backend.h"
@@ -9,7 +10,7 @@ namespace vesta {
 
 enum class PcgStatus {
   kConverged,       // |r| <= relative_tolerance |b|, or absolute_tolerance
-  kModelConverged,  // the Nash-Sofer test was met
+  kModelConverged,  // the Nash-Sofer test was met (PcgOptions::model_tolerance)
   kMaxIterations,
   kIndefinite,  // p^T A p <= 0 or r^T z <= 0: the operator or the preconditioner is not positive definite
   kNonFinite,   // NaN or infinity occurred
@@ -17,24 +18,25 @@ enum class PcgStatus {
 const char* ToString(PcgStatus status);
 
 enum class PcgStart {
-  kZero,            // x = 0
-  kPreconditioned,  // x = M^-1 b; costs one more product
+  kZero,            // start from x = 0
+  kPreconditioned,  // start from x = M^-1 b; costs one more product
 };
 
 struct PcgOptions {
-  // Limit on the products A p of the iterations, >= 0.
+  // Limit on the number of iterations, >= 0. Each iteration computes one product A p.
   int max_iterations = 500;
-  // Number of iterations before the Nash-Sofer test is used, >= 0.
+  // The Nash-Sofer test is not used before this number of iterations, >= 0.
   int min_iterations = 0;
   // Stop at |r| <= relative_tolerance |b|. 0 disables the test except for r = 0.
   double relative_tolerance = 0;
   // Stop at |r| <= absolute_tolerance.
   double absolute_tolerance = 0;
-  // Stop when k (Q_k - Q_{k-1}) / Q_k < model_tolerance, where Q = 1/2 x^T A x - b^T x is the quadratic model. 0
-  // disables the test. Source: Nash and Sofer, Assessing a search direction within a truncated-Newton method, 1990;
-  // Ceres's eta.
+  // The Nash-Sofer test: stop at iteration k if k (Q_k - Q_{k-1}) / Q_k < model_tolerance, where Q = 1/2 x^T A x - b^T
+  // x is the quadratic model. 0 disables the test. Source: Nash and Sofer, Assessing a search direction within a
+  // truncated-Newton method, 1990; Ceres's eta.
   double model_tolerance = 0.1;
-  // Compute the residual as b - A x every residual_reset_period iterations, at the cost of one more product; 0: never.
+  // Normally r is updated by a recursion, in which rounding errors accumulate. Every residual_reset_period iterations,
+  // compute r = b - A x instead, which costs one more product. 0: never.
   int residual_reset_period = 0;
   PcgStart start = PcgStart::kZero;
 
@@ -46,17 +48,18 @@ struct PcgSummary {
   PcgStatus status = PcgStatus::kConverged;
   int iterations = 0;
   int products = 0;
-  double rhs_norm = 0;
-  double residual_norm = 0;
+  double rhs_norm = 0;       // |b|
+  double residual_norm = 0;  // |r| at the end
 };
 
-// Vectors and scalars of a solve. The caller keeps them for reuse.
+// Work memory of a solve, which the caller can reuse for the next solve.
 template <Backend B>
 class PcgWorkspace {
  public:
   void Resize(Index size);
+  // Frees the vectors.
   void Release() { r = {}, p = {}, w = {}; }
-  // b - A x as computed by the recursion; valid after SolvePcg.
+  // r at the end of SolvePcg.
   typename B::ConstVectorView residual() const { return r.view(); }
 
   // w holds M^-1 r, later A p. They are never needed at the same time.
@@ -64,10 +67,10 @@ class PcgWorkspace {
   typename B::Slots scalars;
 };
 
-// Solves A x = b. m_inverse applies the inverse of the preconditioner, which must be symmetric positive definite. The
-// stopping tests use the norm sqrt(sum_k w_k r_k^2) with w = norm_weights, or the plain norm if norm_weights is empty.
-// x always holds the last iterate, which has the lowest quadratic model, or zeros if it overflowed. products: the inner
-// products for sharded vectors.
+// Solves A x = b. m_inverse computes products with M^-1, which must be symmetric positive definite. The stopping tests
+// use the norm sqrt(sum_k w_k r_k^2) with w = norm_weights, or the Euclidean norm if norm_weights is empty. Overwrites
+// x with the last iterate, or with zeros if an entry of it is not finite. products: computes inner products; a derived
+// class is needed if the vectors are divided among processes.
 template <Backend B>
 PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstVectorView b,
                     LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::VectorView x,

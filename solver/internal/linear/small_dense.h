@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with small dense matrices: the blocks of block-sparse Jacobians. The loops are unrolled for common sizes.
+// Products with small dense matrices, such as the blocks of block-sparse Jacobians. The loops are unrolled for common
+// sizes. A packed lower triangle is an array with entry (row, col), col <= row, at PackedLower(row, col)
+// (kernels/core/packed.h).
 #pragma once
 
 #include <type_traits>
@@ -8,7 +10,7 @@
 
 namespace vesta::small_dense {
 
-// Calls body(n), where n is a compile-time constant for common sizes.
+// Calls body(n) with n = size. For common sizes, n is a compile-time constant.
 template <class Body>
 inline void WithSize(int size, const Body& body) {
   switch (size) {
@@ -31,7 +33,7 @@ inline void WithSize(int size, const Body& body) {
   }
 }
 
-// out += A x. A has rows x cols entries; consecutive rows are `stride` apart.
+// out += A x. A has `rows` rows and `cols` columns; row i begins at a + i * stride. Likewise below.
 inline void AddProduct(const double* a, int stride, int rows, int cols, const double* x, double* out) {
   WithSize(cols, [&](auto n) {
     for (int i = 0; i < rows; ++i) {
@@ -57,7 +59,7 @@ inline void AddTransposeProduct(const double* a, int stride, int rows, int cols,
   });
 }
 
-// packed += A^T A, a packed lower triangle.
+// packed += A^T A, as a packed lower triangle.
 inline void AddGram(const double* a, int stride, int rows, int cols, double* packed) {
   WithSize(cols, [&](auto n) {
     for (int i = 0; i < rows; ++i) {
@@ -69,7 +71,7 @@ inline void AddGram(const double* a, int stride, int rows, int cols, double* pac
   });
 }
 
-// W += A^T B. W is row-major, cols_a x cols_b; A and B are side by side in the same rows.
+// W += A^T B. W is row-major, cols_a x cols_b. A and B have the same number of rows and the same stride.
 inline void AddCrossProduct(const double* a, const double* b, int stride, int rows, int cols_a, int cols_b, double* w) {
   WithSize(cols_b, [&](auto n) {
     for (int i = 0; i < rows; ++i) {
@@ -80,7 +82,7 @@ inline void AddCrossProduct(const double* a, const double* b, int stride, int ro
   });
 }
 
-// packed -= V V^T, a packed lower triangle. V is row-major, rows x cols.
+// packed -= V V^T, as a packed lower triangle. V is row-major, rows x cols.
 inline void SubtractOuterProduct(const double* v, int rows, int cols, double* packed) {
   WithSize(cols, [&](auto n) {
     for (int r = 0; r < rows; ++r) {
@@ -91,8 +93,8 @@ inline void SubtractOuterProduct(const double* v, int rows, int cols, double* pa
   });
 }
 
-// x = L^-1 x and x = L^-T x. L is the packed lower triangle from BlockDiagonal::Factorize: PackedLower order, with the
-// inverse of the diagonal stored instead of the diagonal.
+// x = L^-1 x and x = L^-T x. l: packed lower triangle of L with 1 / L_kk on the diagonal, as from
+// BlockDiagonal::Factorize.
 inline void SolveLower(const double* l, int size, double* x) {
   WithSize(size, [&](auto n) {
     for (int r = 0; r < n; ++r) {

@@ -38,7 +38,7 @@ std::string DescribeZeroColumnGradient(B& backend, ProblemAdaptor<B> problem, ty
 // Upper bound on the gradient of a column whose diagonal entry is zero only by underflow. By the Cauchy-Schwarz
 // inequality |g_k|^2 <= H_kk 2 cost; a safety factor allows for weights.
 template <Backend B>
-double UnderflownGradient(Index num_residuals, double cost);
+double UnderflowGradient(Index num_residuals, double cost);
 
 // Owns the linearizations of its batches. A zero column, whose entry of diag(H) is not positive, gets a step of 0.
 template <Backend B>

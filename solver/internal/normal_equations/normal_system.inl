@@ -77,12 +77,12 @@ template <Backend B>
 std::string DescribeZeroColumnGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
                                        typename B::ConstVectorView negative_gradient,
                                        typename B::ConstVectorView diagonal, double threshold) {
-  typename B::Vector frozen(diagonal.size());
-  backend.SelectPositive(diagonal, 0, 1, frozen);
-  if (problem.has_bounds()) problem.MaskActiveBounds(x, negative_gradient, frozen);
-  backend.Multiply(frozen, negative_gradient, frozen);
-  if (backend.MaxAbs(frozen.view()) <= threshold) return "";
-  const auto host = fault_internal::OnHost(backend, frozen.view());
+  typename B::Vector blocked(diagonal.size());
+  backend.SelectPositive(diagonal, 0, 1, blocked);
+  if (problem.has_bounds()) problem.MaskActiveBounds(x, negative_gradient, blocked);
+  backend.Multiply(blocked, negative_gradient, blocked);
+  if (backend.MaxAbs(blocked.view()) <= threshold) return "";
+  const auto host = fault_internal::OnHost(backend, blocked.view());
   const Index k =
       fault_internal::FirstOf(host, [&](auto value) { return std::abs(static_cast<double>(value)) > threshold; });
   return fmt::format(
@@ -92,10 +92,10 @@ std::string DescribeZeroColumnGradient(B& backend, ProblemAdaptor<B> problem, ty
 }
 
 template <Backend B>
-double UnderflownGradient(Index num_residuals, double cost) {
-  constexpr double kRoom = 1e3;
+double UnderflowGradient(Index num_residuals, double cost) {
+  constexpr double kSafety = 1e3;
   const auto smallest = static_cast<double>(std::numeric_limits<typename B::Scalar>::min());
-  return kRoom * std::sqrt(smallest * static_cast<double>(num_residuals)) * std::sqrt(2 * cost);
+  return kSafety * std::sqrt(smallest * static_cast<double>(num_residuals)) * std::sqrt(2 * cost);
 }
 
 template <Backend B>

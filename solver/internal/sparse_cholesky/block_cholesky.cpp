@@ -47,7 +47,7 @@ inline void AddRuns(const double* from, Index from_stride, Index count, Index co
 }  // namespace
 
 // Takes the smallest buffer that is large enough, or else the largest one.
-std::vector<double> BlockCholesky::Pool::Take(std::size_t size) {
+std::vector<double> BlockCholesky::Pool::Acquire(std::size_t size) {
   auto best = free_.end();
   for (auto it = free_.begin(); it != free_.end(); ++it) {
     const bool fits = it->capacity() >= size;
@@ -176,7 +176,7 @@ void BlockCholesky::Assemble(Index f, const Input& input) {
   }
   const Index below = panel.rows - panel.pivots, stride = PaddedRows(below);
   if (below == 0) return;
-  updates_[At(f)] = pools_[pool_of_front_[At(f)]].Take(At(stride * below));
+  updates_[At(f)] = pools_[pool_of_front_[At(f)]].Acquire(At(stride * below));
   ClearLower(updates_[At(f)].data(), stride, below);
 }
 
@@ -236,7 +236,7 @@ void BlockCholesky::AddToParent(Index f, const Input& input) {
       }
     }
   }
-  pools_[pool_of_front_[At(f)]].Give(std::move(waiting));
+  pools_[pool_of_front_[At(f)]].Release(std::move(waiting));
 }
 
 void BlockCholesky::Solve(HostSpan<const double> x, HostSpan<double> y) {

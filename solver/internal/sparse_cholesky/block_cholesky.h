@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse Cholesky factorisation of symmetric positive definite block matrices by the multifrontal method. The factor of
-// H + lambda D also serves as a preconditioner; PCG then needs one or two iterations.
+// Sparse Cholesky factorisation of symmetric positive definite block matrices by the multifrontal method
+// (elimination.h). The factor of H + lambda D is used as a preconditioner. PCG then needs one or two iterations.
 #pragma once
 
 #include <memory>
@@ -14,27 +14,28 @@
 
 namespace vesta {
 
-// A Cholesky factor. The result does not depend on the number of threads.
+// A Cholesky factor L with L L^T = the matrix, up to a permutation. The result does not depend on the number of
+// threads.
 class BlockCholesky {
  public:
   explicit BlockCholesky(std::shared_ptr<const EliminationPlan> plan);
-  // Memory of a factor of this plan in bytes, without the temporary updates during factorisation.
+  // Memory of a factor of this plan in bytes, without the update matrices that exist during factorisation.
   static double Bytes(const EliminationPlan& plan);
 
-  // Factorises matrix + scale * diag(added). The matrix must have the planned pattern, and `added` must have its size.
-  // Pivots that cancel to below 1e-13 of their diagonal entry are raised to that value. A preconditioner must be
-  // positive definite but need not be exact. Returns the number of raised pivots.
+  // Factorises matrix + scale * diag(added). The matrix must have the planned pattern; `added` has one entry per scalar
+  // row. A pivot below 1e-13 times its diagonal entry is raised to this value, so that the factor is always positive
+  // definite, as a preconditioner must be. Returns the number of raised pivots.
   Index Factorize(const BlockMatrix& matrix, double scale, HostSpan<const double> added);
   // y = (L L^T)^-1 x. x and y may be the same memory.
   void Solve(HostSpan<const double> x, HostSpan<double> y);
 
  private:
-  // Memory for updates, reused from front to front.
+  // Buffers for update matrices, which later fronts reuse.
   class Pool {
    public:
     // Returns at least `size` values with arbitrary contents.
-    std::vector<double> Take(std::size_t size);
-    void Give(std::vector<double> values) { free_.push_back(std::move(values)); }
+    std::vector<double> Acquire(std::size_t size);
+    void Release(std::vector<double> values) { free_.push_back(std::move(values)); }
 
    private:
     std::vector<std::vector<double>> free_;
@@ -50,47 +51,50 @@ class BlockCholesky {
   FrontPanel PanelOf(Index front);
   // These functions return the number of raised pivots.
   Index FactorizeSubtree(const EliminationSubtree& subtree, const Input& input);
-  // Factorises a front that holds its part of the matrix and its children's updates, and computes its update. parallel:
+  // Factorises a front after the updates of all its children were added, and computes its own update matrix. parallel:
   // use several threads.
   Index FactorizeFront(Index front, const Input& input, bool parallel);
+  // least: smallest allowed value of each pivot.
   Index FactorizePanel(const FrontPanel& panel, const double* least, bool parallel) const;
-  // Copies the front's part of the matrix to its panel and allocates its update. Only the first call has an effect.
+  // Copies the front's entries of the matrix to its panel, and allocates its update matrix. Only the first call of a
+  // factorisation has an effect.
   void Assemble(Index front, const Input& input);
-  // Adds a front's update to the panel and the update of its parent, and frees its memory.
+  // Adds the update matrix of a front to the panel and the update matrix of its parent, then releases its memory.
   void AddToParent(Index front, const Input& input);
 
   std::shared_ptr<const EliminationPlan> plan_;
   const FrontKernels& kernels_;
   std::vector<Index> first_value_;  // per front: position of its panel in values_
-  HostBuffer<double> values_;       // panels
-  std::vector<Pool> pools_;         // one per subtree of a wave, and one per front above them
+  HostBuffer<double> values_;       // the panels of all fronts: their columns of L
+  std::vector<Pool> pools_;         // one per subtree of a wave, and one per front that is in no subtree
   std::vector<std::size_t> pool_of_front_;
-  std::vector<std::vector<double>> updates_;  // of fronts that are being assembled, or that wait for their parents
-  std::vector<char> assembled_;
-  HostBuffer<double> least_;             // smallest allowed value per pivot, in elimination order
-  HostBuffer<double> permuted_, local_;  // work memory of Solve
+  std::vector<std::vector<double>> updates_;  // per front: its update matrix, until it is added to the parent
+  std::vector<char> assembled_;               // per front: 1 after Assemble
+  HostBuffer<double> least_;                  // smallest allowed value per pivot, in elimination order
+  HostBuffer<double> permuted_, local_;       // work memory of Solve
 };
 
 // A linearization that can return H as a matrix.
 class NormalMatrixSource {
  public:
   virtual ~NormalMatrixSource() = default;
-  // H = J^T W J, with a pattern shared by all linearizations of a problem. Computed at the first call; valid as long as
-  // this object.
+  // H = J^T W J. All linearizations of a problem must use the same pattern. Computed at the first call; valid as long
+  // as this object.
   virtual const BlockMatrix& NormalMatrix() = 0;
 };
 
 // A plan and the memory of its factor, which a problem reuses for all linearizations and solves.
 class SparseCholesky {
  public:
-  // Plans the factorisation for a pattern. Returns null if the factor would need more than max_bytes or more
+  // Plans the factorisation for a pattern. Returns null if the factor would need more memory than max_bytes, or more
   // multiplications than max_multiplications.
   static std::shared_ptr<SparseCholesky> Plan(const BlockPattern& pattern, double max_bytes,
                                               double max_multiplications = std::numeric_limits<double>::infinity());
 
   const EliminationPlan& plan() const { return *plan_; }
   double bytes() const { return BlockCholesky::Bytes(*plan_); }
-  // Returns the previous factor object if it is no longer in use, because its memory is large; otherwise a new one.
+  // Returns an object for a factor: the previous one if it is no longer in use (its memory is large), otherwise a new
+  // one.
   std::shared_ptr<BlockCholesky> Factor() {
     return factor_.Get([&] { return std::make_shared<BlockCholesky>(plan_); });
   }
@@ -99,13 +103,14 @@ class SparseCholesky {
   explicit SparseCholesky(EliminationPlan plan) : plan_(std::make_shared<EliminationPlan>(std::move(plan))) {}
 
   std::shared_ptr<const EliminationPlan> plan_;
-  Kept<BlockCholesky> factor_;
+  Reusable<BlockCholesky> factor_;
 };
 
 class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
-  // For linearizations that are a NormalMatrixSource with the planned pattern. why: appended to the description.
+  // For linearizations that derive from NormalMatrixSource and have the planned pattern. why: reason for the choice of
+  // this preconditioner, appended to the description.
   explicit SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why = "");
 
   Index size() const override { return cholesky_->plan().num_scalars; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse symmetric matrices of small dense blocks, and the computation of H = J^T J as such a matrix. Each row of
-// blocks has its own size, and the column with the same index has that size too.
+// Sparse symmetric matrices of small dense blocks, and the computation of H = J^T J as such a matrix. In this file a
+// row means a row of blocks. Block (i, j) has size(i) scalar rows and size(j) scalar columns.
 #pragma once
 
 #include <memory>
@@ -12,10 +12,10 @@
 
 namespace vesta {
 
-// Reuses the memory of an object. Get returns the previous object if nobody else holds it, and otherwise makes a new
-// one.
+// Reuses the memory of an object. Get returns the previous object if no other pointer refers to it, and otherwise
+// creates a new one.
 template <class T>
-class Kept {
+class Reusable {
  public:
   template <class Make>
   std::shared_ptr<T> Get(const Make& make) {
@@ -27,19 +27,19 @@ class Kept {
   std::shared_ptr<T> last_;
 };
 
-// The sizes of the rows of blocks, and the positions of the off-diagonal blocks. All diagonal blocks exist.
+// The sizes of the rows, and the positions of the off-diagonal blocks that are stored. All diagonal blocks are stored.
 class BlockPattern {
  public:
-  // An unordered pair of different rows; a repeated pair means the same block.
+  // Rows a and b of an off-diagonal block; a != b, in any order. A repeated pair means the same block.
   struct Pair {
     Index a, b;
   };
-  // A row that shares an off-diagonal block with another row, and the index of that block.
+  // An off-diagonal block of a given row: the other row (its column), and the index of the block.
   struct Neighbor {
     Index row, block;
   };
 
-  // sizes: scalars per row of blocks, >= 1. pairs: 0 <= a, b < the number of rows.
+  // sizes: number of scalars per row, >= 1. pairs: the off-diagonal blocks; 0 <= a, b < the number of rows.
   BlockPattern(std::span<const int> sizes, std::span<const Pair> pairs);
 
   Index num_rows() const { return static_cast<Index>(sizes_.size()); }
@@ -55,10 +55,10 @@ class BlockPattern {
   std::span<const Neighbor> neighbors(Index row) const {
     return std::span(neighbors_).subspan(first_[At(row)], first_[At(row) + 1] - first_[At(row)]);
   }
-  // Index of the block of each of the constructor's pairs.
+  // For each of the constructor's pairs, the index of its block.
   const std::vector<Index>& block_of_pair() const { return block_of_pair_; }
-  // Index of the first value of a diagonal block or of an off-diagonal block. For the number of blocks, the number of
-  // values.
+  // Position of the first value of a diagonal block, or of an off-diagonal block. With num_rows() or num_blocks() as
+  // the argument: the number of values.
   Index diagonal_value(Index row) const { return diagonal_values_[At(row)]; }
   Index block_value(Index block) const { return block_values_[At(block)]; }
 
@@ -85,11 +85,11 @@ class BlockMatrix {
 
   double* diagonal(Index row) { return diagonal_.data() + pattern_->diagonal_value(row); }
   const double* diagonal(Index row) const { return diagonal_.data() + pattern_->diagonal_value(row); }
-  // The block of two rows. The larger row index gives its rows, the smaller one its columns.
+  // An off-diagonal block, below the diagonal: its row index is larger than its column index.
   double* block(Index k) { return blocks_.data() + pattern_->block_value(k); }
   const double* block(Index k) const { return blocks_.data() + pattern_->block_value(k); }
 
-  // y = A x for this matrix A. Sums run over the columns in ascending order.
+  // y = A x for this matrix A. Terms are added in ascending order of the columns.
   void Apply(HostSpan<const double> x, HostSpan<double> y) const;
 
  private:
@@ -101,23 +101,24 @@ class BlockMatrix {
   HostBuffer<double> diagonal_, blocks_;
 };
 
-// Computes H = J^T J of a block-sparse Jacobian as a sparse matrix, with one row of blocks per free block.
+// Computes H = J^T J of a block-sparse Jacobian as a sparse matrix, with one row of blocks per free parameter block.
 //
-// The constructor finds the blocks of H and the terms of their sums once per structure.
+// The constructor finds the nonzero blocks of H and the terms of their sums, once per structure.
 class BlockNormalMatrix {
  public:
   explicit BlockNormalMatrix(const BlockStructure& structure);
 
   const BlockPattern& pattern() const { return *pattern_; }
-  // For Jacobians with that structure. Sums run over the residual blocks in order, for any number of threads. Reuses
-  // the memory of the previous result if it is no longer in use.
+  // Computes H; jacobian must have the structure of the constructor. Terms are added in the order of the residual
+  // blocks, for any number of threads. Reuses the memory of the previous result if it is no longer in use.
   std::shared_ptr<const BlockMatrix> Sum(const BlockJacobian& jacobian);
-  // Multiplications of one Sum, and memory of this object in bytes. Both are known without creating one.
+  // Number of multiplications of one Sum, and memory of a BlockNormalMatrix in bytes. No object is needed.
   static double Multiplications(const BlockStructure& structure);
   static double Bytes(const BlockStructure& structure);
 
  private:
-  // A residual block that two free blocks share, and their first columns in its dense Jacobian.
+  // A term of an off-diagonal block: a residual block (row) that depends on both free blocks, and the first columns of
+  // the two in its dense Jacobian. larger: the free block with the larger index.
   struct Term {
     Index row;
     int larger, smaller;
@@ -126,7 +127,7 @@ class BlockNormalMatrix {
   std::shared_ptr<const BlockPattern> pattern_;
   std::vector<std::size_t> first_term_;  // per block below the diagonal, and the end
   std::vector<Term> terms_;
-  Kept<BlockMatrix> matrix_;
+  Reusable<BlockMatrix> matrix_;
 };
 
 }  // namespace vesta

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans a sparse Cholesky factorisation: the elimination order, the rows of blocks that are eliminated together, and
-// the destination of each result. The plan depends on the pattern only.
+// Plans a sparse Cholesky factorisation by the multifrontal method: the elimination order, the fronts, and the position
+// of every value in them. The plan depends only on the pattern of the matrix. In this file a row means a row of blocks.
 #pragma once
 
 #include <limits>
@@ -11,37 +11,41 @@
 
 namespace vesta {
 
-// A dense front of the multifrontal method (Duff and Reid, 1983). It eliminates the rows of blocks first..first +
-// pivots, numbered in elimination order. `below` lists its other rows.
+// A front of the multifrontal method (Duff and Reid, 1983): a small dense matrix, in which the rows [first, first +
+// pivots) in elimination order are eliminated together. Its other rows, listed in `below`, are coupled to these. The
+// elimination subtracts a matrix from the entries of the rows below, the update, which is passed to the parent front.
 struct EliminationFront {
-  // A block of the matrix that this front assembles.
+  // A block of the matrix that is copied to this front.
   struct Entry {
-    Index row, col;  // its first scalar in the front
+    Index row, col;  // position of its first scalar in the front
     int rows, cols;
-    Index source;  // index of the original row of a diagonal block, or of an off-diagonal block
+    Index source;  // of a diagonal block: its row in the pattern; of an off-diagonal block: its index in the pattern
     bool diagonal;
-    bool transposed;  // true if block (col, row) is stored
+    bool transposed;  // true if the matrix stores the transpose of this block
   };
-  // Scalars [begin, end), counted from the first one below the pivots, that are contiguous elsewhere, from `to` on.
+  // Scalars [begin, end) of the rows below, counted from 0, that are also contiguous in another vector, where they
+  // begin at `to`.
   struct Run {
     Index begin, end, to;
   };
   Index first = 0, pivots = 0;
-  std::vector<Index> below;                        // rows coupled to the pivots, ascending
-  Index parent = -1;                               // front that receives the update; -1 for roots
-  std::vector<Index> children;                     // ascending
-  Index first_scalar = 0;                          // position of the pivots in elimination order
-  Index pivot_scalars = 0, scalars = 0;            // number of scalars of the pivots, and of all rows
-  std::vector<Run> runs_in_order, runs_in_parent;  // positions of the rows below: in elimination order, in the parent
+  std::vector<Index> below;              // rows coupled to the pivots, ascending
+  Index parent = -1;                     // front that receives the update; -1 for roots
+  std::vector<Index> children;           // ascending
+  Index first_scalar = 0;                // position of the pivots in elimination order
+  Index pivot_scalars = 0, scalars = 0;  // number of scalars of the pivots, and of all rows
+  // Positions of the scalars of the rows below: in elimination order, and in the parent front.
+  std::vector<Run> runs_in_order, runs_in_parent;
   std::vector<Entry> entries;
 };
 
-// The fronts [begin, end) of a whole subtree. Children come before parents.
+// The fronts [begin, end), which form a subtree of the tree of fronts. Children come before parents.
 struct EliminationSubtree {
   Index begin, end;
 };
 
-// Subtrees [begin, end) that are eliminated in parallel. Their updates are added to their parents before the next wave.
+// Subtrees [begin, end) that are eliminated in parallel. The updates of their roots are added to the parents before the
+// next wave.
 struct EliminationWave {
   Index begin, end;
 };
@@ -50,27 +54,27 @@ struct EliminationPlan {
   // The k-th row to be eliminated.
   struct Row {
     Index original;  // its index in the pattern
-    Index source;    // its first scalar in the matrix
-    Index position;  // its first scalar in elimination order
+    Index source;    // index of its first scalar in the matrix
+    Index position;  // index of its first scalar in elimination order
     int size;
   };
-  std::vector<Row> order;
+  std::vector<Row> order;  // all rows, in elimination order
   Index num_scalars = 0;
   std::vector<EliminationFront> fronts;
-  // Disjoint subtrees with little work each, which threads take one by one.
+  // Disjoint subtrees with little work each. One thread eliminates a whole subtree.
   std::vector<EliminationSubtree> subtrees;
-  // The waves contain all subtrees. The updates of one wave take at most 64 MiB, unless it is a single subtree. Without
-  // waves, a front with thousands of child subtrees (cameras over points) would need all their updates in memory at
-  // once.
+  // The waves contain all subtrees. The updates of the roots of one wave need at most 64 MiB, unless the wave is a
+  // single subtree. Without waves, a front with thousands of child subtrees (such as a camera and its points) would
+  // need all their updates in memory at once.
   std::vector<EliminationWave> waves;
-  // The fronts above the subtrees. Fronts of one level depend on earlier levels only, not on each other.
+  // The fronts that are in no subtree. Fronts of one level depend only on earlier levels, not on each other.
   std::vector<std::vector<Index>> levels;
-  double factor_values = 0;    // factor values, including the zeros in merged fronts
-  double update_values = 0;    // passed from fronts to their parents
-  double multiplications = 0;  // of the factorisation
+  double factor_values = 0;    // number of values of the factor, including zeros in merged fronts
+  double update_values = 0;    // number of values in the updates of all fronts
+  double multiplications = 0;  // number of multiplications of the factorisation
 };
 
-// Limits on the factor; PlanElimination returns nothing above them.
+// Limits on the factor. If one is exceeded, PlanElimination returns nothing.
 struct EliminationLimits {
   double factor_values = std::numeric_limits<double>::infinity();
   double multiplications = std::numeric_limits<double>::infinity();
@@ -78,7 +82,8 @@ struct EliminationLimits {
 
 // Plans the elimination. The order is by approximate minimum degree (Amestoy, Davis, Duff, 1996). A front is merged
 // with its parent if that stores few additional zeros (relaxed supernodes, Ashcraft and Grimes, 1989). Returns nothing
-// if the factor exceeds the limits even before fronts are merged. This test needs much less memory than the plan.
+// if the factor exceeds the limits even before fronts are merged. This test is made first, because it needs much less
+// memory than the plan.
 std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits = {});
 
 }  // namespace vesta

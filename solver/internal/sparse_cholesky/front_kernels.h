@@ -2,8 +2,9 @@
 // Dense kernels of the multifrontal Cholesky factorisation, compiled once per instruction set. They use plain pointers.
 // block_cholesky.h owns the memory and the threads.
 //
-// A panel holds the first `pivots` columns of a front of `rows` rows, column-major with stride `stride`. Its lower
-// trapezoid is valid. Values above the diagonal are overwritten and have no meaning.
+// A front is a small symmetric dense matrix whose first `pivots` columns are eliminated (elimination.h). Its panel is
+// these columns, with all `rows` rows, column-major with stride `stride`. Only the values on and below the diagonal are
+// valid. Values above the diagonal are overwritten and have no meaning.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -11,12 +12,12 @@
 
 namespace vesta {
 
-// Kernels access padding rows of panels and updates, so every stride is at least PaddedRows.
+// Kernels also read and write rows beyond the last one (padding), so every stride must be at least PaddedRows(rows).
 constexpr Index kFrontPad = 8;
 constexpr Index PaddedRows(Index rows) { return (rows + kFrontPad - 1) / kFrontPad * kFrontPad + kFrontPad; }
 
-// Kernels process up to this many columns at a time. So they access values this far above the diagonal, rounded up to a
-// multiple of kFrontPad.
+// Kernels process up to kFrontStrip columns at a time. They therefore access values up to this many rows above the
+// diagonal, rounded up to a multiple of kFrontPad.
 constexpr Index kFrontStrip = 6;
 
 struct FrontPanel {
@@ -25,15 +26,17 @@ struct FrontPanel {
 };
 
 struct FrontKernels {
-  // Replaces the panel by the columns of the Cholesky factor. `least` has `pivots` values >= 0. A pivot that is not
-  // above its value is raised to it, or to 1 if the value is 0. Returns the number of raised pivots.
+  // Replaces the panel by the columns of the Cholesky factor. least: one value >= 0 per pivot. A pivot that is not
+  // larger than its value is replaced by this value, or by 1 if the value is 0. Returns the number of replaced pivots.
   Index (*factorize)(const FrontPanel& panel, const double* least);
-  // update -= L2 L2^T in columns begin..end of the update's lower triangle. L2 holds the factorised panel's rows below
+  // update -= L2 L2^T, in the columns [begin, end) of the lower triangle. L2 is the part of the factorised panel below
   // its pivots.
   void (*subtract_outer)(const FrontPanel& panel, double* update, Index update_stride, Index begin, Index end);
-  // One front's part of solving L y = x. Replaces x[0..pivots) and subtracts their effect from x[pivots..rows).
+  // The step of forward substitution (L y = x) for this front: replaces x[0..pivots) by y and subtracts L2 y from
+  // x[pivots..rows).
   void (*forward)(const FrontPanel& panel, double* x);
-  // One front's part of solving L^T y = x. Replaces x[0..pivots) and reads x[pivots..rows).
+  // The step of back substitution (L^T y = x) for this front: replaces x[0..pivots) by y. x[pivots..rows) already
+  // contains the solution of the rows below.
   void (*backward)(const FrontPanel& panel, double* x);
 };
 

@@ -77,22 +77,22 @@ void StepControl::OnReject() {
 void StepControl::Set(double lambda) { lambda_ = std::clamp(lambda, options_.min_lambda, options_.max_lambda); }
 
 void ConvergenceDoubt::OnReject(double predicted, bool finite) {
-  promised_ = std::max(promised_, predicted);
+  decrease_ = std::max(decrease_, predicted);
   increase_ = std::max(increase_, -predicted);
-  if (!finite) blocked_ = std::max(blocked_, predicted);
+  if (!finite) decrease_non_finite_ = std::max(decrease_non_finite_, predicted);
 }
 
-std::string ConvergenceDoubt::Words(bool accepted, double least) const {
-  if (blocked_ > least) {
+std::string ConvergenceDoubt::Describe(bool accepted, double least) const {
+  if (decrease_non_finite_ > least) {
     return fmt::format("; a step with predicted decrease {:.3e} leads to a point where the cost is not finite",
-                       blocked_);
+                       decrease_non_finite_);
   }
   if (accepted) return "";
   if (std::string increase = DescribeIncrease(least); !increase.empty()) return increase;
-  if (promised_ > least) {
+  if (decrease_ > least) {
     return fmt::format(
         "; a step with predicted decrease {:.3e} was rejected: are the derivatives right? Call CheckProblem",
-        promised_);
+        decrease_);
   }
   return "";
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Controls the damping lambda by the gain ratio rho = (decrease of the cost) / (predicted decrease). Also detects steps
-// that contradict convergence, and chooses the factor along a step.
+// StepControl changes the damping lambda by the gain ratio rho = (decrease of the cost) / (predicted decrease).
+// ConvergenceDoubt detects rejected steps that contradict convergence. SearchGamma is the line search.
 #pragma once
 
 #include <cmath>
@@ -15,13 +15,15 @@ namespace vesta {
 
 // All rules multiply lambda by max(1/3, 1 - (2 rho - 1)^3) after an accepted step.
 enum class StepRule {
-  // A rejected step multiplies lambda by nu = 2, 4, 8, ... (Nielsen, Damping parameter in Marquardt's method, 1999).
-  // With kCeres, 1/lambda is Ceres's trust-region radius. kCeres and k3dgsLmCode differ in the initial lambda, the
-  // acceptance threshold and the bounds.
+  // With kCeres and k3dgsLmCode, successive rejected steps multiply lambda by 2, 4, 8, ... (Nielsen, Damping parameter
+  // in Marquardt's method, 1999). These two rules differ in the initial lambda, in the bounds, and in the value that
+  // rho must exceed. 1/lambda corresponds to Ceres's trust-region radius.
   kCeres,       // initial lambda 1e-4 (radius 1e4), accepts rho > 1e-3
   k3dgsLmCode,  // 3DGS-LM as released: initial lambda 1, accepts rho > 0, lambda within [1e-4, 1e4]
-  k3dgsLmV2,    // 3DGS-LM as published: a rejected step doubles lambda; initial lambda 1, accepts rho > 1e-5, lambda
-                // within [1e-4, 1e4]
+  // 3DGS-LM as published: every rejected step doubles lambda. Initial lambda 1, accepts rho > 1e-5, lambda within
+  // [1e-4,
+  // 1e4].
+  k3dgsLmV2,
 };
 const char* ToString(StepRule rule);
 
@@ -34,8 +36,9 @@ struct StepControlOptions {
   double max_lambda = 1e32;
   // A step is accepted if rho exceeds this; within [0, 1).
   double min_relative_decrease = 1e-3;
-  // Value of lambda after the very first step is rejected, if it is larger than initial_lambda. Such a rejection shows
-  // that the start is far from the minimum, so a small initial_lambda was wrong. 0: no special rule.
+  // If the first step is rejected, lambda is set to this value, provided that it is larger than initial_lambda. Such a
+  // rejection shows that the start is far from the minimum, so that a small initial_lambda was wrong. 0: treat the
+  // first step like the others.
   double lambda_after_first_reject = 0;
 
   void Validate() const;
@@ -51,8 +54,9 @@ class StepControl {
   double lambda() const { return lambda_; }
   // True if another rejected step would leave lambda unchanged.
   bool at_upper_bound() const { return lambda_ >= options_.max_lambda; }
-  // False if rho is NaN.
+  // True if a step with this gain ratio is accepted; false if rho is NaN.
   bool Accepts(double rho) const { return rho > options_.min_relative_decrease; }
+  // Updates lambda after an accepted or a rejected step.
   void OnAccept(double rho);
   void OnReject();
 
@@ -64,6 +68,7 @@ class StepControl {
   }
 
  private:
+  // Sets lambda, clamped to its bounds.
   void Set(double lambda);
 
   StepControlOptions options_;
@@ -71,55 +76,59 @@ class StepControl {
   double growth_ = 2;  // factor for lambda at the next rejected step
 };
 
-// Collects evidence against convergence from rejected steps. A short step with little change does not show convergence
-// if a longer one was rejected despite a large predicted decrease.
+// Detects false convergence, which wrong derivatives can cause. A short step that hardly changes the cost is no
+// evidence of convergence if a longer step was rejected although the model predicted a large decrease. This class
+// records the rejected steps since the last accepted one.
 class ConvergenceDoubt {
  public:
-  // predicted: decrease of the cost by the model. finite: true if the cost of the trial is finite.
+  // predicted: predicted decrease of the cost. finite: true if the cost of the trial point is finite.
   void OnReject(double predicted, bool finite);
   void OnAccept() { *this = {}; }
 
-  // Returns a suspected mistake of the problem, starting with "; ", from the steps rejected since the last accepted
-  // one, or an empty string. Predicted changes up to `least` are ignored, because they may be rounding.
-  // accepted: true if a step was accepted now; then only steps to points where the cost is not finite count.
-  std::string Words(bool accepted, double least) const;
-  // The part of Words about predicted increases, which are always a mistake.
+  // Returns a description of the suspected mistake in the problem, starting with "; ", or an empty string. Predicted
+  // changes up to `least` are ignored, because they may be rounding errors. accepted: true if the current step was
+  // accepted; then only rejected steps to points where the cost is not finite are considered.
+  std::string Describe(bool accepted, double least) const;
+  // The same, only for predicted increases of the cost. They are always a mistake.
   std::string DescribeIncrease(double least) const;
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(promised_, blocked_, increase_);
+    archive(decrease_, decrease_non_finite_, increase_);
   }
 
  private:
-  double promised_ = 0;  // largest predicted decrease
-  double blocked_ = 0;   // largest predicted decrease of a trial without a finite cost
-  double increase_ = 0;  // largest predicted increase
+  double decrease_ = 0;             // largest predicted decrease
+  double decrease_non_finite_ = 0;  // largest predicted decrease of a trial point whose cost is not finite
+  double increase_ = 0;             // largest predicted increase
 };
 
-// Chooses a factor gamma <= 1 along each step, by the cost of a subset of the units (3DGS-LM's line search). gamma
-// starts at 1 and is multiplied by `shrink` until the cost rises; the last value before that is used.
+// Line search of 3DGS-LM. It chooses a factor gamma <= 1 on each step, by the cost of a subset of the units (InUnits).
+// gamma starts at 1 and is multiplied by `shrink` repeatedly, until the cost no longer decreases. The last value before
+// that is used.
 struct LineSearchOptions {
   bool enabled = false;
   // Fraction of the problem's units in the subset, within (0, 1]; at least one unit.
   double unit_fraction = 0.3;
   // Within (0, 1).
   double shrink = 0.7;
+  // Limit on the evaluations of the cost per step; >= 2.
   int max_evaluations = 12;
 
   void Validate() const;
 };
 
-// Returns about fraction * num_units units (at least one), evenly spread, ascending. `turn` shifts the pattern, so that
-// successive steps use different units.
+// Returns the indices of about fraction * num_units units (at least one), evenly spread, in ascending order. `turn`
+// (the number of the step) shifts the indices, so that successive steps use different units.
 std::vector<Index> SpreadUnits(Index num_units, double fraction, Index turn);
 
 struct LineSearchResult {
   double gamma = 1;
-  int evaluations = 0;
+  int evaluations = 0;  // of subset_cost
 };
 
-// Searches gamma as LineSearchOptions describes. A cost that is not finite counts as infinite.
+// Searches gamma as described for LineSearchOptions. subset_cost(gamma): cost of the subset of the units. A cost that
+// is not finite counts as infinity.
 LineSearchResult SearchGamma(const LineSearchOptions& options, const std::function<double(double)>& subset_cost);
 
 }  // namespace vesta
