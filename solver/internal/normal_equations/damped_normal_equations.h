@@ -2,9 +2,10 @@
 // Column scales, the damping metric D, and the operator H + lambda D of the damped normal equations (H + lambda D) step
 // = -g.
 //
-// Columns are scaled only implicitly. With scales S, one would solve (S H S + lambda D') y = -S g, D' = diag(S H S)
-// clamped, and take the step S y. This is equivalent to the unscaled system with D = diag(H), clamped to the same range
-// times 1/S^2, and residuals measured by |S r|. So only the vectors S^2 and 1/S^2 are stored.
+// Parameters can be scaled by a diagonal matrix S. Ceres solves the scaled system (S H S + lambda D') y = -S g, where
+// D' is diag(S H S) clamped to a range, and then computes step = S y. This gives the same step as the unscaled system
+// with D = diag(H), if the range is multiplied by 1/S^2 and residuals r of the linear solver are measured by |S r|. So
+// no system is scaled here; only the vectors S^2 and 1/S^2 are stored.
 #pragma once
 
 #include <vector>
@@ -22,11 +23,11 @@ enum class ColumnScaling {
   kOnePlusInverse,  // S = 1 / (1 + sqrt(diag(H))) at the start, as in Ceres
 };
 
-// Column scales S. Both vectors are empty if S = 1.
+// The scale S of each parameter, which is a column of J. Both vectors are empty if S = 1.
 template <Backend B>
 struct ColumnScale {
-  typename B::Vector square;          // S^2: weights of the residual norm in PCG
-  typename B::Vector inverse_square;  // 1 / S^2: unit of the bounds of D
+  typename B::Vector square;          // S^2, the weights of the residual norm in PCG
+  typename B::Vector inverse_square;  // 1 / S^2, the unit of the bounds of D
 
   template <class Archive>
   void Visit(Archive& archive) {
@@ -42,24 +43,26 @@ struct DampingMetricOptions {
   // D is clamped to this range, in units of 1/S^2 (Ceres's min_lm_diagonal, max_lm_diagonal); 0 < min <= max.
   double min_diagonal = 1e-6;
   double max_diagonal = 1e32;
-  // If > 0, an additional lower bound: this factor times a median. The median is over the positive diagonal entries of
-  // the same component in the same block group. It suits costs whose scale grows with the data. Needs block groups.
+  // If > 0, an additional lower bound on D: this factor times the median of the positive diagonal entries of H that
+  // belong to the same component of the same block group. For costs that grow with the amount of data, for which a
+  // fixed min_diagonal is not suitable. Without block groups it has no effect.
   double group_median_floor = 0;
 
+  // Throws Error if an option is out of range.
   void Validate() const;
 };
 
-// Computes D from the diagonal of H.
+// Computes `metric`, the diagonal of D, from the diagonal of H. groups: may be empty.
 template <Backend B>
 void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B::ConstVectorView diag_h,
                     const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::VectorView metric);
 
-// The operator y = sum over the batches of H_b x, plus lambda D x. In rows whose mask is 0, y = lambda D x. Borrows all
-// arguments.
+// The operator y = (sum_b H_b + lambda D) x, where H_b belongs to batch b. In rows whose mask is 0, y = lambda D x. All
+// arguments must outlive this object.
 template <Backend B>
 class DampedNormalEquations final : public LinearOperator<B> {
  public:
-  // metric may be empty if lambda is 0. An empty mask masks nothing.
+  // metric may be empty if lambda is 0. An empty mask means 1 everywhere.
   DampedNormalEquations(std::vector<LinearizationAdaptor<B>*> batches, double lambda,
                         typename B::ConstVectorView metric, typename B::ConstVectorView mask);
   Index size() const override { return size_; }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The damped normal equations (H + lambda D) step = d of a set of batches at one x. Usually d = -g.
+// The damped normal equations (H + lambda D) step = d of a set of batches at one x. The right-hand side d is -g, except
+// for linearizations with their own right-hand side (WithOwnRightHandSide). H and g are summed over the batches.
 #pragma once
 
 #include <memory>
@@ -11,49 +12,53 @@
 
 namespace vesta {
 
-// Invalid values in the gradient or in the diagonal of H. Without this check, such mistakes in a problem could look
-// like convergence.
+// Invalid values in the gradient, in d or in the diagonal of H. They come from mistakes in a problem, and must be
+// reported, because the solve could otherwise seem to converge.
 struct SystemFault {
   enum class Kind {
     kNone,
-    kNonFinite,  // the gradient or the right-hand side contains NaN or infinity, or an entry was not written
-    kDiagonal,   // the diagonal contains such values, or is negative beyond rounding
+    kNonFinite,  // g or d contains NaN or infinity, or has an entry that was not written
+    kDiagonal,   // the diagonal of H contains such entries, or entries that are negative, not only by rounding
   };
   Kind kind = Kind::kNone;
   std::string message = "";  // one line: which entry, and what to do
 };
 
-// Returns the first fault. descent is the right-hand side and may be empty. Entries that were not written are NaN.
+// Returns the first fault. rhs: d; empty if d = -g. Vectors must be filled with NaN before the problem writes them, so
+// that entries that it does not write are found.
 template <Backend B>
 SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView negative_gradient,
-                      typename B::ConstVectorView descent, typename B::ConstVectorView diagonal);
+                      typename B::ConstVectorView rhs, typename B::ConstVectorView diagonal);
 
-// Describes a column whose gradient exceeds the threshold but whose diagonal entry is not positive, so that it cannot
-// move. Otherwise returns an empty string. Gradients that are blocked by a bound do not count.
+// Describes a parameter whose gradient exceeds the threshold in magnitude, although its diagonal entry of H is not
+// positive, so that no step changes the parameter. Returns an empty string if no parameter is like this. Ignores
+// parameters at a bound that a step along -g would cross.
 template <Backend B>
 std::string DescribeZeroColumnGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
                                        typename B::ConstVectorView negative_gradient,
                                        typename B::ConstVectorView diagonal, double threshold);
 
-// Upper bound on the gradient of a column whose diagonal entry is zero only by underflow. By the Cauchy-Schwarz
-// inequality |g_k|^2 <= H_kk 2 cost; a safety factor allows for weights.
+// Upper bound on the gradient g_k of a parameter whose diagonal entry H_kk is zero only because of floating-point
+// underflow. The Cauchy-Schwarz inequality gives |g_k|^2 <= 2 cost H_kk. The bound includes a safety factor for
+// weights.
 template <Backend B>
 double UnderflowGradient(Index num_residuals, double cost);
 
-// Owns the linearizations of its batches. A zero column, whose entry of diag(H) is not positive, gets a step of 0.
+// Linearizes its batches, and solves their damped normal equations. A zero column is a parameter whose entry of diag(H)
+// is not positive. Its step is 0.
 template <Backend B>
 class NormalSystem {
  public:
   NormalSystem(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x, const std::vector<int>& batches);
 
-  // -g and the right-hand side d. After Prepare, entries of zero columns and of columns at a bound are 0.
+  // -g and d. After Prepare, they are 0 for zero columns, and for parameters at a bound that -g would cross.
   typename B::ConstVectorView negative_gradient() const { return negative_gradient_.view(); }
   typename B::ConstVectorView rhs() const { return rhs_.empty() ? negative_gradient() : rhs_.view(); }
-  // Diagonal of H. Empty after Prepare unless it is still needed.
+  // Diagonal of H. Prepare may free it.
   typename B::ConstVectorView diagonal() const { return diagonal_.view(); }
-  // The damping metric D, after Prepare.
+  // The diagonal of D. Call it after Prepare.
   typename B::ConstVectorView metric() const { return metric_.view(); }
-  // Fault of the gradient, the right-hand side or the diagonal.
+  // The first fault in the gradient, the right-hand side and the diagonal.
   const SystemFault& fault() const { return fault_; }
   Index num_zero_columns() const { return num_zero_columns_; }
   // DescribeZeroColumnGradient of this system. Call it before Prepare.
@@ -64,12 +69,13 @@ class NormalSystem {
   }
   Index num_residuals() const;
 
-  // Computes the metric and creates the solver. Call it before the first Solve. Frees the diagonal unless the solver
-  // reads it later or keep_diagonal is true. Throws Error if the chosen solver does not support the problem.
+  // Computes D and creates the linear solver. Call it before the first Solve. Frees the diagonal of H, unless the
+  // solver reads it later or keep_diagonal is true. Throws Error if the linear solver does not support the problem.
   void Prepare(const NormalSystemOptions& options, typename B::ConstVectorView x, const ColumnScale<B>& scale,
                bool keep_diagonal = true);
+  // Overwrites step.
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step);
-  // Describes the solver; after Prepare.
+  // Describes the linear solver. Call it after Prepare.
   const std::string& description() const { return solver_->description(); }
   // Returns v^T H v. Costs one product per batch.
   double Curvature(typename B::ConstVectorView v);
@@ -78,7 +84,8 @@ class NormalSystem {
   B& backend_;
   ProblemAdaptor<B> problem_;
   std::vector<std::unique_ptr<LinearizationAdaptor<B>>> batches_;
-  std::vector<LinearizationAdaptor<B>*> pointers_;
+  std::vector<LinearizationAdaptor<B>*> pointers_;  // to batches_
+  // mask_: 0 for zero columns and for parameters at a bound that -g would cross, else 1; empty if all are 1.
   typename B::Vector negative_gradient_, diagonal_, metric_, mask_;
   typename B::Vector rhs_;  // d; empty if d = -g
   SystemFault fault_;

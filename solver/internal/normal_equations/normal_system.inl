@@ -43,7 +43,7 @@ std::string DescribeEntry(ProblemAdaptor<B> problem, const std::vector<typename 
 
 template <Backend B>
 SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView negative_gradient,
-                      typename B::ConstVectorView descent, typename B::ConstVectorView diagonal) {
+                      typename B::ConstVectorView rhs, typename B::ConstVectorView diagonal) {
   using S = typename B::Scalar;
   using Kind = SystemFault::Kind;
   const auto not_finite = [](S value) { return !std::isfinite(value); };
@@ -55,9 +55,8 @@ SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVe
     return {Kind::kNonFinite,
             "the gradient is not finite although the cost is: " + describe(negative_gradient, not_finite)};
   }
-  if (!backend.AllFinite(descent)) {
-    return {Kind::kNonFinite,
-            "the right-hand side is not finite although the cost is: " + describe(descent, not_finite)};
+  if (!backend.AllFinite(rhs)) {
+    return {Kind::kNonFinite, "the right-hand side is not finite although the cost is: " + describe(rhs, not_finite)};
   }
   if (!backend.AllFinite(diagonal)) {
     return {Kind::kDiagonal, fmt::format("DiagJTJ gives {}; it must overwrite every entry with a sum of squares",

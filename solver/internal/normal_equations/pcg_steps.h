@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solvers of the damped step by conjugate gradients: on all parameters, on shards over several processes, and with a
-// group of parameters eliminated.
+// Linear solvers that compute the damped step by PCG: PcgStep for all parameters, ShardedPcgStep with vectors divided
+// among processes, and ReducedPcgStep with a group of parameters eliminated.
 #pragma once
 
 #include <fmt/format.h>
@@ -19,8 +19,8 @@
 
 namespace vesta::step_internal {
 
-// Computes g^T step and step^T H step without a further product, from (H + lambda D) step = b - r. b is the right-hand
-// side, which equals d on every column that moves. r_dot_step = r^T step.
+// Computes g^T step and step^T H step without another product with H, from (H + lambda D) step = d - r, where r is the
+// residual of PCG. r_dot_step: r^T step.
 template <Backend B>
 StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
                           typename B::VectorView step) {
@@ -32,7 +32,8 @@ StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double la
   return {pcg, -descent, std::max(0.0, b_dot_step - r_dot_step - damping)};
 }
 
-// y = M^-1 x with zeros for masked columns. M may couple them with other columns; the system does not.
+// y = M^-1 x, with y = 0 where the mask is 0. This is needed because M may couple these entries with others, which the
+// system does not.
 template <Backend B>
 class MaskedPreconditioner final : public LinearOperator<B> {
  public:
@@ -50,7 +51,7 @@ class MaskedPreconditioner final : public LinearOperator<B> {
   typename B::ConstVectorView mask_;
 };
 
-// Relative tolerance of the residual for an exact preconditioner.
+// Relative tolerance of the residual of PCG if the preconditioner is the exact inverse.
 constexpr double kExactTolerance = 1e-10;
 
 template <Backend B>
@@ -61,16 +62,18 @@ class PcgStep final : public StepSolver<B> {
         system_(system),
         products_(products ? *products : whole_products_),
         preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
-    // Without a test of the residual, PCG would need a second iteration to notice that the system is solved.
+    // Without a test of the residual, PCG would compute a second iteration although the first one solves the system.
     double& tolerance = options_.pcg.relative_tolerance;
     if (preconditioner_->exact() && tolerance == 0) tolerance = kExactTolerance;
     const ScopedPhase phase("preconditioner");
     preconditioner_->SetLinearization(system.batches, system.diagonal);
-    // If a column of H and its right-hand side are zero, conjugate gradients keep it at zero without a mask.
+    // Without bounds, the mask is 0 only for zero columns. PCG leaves their step at 0 without a mask, because their
+    // right-hand side is 0, unless the preconditioner couples them with other columns.
     if (!system.problem.has_bounds() && !preconditioner_->couples_zero_columns()) system_.mask = {};
   }
   bool reads_mask() const override { return !system_.mask.empty(); }
   std::string preconditioner() const { return preconditioner_->description(); }
+  // Solves by PCG, without the values of the quadratic model.
   PcgSummary Iterate(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) {
     {
       const ScopedPhase phase("preconditioner");
@@ -95,7 +98,7 @@ class PcgStep final : public StepSolver<B> {
   std::unique_ptr<Preconditioner<B>> preconditioner_;
 };
 
-// The same with the PCG vectors and the preconditioner in shards.
+// The same, with the PCG vectors and the preconditioner divided among processes (ShardedSystem).
 template <Backend B>
 class ShardedPcgStep final : public StepSolver<B> {
  public:
@@ -160,6 +163,7 @@ class SchurJacobi final : public LinearOperator<B> {
   BlockDiagonal<B> blocks_;
 };
 
+// PCG on the Schur complement of a group of parameters (ReducedSystem).
 template <Backend B>
 class ReducedPcgStep final : public StepSolver<B> {
  public:
@@ -201,7 +205,7 @@ class ReducedPcgStep final : public StepSolver<B> {
         SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner, workspace, kept_step,
                     weights.empty() ? weights.view() : weights.view().subspan(0, kept));
     reduced_->BackSubstitute(system_.rhs, step);
-    // The eliminated rows are solved exactly, so the full system and the reduced one have the same residual.
+    // The residual is zero in the eliminated rows, and equals the residual of the reduced system in the other rows.
     return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);
   }
 

@@ -15,32 +15,37 @@
 namespace vesta {
 
 enum class PreconditionerKind {
-  kAuto,  // the problem's own if it has one, else kBlockJacobi if it has blocks, else kJacobi
-  kIdentity,
-  kJacobi,       // 1 / (diag(H) + lambda D)
+  kAuto,      // the problem's own (WithPreconditioner) if it has one, else kBlockJacobi if it has blocks, else kJacobi
+  kIdentity,  // no preconditioner
+  kJacobi,    // the inverse of diag(H) + lambda D
   kBlockJacobi,  // the inverse of the damped diagonal blocks of H; kJacobi if the problem has no blocks
-  kProblem,      // the problem's own (WithPreconditioner); like kAuto if it has none
-  // The exact factor of H + lambda D (WithSparseCholesky); PCG then needs one or two iterations. Throws Error if the
-  // problem has no blocks, or if the factor would exceed the problem's max_factor_gib.
+  kProblem,      // the same as kAuto
+  // The sparse Cholesky factor of H + lambda D (WithSparseCholesky). PCG then needs one or two iterations. The solve
+  // throws Error if the problem provides no factor, or if the factor would exceed the problem's max_factor_gib.
   kSparseCholesky,
 };
 const char* ToString(PreconditionerKind kind);
 
+// Apply computes y = M^-1 x, where M approximates H + lambda D. SetLinearization and SetDamping are called before
+// Apply.
 template <Backend B>
 class Preconditioner : public LinearOperator<B> {
  public:
-  // H is the sum over the batches, which are borrowed until the next call. diag_h is its diagonal.
+  // H is the sum over the batches, which stay valid until the next call. diag_h: the diagonal of H, valid only during
+  // the call.
   virtual void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView diag_h) = 0;
+  // metric: the diagonal of D.
   virtual void SetDamping(double lambda, typename B::ConstVectorView metric) = 0;
-  // True if M^-1 may map a zero column of H to a nonzero value, or couple it with other columns. PCG then masks it.
+  // True if M^-1 may couple a zero column of H with other columns. PCG then masks the zero columns.
   virtual bool couples_zero_columns() const { return true; }
-  // True if this is the inverse up to rounding. One iteration is then enough.
+  // True if M = H + lambda D up to rounding. One iteration of PCG is then enough.
   virtual bool exact() const { return false; }
   // Description for the summary.
   virtual std::string description() const { return ToString(PreconditionerKind::kProblem); }
 };
 
+// Creates the preconditioner of this kind. Calls neither SetLinearization nor SetDamping.
 template <Backend B>
 std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, ProblemAdaptor<B> problem,
                                                       std::span<LinearizationAdaptor<B>* const> batches);
@@ -66,7 +71,7 @@ class JacobiPreconditioner final : public Preconditioner<B> {
   Index size() const override { return diagonal_.size(); }
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
-  // Entries with a damped diagonal of 0 map to 0.
+  // If an entry of diag(H) + lambda D is 0, Apply writes 0 there.
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_zero_columns() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kJacobi); }

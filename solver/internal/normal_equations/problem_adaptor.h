@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptors that give the engine all functions of a problem or a linearization. Each adaptor finds the optional
-// interfaces (solver/problem_interfaces.h) once and uses the defaults for missing ones.
+// Adaptors through which the engine calls a problem or a linearization. An adaptor has the functions of all optional
+// interfaces (solver/problem_interfaces.h). It finds the interfaces of the object once, and implements the default for
+// each missing one.
 #pragma once
 
 #include <memory>
@@ -16,21 +17,21 @@
 
 namespace vesta {
 
-// A linearization whose right-hand side is not -g but, for example, a negative gradient with less noise. Either all
-// batches have their own right-hand side, or no batch has one. Only solvers that use H alone support it. Only the
-// splatting problems have one.
+// A linearization with its own right-hand side d of (H + lambda D) step = d, such as -g with noise removed. The default
+// is d = -g. Either all batches have their own right-hand side, or none. LSMR and dense QR do not support it. In this
+// repository only Gaussian splatting uses it.
 template <Backend B>
 class WithOwnRightHandSide {
  public:
   virtual ~WithOwnRightHandSide() = default;
-  // False if this object has none although its class supports it.
+  // False if this object uses -g although its class derives from this interface.
   virtual bool has_own_right_hand_side() const = 0;
-  // d = the right-hand side of (H + lambda D) step = d. Called after Gradient if has_own_right_hand_side() is true.
+  // Overwrites d with the right-hand side. Called after Gradient, and only if has_own_right_hand_side() is true.
   virtual void RightHandSide(typename B::VectorView d) = 0;
-  // For the parts of a distributed problem. The right-hand side of the whole problem is not the sum of the right-hand
-  // sides of its parts. SquaredGradients sums the squared gradients of the part's units. RightHandSideOf gets the
-  // number of units, and the sums of gradients and squares over all parts. It replaces `squares` by the right-hand
-  // side.
+  // Two functions for the parts of a distributed problem, whose right-hand side is not the sum of the right-hand sides
+  // of the parts. SquaredGradients overwrites `squares` with the sum of the squared gradients of the part's units.
+  // RightHandSideOf computes the right-hand side of the whole problem, and writes it to `squares`. Its arguments are
+  // the number of units of all parts, the sum of the gradients of all parts, and the sum of their `squares`.
   virtual void SquaredGradients(typename B::VectorView /*squares*/) {
     Fail(kUnsupported,
          "a linearization with its own right-hand side must define SquaredGradients() to be part of a distributed "
@@ -44,15 +45,16 @@ class WithOwnRightHandSide {
   }
 };
 
+// Calls a linearization. Functions without a comment are documented in problem.h and problem_interfaces.h.
 template <Backend B>
 class LinearizationAdaptor {
  public:
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // Borrows the linearization.
+  // The linearization must outlive this object.
   explicit LinearizationAdaptor(Linearization<B>& linearization);
-  // Owns the linearization.
+  // Owns the linearization. It must not be null.
   explicit LinearizationAdaptor(std::unique_ptr<Linearization<B>> linearization);
 
   Linearization<B>& get() const { return linearization_; }
@@ -101,15 +103,16 @@ class LinearizationAdaptor {
   typename B::Vector work_u_, work_Wu_;  // work memory of ApplyThreeProducts
 };
 
-// Borrows the problem. A copy is cheap, because it does not search for the interfaces again.
+// Calls a problem, which must outlive this object. A copy is cheap, because it does not search for the interfaces
+// again. Functions without a comment are documented in problem.h and problem_interfaces.h.
 template <Backend B>
 class ProblemAdaptor {
  public:
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  ProblemAdaptor(Problem<B>& problem) : ProblemAdaptor(&problem) {}  // NOLINT: every problem is also one with defaults
-  // If null, only functions with a default may be called, not those for sizes, costs and linearizations.
+  ProblemAdaptor(Problem<B>& problem) : ProblemAdaptor(&problem) {}  // NOLINT: implicit conversion is intended
+  // If problem is null, only the functions that have a default may be called: not the sizes, costs and linearizations.
   explicit ProblemAdaptor(Problem<B>* problem);
 
   Problem<B>& get() const { return *problem_; }
@@ -175,12 +178,12 @@ class ProblemAdaptor {
 // The dense Jacobian, for small problems.
 struct DenseJacobian {
   int rows = 0, cols = 0;
-  std::vector<double> jacobian = {};   // column by column, the batches' Jacobians stacked
-  std::vector<double> residuals = {};  // the batches' residuals
+  std::vector<double> jacobian = {};   // column-major; the rows of the first batch, then of the second, and so on
+  std::vector<double> residuals = {};  // in the same order
 };
 
-// Computes the dense Jacobian column by column, by one product with a unit vector per column. Columns whose mask is 0
-// become zero; an empty mask masks none.
+// Computes the dense Jacobian column by column; each column is the product of J with a unit vector. Columns whose mask
+// is 0 are set to zero. An empty mask means 1 everywhere.
 template <Backend B>
 DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask = {});

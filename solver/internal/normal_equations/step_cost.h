@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimates the run time of each linear solver from operation counts, for LinearSolverKind::kAuto.
+// Estimates the run time of the linear solvers from operation counts. LinearSolverKind::kAuto compares three of them: a
+// sparse Cholesky factor (used as preconditioner), PCG without this factor ("the iterations"), and dense QR.
 #pragma once
 
 #include <optional>
@@ -7,61 +8,63 @@
 
 namespace vesta {
 
-// Counts that a BlockProblem knows before its first step.
+// Operation counts and sizes of one step, which are known before the first step.
 struct StepCounts {
-  // Counts of the exact factor of H + lambda D.
+  // The sparse Cholesky factor of H + lambda D, computed by the multifrontal method
+  // (solver/internal/sparse_cholesky/elimination.h).
   struct Factor {
     double sums = 0;             // multiplications to compute H
-    double multiplications = 0;  // in dense fronts
+    double multiplications = 0;  // multiplications of the factorisation, in dense fronts
     double values = 0;           // number of values of the factor
-    double updates = 0;          // values that fronts pass to their parents
-    double fronts = 0;
+    double updates = 0;          // number of values that fronts pass to their parents
+    double fronts = 0;           // number of fronts
   };
-  double residuals = 0, columns = 0;
-  double entries = 0;         // stored entries of J
-  bool reduced = false;       // iterations would use the Schur complement, else H with block Jacobi
-  double system_columns = 0;  // columns of the system that the iterations would solve
+  double residuals = 0, columns = 0;  // size of J
+  double entries = 0;                 // stored entries of J
+  bool reduced = false;               // true: PCG would solve the Schur complement; false: PCG on H with block Jacobi
+  double system_columns = 0;          // number of unknowns of the system that PCG would solve
   // Lower bound on the longest distance between two kept blocks, in hops (LongestDistanceLowerBound in
-  // block_structure.h). Conjugate gradients spread information by one hop per iteration.
+  // block_structure.h). PCG spreads information by one hop per iteration, so it needs more iterations if this distance
+  // is long.
   double hops = 0;
-  // Empty if the factor would be too large or too slow.
+  // The factor; empty if it would be too large or too slow.
   std::optional<Factor> factor = {};
 };
 
-// A problem that can count its operations, for LinearSolverKind::kAuto.
+// An optional interface of problems, for LinearSolverKind::kAuto. Default: unknown counts.
 class WithStepCounts {
  public:
   virtual ~WithStepCounts() = default;
-  // Returns the counts, with or without elimination of the group of WithReducedSystem. Null if unknown. Valid until the
-  // next call.
+  // Returns the counts; null if unknown. Valid until the next call. eliminating: true if PCG may use the Schur
+  // complement (WithReducedSystem).
   virtual const StepCounts* CountSteps(bool eliminating) = 0;
 };
 
-// True if kAuto considers dense QR for a Jacobian of this size. QR is fast at such sizes, and accurate at any condition
-// number.
+// True if a Jacobian of this size is small enough for dense QR, which is accurate even if J is ill-conditioned.
 bool DenseQrFits(double residuals, double columns);
 
-// Estimated nanoseconds on one core. The rates are accurate within a factor of two
-// (docs/decisions/automatic-linear-solver.md).
+// Estimated time of one step, in nanoseconds on one core. The estimates are accurate within a factor of two
+// (docs/decisions/automatic-linear-solver.md). IterationsCost is the time of all iterations of PCG without the factor.
 double DenseQrCost(const StepCounts& counts);
 double FactorCost(const StepCounts::Factor& factor, const StepCounts& counts);
-// Estimated number of iterations, proportional to the number of hops.
+// Estimated number of PCG iterations without the factor, proportional to the number of hops.
 double NumIterations(const StepCounts& counts);
 double IterationsCost(const StepCounts& counts);
 
-// Largest number of multiplications in dense fronts with which a factor of at least the cost `least` can be fastest.
-// Negative if no factor can be.
+// Returns an upper bound on Factor::multiplications for a factor that can be chosen; a factor with more is too slow.
+// Negative if no factor can be chosen. least: lower bounds on the other counts of the factor.
 double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least);
-// True if the factor takes at most half the estimated time of the iterations. The factor 2 allows for the error of the
-// estimate.
+// True if the estimated time of the factor is at most half the time of the iterations. Half, because the estimates have
+// errors.
 bool FactorBeatsIterations(const StepCounts& counts);
-// The same in comparison with dense QR, and only if H is sparse. If H is nearly full, QR is hardly slower, and its
-// accuracy depends on J's condition number, not on its square.
+// True if the estimated time of the factor is at most half the time of dense QR, and H is sparse. If H is nearly full,
+// QR is hardly slower and more accurate: its accuracy depends on J's condition number, not on the square of it.
 bool FactorBeatsDenseQr(const StepCounts& counts);
 
-// For reports: "estimated 0.19 ms per step, dense QR 13 ms".
+// Text for reports, such as "estimated 0.19 ms per step, dense QR 13 ms". The first time belongs to the factor. other,
+// cost: name and estimated time of the other solver.
 std::string CompareFactorCost(const StepCounts& counts, const std::string& other, double cost);
-// "112 iterations on the Schur complement".
+// Text for reports, such as "112 iterations on the Schur complement".
 std::string DescribeIterations(const StepCounts& counts);
 
 }  // namespace vesta

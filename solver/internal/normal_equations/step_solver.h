@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The common interface of the linear solvers that compute a damped step.
+// The common interface of the linear solvers, which solve (H + lambda D) step = d. d is the right-hand side, usually
+// -g.
 #pragma once
 
 #include <memory>
@@ -17,33 +18,34 @@ namespace vesta {
 
 enum class LinearSolverKind {
   kAuto,  // chosen from the problem and its size; the summary names the choice and the reason
-  // Conjugate gradients on the normal equations, using products with H only.
+  // PCG (preconditioned conjugate gradients) on the normal equations. It uses only products with H.
   kPcg,
-  // Eliminates a block-diagonal group of parameters exactly (WithReducedSystem). Conjugate gradients solve the rest,
-  // preconditioned by the diagonal blocks of the Schur complement.
+  // Eliminates a group of parameters, such as the points of bundle adjustment (WithReducedSystem). PCG solves the Schur
+  // complement, which contains the other parameters. Needs a problem with one batch and without bounds.
   kReducedPcg,
-  // LSMR on J itself, for problems with an ill-conditioned J. Needs W = I.
+  // LSMR on J, for problems with an ill-conditioned J. Needs plain least squares (no weights W).
   kLsmr,
-  // Dense QR of J, for small problems. Needs W = I.
+  // Dense QR of J, for small problems. Needs plain least squares (no weights W).
   kDenseQr,
 };
 const char* ToString(LinearSolverKind kind);
 
 struct NormalSystemOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kAuto;
-  // Preconditioner of kPcg. kReducedPcg interprets it as follows: kIdentity means none; kJacobi and kBlockJacobi mean
-  // Schur-Jacobi (the diagonal blocks of the Schur complement); all others mean the problem's factor of the Schur
-  // complement if it has one, else Schur-Jacobi.
+  // Preconditioner of kPcg and kReducedPcg. For kReducedPcg, the kinds have the following meaning. kIdentity: none.
+  // kJacobi and kBlockJacobi: Schur-Jacobi (the diagonal blocks of the Schur complement). kAuto and kProblem: the
+  // preconditioner of ReducedSystem::Factorize if the problem has one, else Schur-Jacobi. kSparseCholesky:
+  // ReducedSystem::Factorize; the solve throws Error if the problem does not have it.
   PreconditionerKind preconditioner = PreconditionerKind::kAuto;
-  // The preconditioner is built from H + preconditioner_lambda D. If unset, it is the lambda of the system. 3DGS-LM
-  // uses 0 in its paper (diag(H) alone) and 1 in its released code.
+  // The preconditioner of kPcg approximates H + preconditioner_lambda D. If not set, the lambda of the system is used.
+  // 3DGS-LM uses 0 in its paper (diag(H) alone) and 1 in its released code.
   std::optional<double> preconditioner_lambda;
   DampingMetricOptions metric;
   PcgOptions pcg;
   LsmrOptions lsmr;
 };
 
-// The system at one x, as all solvers receive it. Everything is borrowed.
+// The damped normal equations at one x, without lambda. All members refer to objects that must outlive the solver.
 template <Backend B>
 struct StepSystem {
   B& backend;
@@ -51,30 +53,32 @@ struct StepSystem {
   std::span<LinearizationAdaptor<B>* const> batches;  // H is the sum over these
   typename B::ConstVectorView diagonal;               // diagonal of H
   typename B::ConstVectorView metric;                 // D
-  typename B::ConstVectorView mask;                   // 0 for columns that cannot move, else 1; empty if all move
-  typename B::ConstVectorView rhs;                    // d; 0 for columns that cannot move
-  typename B::ConstVectorView negative_gradient;      // the same for -g; shares the memory of rhs if d = -g
+  // 0 for parameters that cannot change: zero columns of H, and parameters at a bound that -g would cross. Else 1.
+  // Empty if all are 1.
+  typename B::ConstVectorView mask;
+  typename B::ConstVectorView rhs;                // d; 0 where mask is 0
+  typename B::ConstVectorView negative_gradient;  // -g; 0 where mask is 0; the same memory as rhs if d = -g
   const ColumnScale<B>& scale;
 };
 
 struct StepSolution {
-  PcgSummary pcg;                // of the iterative solver; kConverged for a direct solver
+  PcgSummary pcg;                // of PCG or LSMR; kConverged for a direct solver
   double gradient_dot_step = 0;  // g^T step
   double curvature = 0;          // step^T H step, undamped
 };
 
-// Solves (H + lambda D) step = d for any number of lambda. Usually d = -g. Zero columns and columns at a bound get a
-// step of 0.
+// Solves (H + lambda D) step = d for any number of values lambda. The step is 0 where the mask is 0.
 template <Backend B>
 class StepSolver {
  public:
   virtual ~StepSolver() = default;
+  // Overwrites step.
   virtual StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) = 0;
   // True if Solve reads the system's diagonal. Otherwise the diagonal may be freed after construction.
   virtual bool reads_diagonal() const { return false; }
-  // The same for its mask.
+  // The same for the mask.
   virtual bool reads_mask() const { return true; }
-  // The solver and, if it was chosen automatically, the reason: "dense QR (auto: a Jacobian of 20 x 3)".
+  // The name of the solver and, for kAuto, the reason for the choice, such as "dense QR (auto: a Jacobian of 20 x 3)".
   const std::string& description() const { return description_; }
   void set_description(std::string description) { description_ = std::move(description); }
 
@@ -82,7 +86,7 @@ class StepSolver {
   std::string description_;
 };
 
-// Throws Error if the chosen solver does not support the problem.
+// Creates the solver that the options choose. Throws Error if it does not support the problem.
 template <Backend B>
 std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system);
 
