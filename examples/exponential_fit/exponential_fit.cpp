@@ -21,18 +21,18 @@ struct Decay {
 };
 
 int main() {
-  std::vector<Decay> readings;  // of a = 3, b = 0.7, with errors of up to 0.01
+  std::vector<Decay> readings;  // simulated with a = 3, b = 0.7 and errors of up to 0.01
   readings.reserve(20);
   for (int i = 0; i < 20; ++i) readings.push_back({0.25 * i, 3 * std::exp(-0.7 * 0.25 * i) + 0.01 * (i % 3 - 1)});
 
   using Backend = vesta::CpuBackend<double>;
   vesta::ResidualBlocks<Decay, Backend> problem(2, readings);
-  Backend::Vector x(2);  // starts at zeros
+  Backend::Vector x(2);  // a and b; a new vector contains zeros, which is the start
   const vesta::LmSummary summary = vesta::SolveLm(problem, x);
   std::puts(summary.BriefReport().c_str());
 
   const vesta::Covariance covariance = vesta::EstimateCovariance(problem, x);
-  const double variance = 2 * summary.final_cost / (20 - 2);  // of one reading, estimated from the fit
+  const double variance = 2 * summary.final_cost / (20 - 2);  // of a reading: sum of squares / (readings - parameters)
   for (int k = 0; k < 2; ++k) {
     std::printf("%s = %.4f +- %.4f\n", k == 0 ? "a" : "b", x[k], std::sqrt(variance * covariance(k, k)));
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Ceres program whose ceres::Problem is solved by vesta. Only the marked lines were changed.
+// A program that solves a ceres::Problem with vesta. The marked lines, and the type of the callback `print`, differ
+// from a program that calls ceres::Solve.
 #include <ceres/ceres.h>
 
 #include <cmath>
@@ -37,5 +38,5 @@ int main() {
 
   std::printf("slope %.4f, height %.4f\n", slope, height);
   const bool found = std::abs(slope - 2) < 0.01 && std::abs(height + 5) < 0.1;
-  return vesta::IsConverged(summary.status) && found ? 0 : 1;
+  return vesta::IsConverged(summary.status) && found ? 0 : 1;  // changed
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves a levelling network in several processes: mpirun -n 3 over_processes
+// Computes the heights of marks from measured height differences of pairs of marks (a levelling network). Runs in
+// several processes: mpirun -n 3 over_processes
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -12,7 +13,7 @@
 
 namespace {
 
-constexpr int kMarks = 5000;  // their heights are unknown, except the first
+constexpr int kMarks = 5000;  // number of marks; only the height of mark 0 is known
 
 double TrueHeight(int mark) { return 100 + 20 * std::sin(0.01 * mark) + 0.1 * (mark % 7); }
 
@@ -31,14 +32,14 @@ class Levelled final : public vesta::CostFunction {
   double difference_;
 };
 
-// Each process adds the whole network, but evaluates only its own share of the cost functions.
+// Each process creates the whole problem, but evaluates only the cost functions of its own parts.
 void AddNetwork(vesta::BlockProblem& problem) {
   for (int mark = 0; mark < kMarks; ++mark) problem.AddParameterBlock(1);
   problem.SetConstant(0);
   for (int from = 0; from < kMarks; ++from) {
     for (const int way : {1, 10, 300}) {
       if (from + way >= kMarks) continue;
-      const double error = 1e-3 * ((from * 31 + way) % 5 - 2);  // millimetres
+      const double error = 1e-3 * ((from * 31 + way) % 5 - 2);  // simulated error of up to 2 mm, in metres
       problem.AddResidualBlock(std::make_shared<Levelled>(TrueHeight(from + way) - TrueHeight(from) + error), nullptr,
                                {from, from + way});
     }
@@ -75,7 +76,7 @@ int main() {
     return Solve(*ranks);
   } catch (const vesta::Error& error) {
     std::fprintf(stderr, "over_processes: %s\n", error.what());
-    ranks->Abandon(error.what());  // otherwise the other processes would wait forever
+    ranks->Abandon(error.what());  // ends the other processes, which would otherwise wait forever
     return 1;
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Registers two point clouds: finds a rotation, a shift and a scale from pairs of points. Every fifth pair is an
-// outlier.
+// Registers two point clouds: finds the rotation, translation (shift) and scale that map points of the first cloud to
+// the corresponding points of the second. Every fifth pair of points is an outlier.
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -11,7 +11,7 @@
 
 using Backend = vesta::CpuBackend<double>;
 
-// Residual of one pair: the transformed point minus the observed point.
+// Residual of one pair of points: the transformed first point minus the second point (`seen`).
 struct Pair {
   double point[3], seen[3];
 
@@ -34,7 +34,7 @@ std::vector<Pair> MakePairs() {
   std::vector<Pair> pairs;
   for (int i = 0; i < 100; ++i) {
     Pair pair{{std::sin(1.0 * i), std::cos(2.0 * i), std::sin(3.0 * i)}, {}};
-    double residual[3];
+    double residual[3];  // the transformed point, because pair.seen is zero here
     pair(kRotation, kShift, &kScale, residual);
     for (int k = 0; k < 3; ++k) pair.seen[k] = residual[k] + (i % 5 == 0 ? 2.0 * std::cos(i + k) : 0.0);
     pairs.push_back(pair);

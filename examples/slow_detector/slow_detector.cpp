@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slow detector has the readings y_i = a y_(i-1) + exp(x_i), where x_i is the logarithm of the light at time i. Every
-// reading depends on all earlier times, so a stored Jacobian for a million readings would have 5 * 10^11 entries. As an
-// operator it is one pass over the data.
+// Estimates the light at each time i from the readings y_i of a slow detector: y_i = a y_(i-1) + exp(x_i) with a = 0.9.
+// The unknown x_i is the logarithm of the light. Every reading depends on all earlier times, so a stored Jacobian for a
+// million readings would have 5 * 10^11 entries. A product with the Jacobian, however, needs only one pass over the
+// data.
 #include <cmath>
 #include <cstdio>
 
@@ -14,7 +15,7 @@ using VectorView = Backend::VectorView;
 using ConstVectorView = Backend::ConstVectorView;
 using vesta::Index;
 
-constexpr double kMemory = 0.9;
+constexpr double kMemory = 0.9;  // a
 
 // out_i = a out_(i-1) + light_i.
 void Detect(ConstVectorView light, VectorView out) {
@@ -22,7 +23,7 @@ void Detect(ConstVectorView light, VectorView out) {
   for (Index i = 0; i < light.size(); ++i) out[i] = reading = kMemory * reading + light[i];
 }
 
-// J = A diag(exp(x)), where A is the detector.
+// J = A diag(exp(x)), where A is the matrix of the linear function Detect.
 class DetectorLinearization final : public vesta::Linearization<Backend> {
  public:
   DetectorLinearization(ConstVectorView x, ConstVectorView readings)
@@ -46,7 +47,7 @@ class DetectorLinearization final : public vesta::Linearization<Backend> {
       g[i] = light_[i] * sum;
     }
   }
-  // Column i is exp(x_i) (1, a, a^2, ...), starting at row i.
+  // Column i of J has the entries exp(x_i) (1, a, a^2, ...) from row i on, and zeros above.
   void DiagJTJ(VectorView d) override {
     double sum = 0;
     for (Index i = d.size() - 1; i >= 0; --i) {

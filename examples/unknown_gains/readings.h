@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Residuals and Jacobian products of the example. Each instrument measures a part of one signal s, with its own
-// smoothing B_k and with an unknown gain and offset: instrument k reads g_k (B_k s)_i + o_k.
+// Residuals and Jacobian products of the example. Each instrument measures a part of one signal s. It smooths the
+// signal by a known recursive filter, the matrix B_k, and has an unknown gain g_k and offset o_k: instrument k reads
+// g_k (B_k s)_i + o_k at time i.
 #pragma once
 
 #include <algorithm>
@@ -16,19 +17,21 @@ using ConstVectorView = Backend::ConstVectorView;
 using Blocks = vesta::BlockDiagonal<Backend>;
 using vesta::Index;
 
-// x contains the signal, then gain and offset of all instruments except the first, which is calibrated: gain 1 and
-// offset 0. Otherwise a s would fit the readings as well as s for any a, and s + b nearly as well.
+// x contains the signal, then gain and offset of each instrument except the first, which is calibrated: gain 1 and
+// offset 0. Without a calibrated instrument the solution would not be unique: the signal c s with gains g_k / c fits
+// the readings as well as s, for any c.
 struct Setup {
-  Index instruments, length, stride;  // instrument k reads the times k stride to k stride + length
+  Index instruments, length, stride;  // instrument k reads at the times from k * stride up to k * stride + length - 1
 
+  // Numbers of signal values, of gains and offsets, and of readings.
   Index times() const { return (instruments - 1) * stride + length; }
   Index own() const { return 2 * (instruments - 1); }
   Index readings() const { return instruments * length; }
   double Gain(ConstVectorView x, Index k) const { return k == 0 ? 1 : x[times() + 2 * k - 2]; }
   double Offset(ConstVectorView x, Index k) const { return k == 0 ? 0 : x[times() + 2 * k - 1]; }
-  // Coefficient of the recursive smoothing, in [0, 1).
+  // Coefficient of the recursive filter, in [0, 1).
   double Memory(Index k) const { return 0.3 + 0.25 * static_cast<double>(k % 3); }
-  // The readings of instrument k, and the part of the signal that it measures.
+  // The part of a vector of all readings that belongs to instrument k, and the part of the signal that it measures.
   template <class V>
   V Of(Index k, V readings) const {
     return readings.subspan(k * length, length);
@@ -47,13 +50,13 @@ struct Setup {
     double memory = Memory(k), value = 0;
     for (Index i = length - 1; i >= 0; --i) seen[i] += value = memory * value + scale * (1 - memory) * u[i];
   }
-  // Blocks of gain and offset of each instrument, starting at index `offset`.
+  // The 2 x 2 blocks of gain and offset of the instruments. offset: index of the first gain.
   vesta::BlockGroup OwnGroup(Index offset) const {
     return {.size = 2, .count = instruments - 1, .offset = offset, .component_stride = 1, .block_stride = 2};
   }
 };
 
-// J = [J_s J_o]: the columns of the signal, and the columns of the instruments' gains and offsets.
+// J = [J_s J_o]. J_s has the columns of the signal, J_o the columns of the gains and offsets.
 class ReadingsLinearization final : public vesta::Linearization<Backend>,
                                     public vesta::WithBlocks<Backend>,
                                     public vesta::WithReducedSystem<Backend> {
@@ -91,7 +94,7 @@ class ReadingsLinearization final : public vesta::Linearization<Backend>,
     const VectorView signal = blocks.values(0), own = blocks.values(1);
     const Index count = setup_.instruments - 1;
     for (Index k = 0; k < setup_.instruments; ++k) {
-      // Column i of B_k is (1 - m) (1, m, m^2, ...), starting at row i.
+      // Column i of B_k is (1 - m) (1, m, m^2, ...) from row i on, with m = Memory(k).
       double memory = setup_.Memory(k), scale = setup_.Gain(x_, k) * (1 - memory), sum = 0;
       const VectorView seen = setup_.Seen(k, signal);
       for (Index i = setup_.length - 1; i >= 0; --i) seen[i] += scale * scale * (sum = memory * memory * sum + 1);
@@ -139,5 +142,5 @@ class ReadingsLinearization final : public vesta::Linearization<Backend>,
  private:
   const Setup& setup_;
   ConstVectorView x_;
-  Backend::Vector smoothed_, residuals_;  // B_k s; r
+  Backend::Vector smoothed_, residuals_;  // B_k s of all instruments; residuals
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimates a signal jointly with the gains and offsets of the instruments that measure it. Solves with and without
-// elimination of the instruments' unknowns from each step.
+// Estimates a signal, together with the gains and offsets of the instruments that measure it. Compares PCG on all
+// unknowns with PCG after elimination of the gains and offsets (kReducedPcg).
 #include <cmath>
 #include <cstdio>
 
@@ -14,7 +14,7 @@ using vesta::LinearSolverKind;
 
 class GainProblem final : public vesta::Problem<Backend> {
  public:
-  // Readings of the signal, gains and offsets in `truth`, with noise.
+  // Simulates readings with the signal, gains and offsets in `truth`, and adds noise.
   GainProblem(const Setup& setup, ConstVectorView truth) : setup_(setup), readings_(setup.readings()) {
     const ReadingsLinearization exact(setup, truth, Backend::Vector(setup.readings()));
     for (Index row = 0; row < readings_.size(); ++row)
@@ -29,7 +29,7 @@ class GainProblem final : public vesta::Problem<Backend> {
   std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x) override {
     return std::make_unique<ReadingsLinearization>(setup_, x, readings_);
   }
-  // Starting point: the readings as the signal, gains of 1, offsets of 0.
+  // Start: the signal is a copy of the readings, all gains are 1, all offsets 0.
   Backend::Vector Start() const {
     Backend::Vector x(num_parameters());
     for (Index k = 0; k < setup_.instruments; ++k)
@@ -79,7 +79,8 @@ bool Check() {
   const vesta::ProblemCheck check = vesta::CheckProblem(backend, problem, x);
   std::puts(check.Report().c_str());
 
-  // CheckProblem checks only J. The first step must not depend on the linear solver.
+  // CheckProblem does not test the elimination. Therefore compare the first steps of kReducedPcg and dense QR, which
+  // must be equal.
   Backend::Vector reduced = problem.Start(), dense = problem.Start();
   Solve(LinearSolverKind::kReducedPcg, 1e-12, 1, problem, reduced);
   Solve(LinearSolverKind::kDenseQr, 0, 1, problem, dense);

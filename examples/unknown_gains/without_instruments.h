@@ -4,8 +4,9 @@
 
 #include "readings.h"
 
-// J^T J + lambda D = [B E; E^T C], E = J_s^T J_o. C has a 2 x 2 block for each instrument, because no reading depends
-// on two instruments.
+// J^T J + lambda D = [B E; E^T C] with E = J_s^T J_o. C is block-diagonal, with a 2 x 2 block per instrument, because
+// no reading depends on two instruments. Subscripts s and o mean the entries of the signal, and of the gains and
+// offsets.
 class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
  public:
   explicit WithoutInstruments(ReadingsLinearization& at)
@@ -26,7 +27,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     backend_.Copy(damped_.values(1), C_.values(0));
     C_.Factorize();
   }
-  // b_s - J_s^T J_o C^-1 b_o.
+  // reduced = b_s - J_s^T J_o C^-1 b_o, where b is rhs.
   void ReduceRhs(ConstVectorView rhs, VectorView reduced) override {
     C_.Solve(rhs.subspan(signal_, own_), w_);
     backend_.Fill(0, u_);
@@ -34,7 +35,8 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     at_.ApplySignalJT(u_, reduced);
     backend_.Axpby(1, rhs.subspan(0, signal_), -1, reduced);
   }
-  // J_s^T (I - J_o C^-1 J_o^T) J_s x + lambda D x: removes the part of the readings that gains and offsets can explain.
+  // y = J_s^T (I - J_o C^-1 J_o^T) J_s x + lambda D x. The factor in parentheses removes the part of the readings that
+  // gains and offsets can explain.
   void Apply(ConstVectorView x, VectorView y) override {
     at_.ApplySignalJ(x, u_);
     at_.ApplyOwnJT(u_, w_);
@@ -43,7 +45,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     at_.ApplySignalJT(u_, y);
     backend_.AddScaled(lambda_, metric_.subspan(0, signal_), x, y);
   }
-  // C^-1 (b_o - J_o^T J_s step_s).
+  // step_o = C^-1 (b_o - J_o^T J_s step_s), where b is rhs.
   void BackSubstitute(ConstVectorView rhs, VectorView step) override {
     at_.ApplySignalJ(step.subspan(0, signal_), u_);
     at_.ApplyOwnJT(u_, w_);
@@ -51,8 +53,9 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     C_.Solve(w_, step.subspan(signal_, own_));
   }
 
-  // The diagonal of B, which is close to the diagonal of S: one sample of the signal changes few readings of an
-  // instrument, and gain and offset explain very little of that change.
+  // For the preconditioner. Returns the diagonal of B, which is close to the diagonal of the Schur complement S. The
+  // reason: one value of the signal changes few readings of an instrument, and gain and offset can explain very little
+  // of this change.
   std::vector<vesta::BlockGroup> kept_groups() const override { return {at_.block_groups().front()}; }
   void DiagonalBlocks(Blocks& diagonal) override { backend_.Copy(damped_.values(0), diagonal.values(0)); }
 
