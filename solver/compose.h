@@ -22,8 +22,8 @@ class JacobianMap final : public LinearMap<B> {
   Linearization<B>& linearization_;
 };
 
-// The product of matrices outer * inner: `inner` is applied first. Both maps must outlive this object; outer.cols() ==
-// inner.rows().
+// The matrix product outer * inner: `inner` is applied first. outer.cols() must equal inner.rows(). Both maps must
+// outlive this object.
 template <Backend B>
 class ProductMap final : public LinearMap<B> {
  public:

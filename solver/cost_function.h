@@ -146,8 +146,8 @@ class NumericDiffCost final : public NumericDifferences {
   F functor_;
 };
 
-// Residuals A (x - b) of one parameter block x. For a normal prior with mean b and covariance C, choose A with A^T A =
-// C^-1. x - b is computed entry by entry, even if the block has a manifold.
+// Residuals A (x - b) of one parameter block x. For a normal prior with mean b and covariance C, choose A such that A^T
+// A = C^-1. x - b is computed entry by entry, even if the block has a manifold.
 class NormalPrior final : public CostFunction {
  public:
   // A: row-major, one column per entry of b. Throws Error if the size of A is not a multiple of the size of b.

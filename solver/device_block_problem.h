@@ -20,9 +20,9 @@ class DeviceResiduals {
   virtual Index num_residual_blocks() const = 0;
   virtual int residuals_per_block() const = 0;
   virtual int parameters_per_block() const = 0;
-  // Computes the residuals at x and, unless jacobian is null, the Jacobian. Let N = num_residual_blocks(), and P =
-  // parameters_per_block(). Column c of residual block b belongs to parameter index[c * N + b]. Residual k of block b
-  // is residuals[k * N + b], and its derivatives are jacobian[(k * P + c) * N + b] (RowBlocks in
+  // Computes the residuals at x and, unless jacobian is null, the Jacobian. There are N = num_residual_blocks() blocks
+  // with P = parameters_per_block() parameters each. Column c of block b belongs to parameter index[c * N + b].
+  // Residual k of block b is residuals[k * N + b], and its derivatives are jacobian[(k * P + c) * N + b] (RowBlocks in
   // kernels/core/row_blocks.h). All pointers are to device memory. The call is asynchronous.
   virtual void Evaluate(const Index* index, const S* x, S* residuals, S* jacobian) const = 0;
 };

@@ -21,8 +21,8 @@
 
 namespace vesta {
 
-// Runs a solve one iteration at a time. The constructors throw Error if an option is out of range. NaN and infinity
-// never throw; they end the solve with a status. backend and problem must outlive this object.
+// Runs a solve one iteration at a time. The constructors throw Error if an option is out of range or x has the wrong
+// size. NaN and infinity do not throw; they end the solve with a status. backend and problem must outlive this object.
 template <Backend B>
 class LmStepper {
  public:

@@ -79,8 +79,8 @@ class TukeyLoss final : public Loss {
   double b_;
 };
 
-// rho = b log(1 + exp((s - a) / b)), minus its value at s = 0. It is nearly 0 for s < a, and nearly s - a for s > a. a
-// >= 0. b > 0 is the width of the transition.
+// rho = b log(1 + exp((s - a) / b)), minus its value at s = 0. It is nearly 0 for s < a, and nearly s - a for s > a.
+// Here a >= 0, and b > 0 is the width of the transition.
 class TolerantLoss final : public Loss {
  public:
   TolerantLoss(double a, double b);
@@ -119,8 +119,8 @@ class LossCorrection {
  public:
   // value: the loss at s = |f|^2.
   LossCorrection(const Loss::Value& value, double s);
-  // Overwrites f (`residuals` values) and J (`residuals` rows, `parameters` columns). J(i, c) is stored at jacobian[i *
-  // row_stride + c * column_stride], so J may be row-major or column-major.
+  // Overwrites f (`residuals` values) and J (`residuals` rows, `parameters` columns). J may be row-major or
+  // column-major: J(i, c) is stored at jacobian[i * row_stride + c * column_stride].
   template <class S>
   void Apply(int residuals, int parameters, S* f, S* jacobian, int row_stride, int column_stride) const {
     for (int c = 0; c < parameters; ++c) {

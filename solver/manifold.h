@@ -35,10 +35,11 @@ class QuaternionManifold final : public Manifold {
   Order order_;
 };
 
-// Vectors of constant length, such as directions. Steps keep the length |x|. x (+) delta = |x| H [delta sin |delta| /
-// |delta|; cos |delta|], where H is a Householder reflection that maps the last unit vector to x / |x|: Hertzberg et
-// al., Integrating generic sensor fusion algorithms with sound state representations through encapsulation of
-// manifolds, 2013, appendix B.2. The constructor throws Error for size < 2.
+// Vectors of constant length, such as directions. Steps keep the length |x|:
+//   x (+) delta = |x| H [delta sin |delta| / |delta|; cos |delta|].
+// H is a Householder reflection that maps the last unit vector to x / |x|. Source: Hertzberg et al., Integrating
+// generic sensor fusion algorithms with sound state representations through encapsulation of manifolds, 2013, appendix
+// B.2. The constructor throws Error for size < 2.
 class UnitVectorManifold final : public Manifold {
  public:
   explicit UnitVectorManifold(int size);

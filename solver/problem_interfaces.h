@@ -7,8 +7,8 @@
 //
 // The general model is generalised Gauss-Newton. The cost has gradient g = J^T s and curvature H = J^T W J. Here s is
 // the derivative of the loss with respect to the residuals r. W approximates the second derivative. It is a symmetric
-// positive semidefinite matrix, with one row and column per residual. For plain least squares, the cost is 1/2 |r|^2, s
-// = r and W = I.
+// positive semidefinite matrix, with one row and column per residual. In plain least squares, the cost is 1/2 |r|^2,
+// with s = r and W = I.
 #pragma once
 
 #include <memory>

@@ -25,10 +25,10 @@ enum class LmStatus {
   kNoDecrease,
   // Failed: the problem or the start is not valid; the message says what to do.
   kInfeasible,            // the start violates a bound
-  kNonFinite,             // the start, or the derivatives at an x with a finite cost, contain NaN or infinity
+  kNonFinite,             // the cost at the start, or a derivative at an x with a finite cost, is NaN or infinite
   kBadDiagonal,           // DiagJTJ returned negative values, NaN or infinity
   kGradientInZeroColumn,  // converged, but a parameter whose DiagJTJ entry is zero has a nonzero gradient
-  kDegenerateStart,       // at the start no step moves x (a quaternion of zeros)
+  kDegenerateStart,       // no step can change a parameter block from its start (such as a quaternion of zeros)
   kCheckFailed,           // LmOptions::check_derivatives found a fault
 };
 const char* ToString(LmStatus status);
@@ -60,11 +60,11 @@ struct LmSummary {
   std::string message;  // one line: why the solve ended
   double initial_cost = 0;
   double final_cost = 0;
-  Index num_parameters = 0;
-  Index num_tangent = 0;
-  Index num_residuals = 0;
+  Index num_parameters = 0;  // number of entries of x
+  Index num_tangent = 0;     // number of entries of a step
+  Index num_residuals = 0;   // summed over batches
   int num_batches = 0;
-  Index num_zero_columns = 0;  // columns whose entry of DiagJTJ is not positive in any batch, at the last linearization
+  Index num_zero_columns = 0;  // step entries whose DiagJTJ is not positive in any batch, at the last linearization
   int num_accepted = 0;
   int num_rejected = 0;
   int num_linearizations = 0;      // counted per batch

@@ -11,9 +11,10 @@
 
 namespace vesta {
 
-// A front of the multifrontal method (Duff and Reid, 1983): a small dense matrix, in which the rows [first, first +
-// pivots) in elimination order are eliminated together. Its other rows, listed in `below`, are coupled to these. The
-// elimination subtracts a matrix from the entries of the rows below, the update, which is passed to the parent front.
+// A front of the multifrontal method (Duff and Reid, 1983): a small dense matrix. Its first rows are eliminated
+// together; in elimination order, they are the rows [first, first + pivots). Its other rows, listed in `below`, are
+// coupled to these. The elimination subtracts a matrix from the entries of the rows below, the update, which is passed
+// to the parent front.
 struct EliminationFront {
   // A block of the matrix that is copied to this front.
   struct Entry {

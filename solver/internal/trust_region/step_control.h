@@ -20,9 +20,8 @@ enum class StepRule {
   // rho must exceed. 1/lambda corresponds to Ceres's trust-region radius.
   kCeres,       // initial lambda 1e-4 (radius 1e4), accepts rho > 1e-3
   k3dgsLmCode,  // 3DGS-LM as released: initial lambda 1, accepts rho > 0, lambda within [1e-4, 1e4]
-  // 3DGS-LM as published: every rejected step doubles lambda. Initial lambda 1, accepts rho > 1e-5, lambda within
-  // [1e-4,
-  // 1e4].
+  // 3DGS-LM as published: every rejected step doubles lambda. The initial lambda is 1, rho > 1e-5 is accepted, and
+  // lambda stays within [1e-4, 1e4].
   k3dgsLmV2,
 };
 const char* ToString(StepRule rule);
