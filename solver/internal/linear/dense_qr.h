@@ -12,14 +12,14 @@ namespace vesta {
 class DenseQr {
  public:
   // jacobian: rows x cols, column-major; residuals: rows entries. Both must be finite.
-  DenseQr(int rows, int cols, const std::vector<double>& jacobian, const std::vector<double>& residuals);
+  DenseQr(int rows, int cols, std::vector<double> jacobian, std::vector<double> residuals);
   ~DenseQr();
   DenseQr(DenseQr&&) noexcept;
   DenseQr& operator=(DenseQr&&) noexcept;
 
   // Returns x, cols entries. damping: lambda D, >= 0. Columns are scaled to equal length. Directions that are singular
   // in working precision get 0.
-  std::vector<double> Solve(const std::vector<double>& damping) const;
+  std::vector<double> Solve(std::vector<double> damping) const;
 
   // (J^T J)^-1, cols x cols. J's columns are scaled to length 1; a direction is singular if its singular value is at
   // most relative_threshold times the largest. truncate = true drops such directions (the pseudo-inverse); otherwise

@@ -44,6 +44,15 @@ class WithOwnRightHandSide {
   }
 };
 
+// A linearization that stores J, for dense QR and covariances of small problems. Others cost one product J v per
+// column.
+class WithStoredJacobian {
+ public:
+  virtual ~WithStoredJacobian() = default;
+  // Writes the nonzero entries: entry (i, k) of J to columns[k * leading + i].
+  virtual void CopyJacobian(double* columns, Index leading) const = 0;
+};
+
 template <Backend B>
 class LinearizationAdaptor {
  public:
@@ -75,6 +84,8 @@ class LinearizationAdaptor {
   void BlockGram(BlockDiagonal<B>& blocks) { blocks_->BlockGram(blocks); }
   bool blocks_give_diagonal() const { return blocks_ && blocks_->blocks_give_diagonal(); }
 
+  // Null if J is not stored.
+  const WithStoredJacobian* stored_jacobian() const { return stored_; }
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
   std::unique_ptr<ShardedSystem<B>> MakeShardedSystem();
 
@@ -98,6 +109,7 @@ class LinearizationAdaptor {
   WithReducedSystem<B>* reduced_ = nullptr;
   WithShardedSystem<B>* sharded_ = nullptr;
   WithOwnRightHandSide<B>* rhs_ = nullptr;
+  WithStoredJacobian* stored_ = nullptr;
   typename B::Vector work_u_, work_Wu_;  // work memory of ApplyThreeProducts
 };
 
@@ -179,8 +191,8 @@ struct DenseJacobian {
   std::vector<double> residuals = {};  // the batches' residuals
 };
 
-// Computes the dense Jacobian column by column, by one product with a unit vector per column. Columns whose mask is 0
-// become zero; an empty mask masks none.
+// Copies the Jacobian, or computes it column by column, by products with unit vectors. Columns whose mask is 0 become
+// zero; an empty mask masks none.
 template <Backend B>
 DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask = {});
