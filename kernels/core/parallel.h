@@ -40,12 +40,15 @@ void ParallelFor(Index count, Index grain, const Body& body) {
 // Adds body(begin, end) of all chunks in their order.
 template <class T, class Body>
 T ParallelSum(Index count, Index grain, const Body& body) {
-  const Index chunks = (count + grain - 1) / grain;
-  std::vector<T> partial(static_cast<std::size_t>(std::max<Index>(chunks, 0)));
+  T sum{};
+  if (count <= grain) {
+    if (count > 0) sum += body(0, count);
+    return sum;
+  }
+  std::vector<T> partial(static_cast<std::size_t>((count + grain - 1) / grain));
   ParallelForChunks(count, grain, [&](Index begin, Index end) {
     partial[static_cast<std::size_t>(begin / grain)] = body(begin, end);
   });
-  T sum{};
   for (const T& value : partial) sum += value;
   return sum;
 }

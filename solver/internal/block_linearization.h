@@ -6,6 +6,7 @@
 
 #include "solver/block_problem.h"
 #include "solver/internal/blocks/block_jacobian.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 #include "solver/internal/sparse_cholesky/block_cholesky.h"
 
 namespace vesta {
@@ -14,6 +15,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
                                  public WithProductH<CpuBackend<double>>,
                                  public WithBlocks<CpuBackend<double>>,
                                  public WithReducedSystem<CpuBackend<double>>,
+                                 public WithStoredJacobian,
                                  public NormalMatrixSource {
  public:
   using B = CpuBackend<double>;
@@ -33,6 +35,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
   std::vector<BlockGroup> block_groups() const override { return jacobian_.structure().groups(); }
   void BlockGram(BlockDiagonal<B>& diagonal) override { jacobian_.Gram(BlockJacobian::Part::kAll, diagonal); }
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
+  void CopyJacobian(double* columns, Index leading) const override { jacobian_.Copy(columns, leading); }
   const BlockMatrix& NormalMatrix() override;
 
  private:

@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 #include "solver/internal/residual_block_layout.h"
 #include "solver/loss.h"
 #include "solver/problem_interfaces.h"
@@ -18,7 +19,7 @@ namespace vesta::residual_blocks_internal {
 inline constexpr Index kGrain = 256;
 
 template <int kResiduals, int kParameters, Backend B>
-class Rows final : public Linearization<B>, public WithBlocks<B> {
+class Rows final : public Linearization<B>, public WithBlocks<B>, public WithStoredJacobian {
  public:
   using S = typename B::Scalar;
   using VectorView = typename B::VectorView;
@@ -78,6 +79,14 @@ class Rows final : public Linearization<B>, public WithBlocks<B> {
       for (int i = 0; i < kResiduals; ++i) sum += static_cast<double>(column[i]) * column[i];
       return sum;
     });
+  }
+  void CopyJacobian(double* columns, Index leading) const override {
+    for (Index b = 0; b < num_blocks(); ++b) {
+      const S* entry = jacobian_.data() + b * kParameters * kResiduals;
+      for (int c = 0; c < kParameters; ++c, entry += kResiduals) {
+        std::copy_n(entry, kResiduals, columns + Parameters(b)[c] * leading + b * kResiduals);
+      }
+    }
   }
   std::vector<BlockGroup> block_groups() const override { return groups_; }
   void BlockGram(BlockDiagonal<B>& out) override;

@@ -24,6 +24,19 @@ BlockJacobian::Range BlockJacobian::RangeOf(Part part) const {
   }
 }
 
+void BlockJacobian::Copy(double* columns, Index leading) const {
+  for (std::size_t r = 0; r < structure_.rows().size(); ++r) {
+    const BlockRow& row = structure_.rows()[r];
+    const double* values = row_values(static_cast<Index>(r));
+    for (const BlockCell& cell : structure_.cells(row)) {
+      for (int c = 0; c < cell.size; ++c) {
+        double* const to = columns + (cell.offset + c) * leading + row.residual_offset;
+        for (int i = 0; i < row.num_residuals; ++i) to[i] = values[i * row.width + cell.local + c];
+      }
+    }
+  }
+}
+
 void BlockJacobian::Apply(B::ConstVectorView v, B::VectorView u) const {
   ParallelFor(static_cast<Index>(structure_.rows().size()), kRowGrain, [&](Index r) {
     const BlockRow& row = At(r);

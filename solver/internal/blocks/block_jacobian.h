@@ -31,6 +31,8 @@ class BlockJacobian {
   double* row_values(Index row) { return values_.data() + At(row).value_offset; }
   const double* row_values(Index row) const { return values_.data() + At(row).value_offset; }
 
+  // Writes the nonzero entries: entry (i, k) of J to columns[k * leading + i].
+  void Copy(double* columns, Index leading) const;
   // u = J v.
   void Apply(B::ConstVectorView v, B::VectorView u) const;
   // g = J^T u.

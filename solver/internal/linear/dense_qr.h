@@ -13,14 +13,14 @@ namespace vesta {
 class DenseQr {
  public:
   // jacobian: rows x cols, column-major; residuals: rows entries. Both must be finite.
-  DenseQr(int rows, int cols, const std::vector<double>& jacobian, const std::vector<double>& residuals);
+  DenseQr(int rows, int cols, std::vector<double> jacobian, std::vector<double> residuals);
   ~DenseQr();
   DenseQr(DenseQr&&) noexcept;
   DenseQr& operator=(DenseQr&&) noexcept;
 
   // Returns x, with cols entries. damping: the diagonal of lambda D, cols entries >= 0. In directions that are singular
   // in working precision, x is 0.
-  std::vector<double> Solve(const std::vector<double>& damping) const;
+  std::vector<double> Solve(std::vector<double> damping) const;
 
   // (J^T J)^-1, cols x cols. The columns of J are first scaled to length 1. A direction is singular if its singular
   // value is at most relative_threshold times the largest one. truncate = true ignores singular directions (the

@@ -45,6 +45,15 @@ class WithOwnRightHandSide {
   }
 };
 
+// A linearization that stores J, for dense QR and covariances of small problems. Others cost one product J v per
+// column.
+class WithStoredJacobian {
+ public:
+  virtual ~WithStoredJacobian() = default;
+  // Writes the nonzero entries: entry (i, k) of J to columns[k * leading + i].
+  virtual void CopyJacobian(double* columns, Index leading) const = 0;
+};
+
 // Calls a linearization. Functions without a comment are documented in problem.h and problem_interfaces.h.
 template <Backend B>
 class LinearizationAdaptor {
@@ -77,6 +86,8 @@ class LinearizationAdaptor {
   void BlockGram(BlockDiagonal<B>& blocks) { blocks_->BlockGram(blocks); }
   bool blocks_give_diagonal() const { return blocks_ && blocks_->blocks_give_diagonal(); }
 
+  // Null if J is not stored.
+  const WithStoredJacobian* stored_jacobian() const { return stored_; }
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
   std::unique_ptr<ShardedSystem<B>> MakeShardedSystem();
 
@@ -100,6 +111,7 @@ class LinearizationAdaptor {
   WithReducedSystem<B>* reduced_ = nullptr;
   WithShardedSystem<B>* sharded_ = nullptr;
   WithOwnRightHandSide<B>* rhs_ = nullptr;
+  WithStoredJacobian* stored_ = nullptr;
   typename B::Vector work_u_, work_Wu_;  // work memory of ApplyThreeProducts
 };
 
@@ -182,8 +194,8 @@ struct DenseJacobian {
   std::vector<double> residuals = {};  // in the same order
 };
 
-// Computes the dense Jacobian column by column; each column is the product of J with a unit vector. Columns whose mask
-// is 0 are set to zero. An empty mask means 1 everywhere.
+// Copies the Jacobian if the linearization stores it. Otherwise computes each column as the product of J with a unit
+// vector. Columns whose mask is 0 are set to zero. An empty mask means 1 everywhere.
 template <Backend B>
 DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask = {});

@@ -53,10 +53,10 @@ std::tuple<Interfaces*...> FindInterfaces(Base& object) {
 
 template <Backend B>
 LinearizationAdaptor<B>::LinearizationAdaptor(Linearization<B>& linearization) : linearization_(linearization) {
-  std::tie(gradient_, weights_, product_, blocks_, reduced_, sharded_, rhs_) =
+  std::tie(gradient_, weights_, product_, blocks_, reduced_, sharded_, rhs_, stored_) =
       adaptor_internal::FindInterfaces<WithGradient<B>, WithLossWeights<B>, WithProductH<B>, WithBlocks<B>,
-                                       WithReducedSystem<B>, WithShardedSystem<B>, WithOwnRightHandSide<B>>(
-          linearization);
+                                       WithReducedSystem<B>, WithShardedSystem<B>, WithOwnRightHandSide<B>,
+                                       WithStoredJacobian>(linearization);
 }
 
 template <Backend B>
@@ -205,16 +205,26 @@ DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* c
   typename B::Vector unit(cols), column;
   Index row = 0;
   for (LinearizationAdaptor<B>* batch : batches) {
-    column.Resize(batch->num_residuals());
+    const Index batch_rows = batch->num_residuals();
     fetch(batch->residuals(), dense.residuals.data() + row);
-    for (Index k = 0; k < cols; ++k) {
-      if (masked[static_cast<std::size_t>(k)]) continue;
-      backend.Fill(1, unit.view().subspan(k, 1));
-      batch->ApplyJ(unit, column);
-      backend.Fill(0, unit.view().subspan(k, 1));
-      fetch(column, dense.jacobian.data() + k * rows + row);
+    const WithStoredJacobian* const stored = batch->stored_jacobian();
+    if (stored) {
+      stored->CopyJacobian(dense.jacobian.data() + row, rows);
+    } else {
+      column.Resize(batch_rows);
     }
-    row += batch->num_residuals();
+    for (Index k = 0; k < cols; ++k) {
+      double* const to = dense.jacobian.data() + k * rows + row;
+      if (masked[static_cast<std::size_t>(k)]) {
+        std::fill_n(to, batch_rows, 0.0);
+      } else if (!stored) {
+        backend.Fill(1, unit.view().subspan(k, 1));
+        batch->ApplyJ(unit, column);
+        backend.Fill(0, unit.view().subspan(k, 1));
+        fetch(column, to);
+      }
+    }
+    row += batch_rows;
   }
   return dense;
 }

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/check.h"
@@ -129,7 +130,7 @@ class DenseQrStep final : public StepSolver<B> {
     system_.backend.ToHost(system_.metric, {host.data(), step.size()});
     std::vector<double> damping(n);
     for (std::size_t k = 0; k < n; ++k) damping[k] = lambda * static_cast<double>(host[k]);
-    const std::vector<double> solution = qr_.Solve(damping);
+    const std::vector<double> solution = qr_.Solve(std::move(damping));
     std::transform(solution.begin(), solution.end(), host.begin(), [](double x) { return static_cast<Scalar>(x); });
     system_.backend.FromHost({host.data(), step.size()}, step);
     PcgSummary pcg{.status = PcgStatus::kConverged};
@@ -146,8 +147,8 @@ class DenseQrStep final : public StepSolver<B> {
   using Scalar = typename B::Scalar;
   static DenseQr DenseFactors(const StepSystem<B>& system) {
     const ScopedPhase phase("dense QR");
-    const DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
-    return {dense.rows, dense.cols, dense.jacobian, dense.residuals};
+    DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
+    return {dense.rows, dense.cols, std::move(dense.jacobian), std::move(dense.residuals)};
   }
   StepSystem<B> system_;
   DenseQr qr_;
