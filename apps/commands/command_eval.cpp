@@ -63,7 +63,8 @@ int RunEval(const CommandLine& line) {
   PrintQuality("train", evaluation.train);
   const std::optional<gs::AlignedEvaluation> aligned = MeasureAligned(posed, flags.align);
   if (aligned) PrintAligned(*aligned);
-  Print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
+  Print("training loss {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count,
+        posed.model.sh_degree);
   Print("{}", WarningOfScene(evaluation.train.psnr));
   if (!flags.json.empty()) {
     WriteFileAtomically(

@@ -82,8 +82,8 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
 
 // Prints the last row of each stage, and the first row if there is only an LM stage.
 void PrintTable(const gs::TrainResult& result) {
-  constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
-  Print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
+  constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>13} {:>10} {:>10} {:>10} {:>10}\n";
+  Print(kRow, "stage", "iteration", "seconds", "gaussians", "training loss", "train PSNR", "train SSIM", "test PSNR",
         "test SSIM");
   for (std::size_t i = 0; i < result.history.size(); ++i) {
     const gs::HistoryRow& row = result.history[i];
@@ -97,7 +97,7 @@ void PrintTable(const gs::TrainResult& result) {
 
 // Prints the improvement of an existing model.
 void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
-  Print("refined: cost {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
+  Print("refined: training loss {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
         Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
         Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
 }
@@ -215,8 +215,8 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
 // --log_lm: logs every LM iteration.
 void LogIteration(const gs::TrainProgress& p) {
   if (p.stage != gs::Stage::kLm) return;
-  LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
-                           p.note);
+  LOG(INFO) << fmt::format("lm {}: training loss {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr,
+                           p.seconds, p.note);
 }
 
 }  // namespace
