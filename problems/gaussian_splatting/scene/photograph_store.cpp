@@ -53,7 +53,7 @@ std::shared_ptr<const Image> PhotographStore::Get(Index number) {
   }
   std::shared_ptr<const Image> image = entry->image;
   entry->used = ++clock_;
-  Follow(number);
+  UpdateExpected(number);
   // Decoding ahead needs space for that photograph and for any other one requested meanwhile.
   if (!is_ahead_ && budget_ >= 2 * most_bytes_) {
     is_ahead_ = true;
@@ -74,7 +74,7 @@ std::shared_ptr<const Image> PhotographStore::Read(Index number) const {
 void PhotographStore::Expect(const std::vector<Index>& numbers) {
   const Lock lock(mutex_);
   expected_.assign(numbers.begin(), numbers.end());
-  is_told_ = true;
+  is_announced_ = true;
 }
 
 double PhotographStore::kept_bytes() const {
@@ -135,9 +135,9 @@ void PhotographStore::DecodeInto(Entry& entry, Lock& lock) {
   if (failure) std::rethrow_exception(failure);
 }
 
-void PhotographStore::Follow(Index number) {
-  if (is_told_ && !expected_.empty() && expected_.front() == number) return expected_.pop_front();
-  is_told_ = false;
+void PhotographStore::UpdateExpected(Index number) {
+  if (is_announced_ && !expected_.empty() && expected_.front() == number) return expected_.pop_front();
+  is_announced_ = false;
   expected_.clear();
   for (auto next = entries_.upper_bound(number); next != entries_.end() && std::ssize(expected_) < kAhead; ++next) {
     expected_.push_back(next->first);
