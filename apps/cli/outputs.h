@@ -33,7 +33,7 @@ class RunFiles {
   void Check() const;
 
  private:
-  enum class Kind { kFile, kSomeIn, kFolder };
+  enum class Kind { kFile, kFilesInFolder, kFolder };
   struct Output {
     std::string given, path;
     Kind kind;
@@ -76,7 +76,7 @@ class OutputFolder {
 RunFiles FilesOf(const CommandLine& line);
 
 // "--flag=value".
-std::string Given(const char* flag, const std::string& value);
+std::string FlagText(const char* flag, const std::string& value);
 
 // Throws Error if `file` cannot be written. `file` is the value of the flag; the message names the flag. Removes the
 // temporary files that killed runs left for this file.

@@ -61,7 +61,7 @@ std::string CutToTerminal(const std::string& line, std::FILE* terminal) {
 
 }  // namespace
 
-void BeQuiet() { is_quiet = true; }
+void DiscardStdout() { is_quiet = true; }
 
 void PrintText(std::FILE* out, std::string_view text) {
   if (is_quiet && out == stdout) return;

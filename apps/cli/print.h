@@ -17,7 +17,7 @@ namespace vesta::app {
 void PrintText(std::FILE* out, std::string_view text);
 
 // Discards all further output to stdout.
-void BeQuiet();
+void DiscardStdout();
 
 // Formats to stdout.
 template <class... Args>

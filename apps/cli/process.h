@@ -12,9 +12,9 @@ double SecondsSinceStart();
 inline constexpr std::string_view kStopsTraining =
     "\nstopping after this iteration; press Ctrl-C again to stop at once without writing results\n";
 
-// After this call, the first SIGINT, SIGTERM or SIGHUP only sets a flag; SIGINT also prints `told`, a static text. A
+// After this call, the first SIGINT, SIGTERM or SIGHUP only sets a flag; SIGINT also prints `message`, a static text. A
 // second signal of the same kind ends the program at once. After SIGPIPE, output is discarded.
-void CatchInterrupts(std::string_view told = kStopsTraining);
+void CatchInterrupts(std::string_view message = kStopsTraining);
 
 // Whether a signal has arrived. Poll it between iterations.
 bool Interrupted();

@@ -50,7 +50,7 @@ void PrintAligned(const gs::AlignedEvaluation& aligned) {
 int RunEval(const CommandLine& line) {
   const Flags& flags = line.flags;
   RunFiles files = FilesOf(line);
-  if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+  if (!flags.json.empty()) files.Writes(FlagText("json", flags.json), flags.json);
   files.Check();
   if (!flags.json.empty()) CheckWritable("json", flags.json);
   const PosedModel posed = LoadPosedModel(line);

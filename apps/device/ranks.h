@@ -14,12 +14,12 @@ namespace vesta::app {
 // Throws Error if mpirun started several processes of a build without MPI.
 Communicator& WorldCommunicator();
 // Whether another rank has already reported this error.
-bool IsKnownToOthers(const std::string& why);
+bool IsReportedByOtherRank(const std::string& why);
 // If other ranks run: sends them the reason, unless they know it, and exits at once, because MPI_Finalize would wait
 // forever. Returns if this rank is alone.
-void EndWithOthers(const std::string& why, int status);
+void AbortOtherRanks(const std::string& why, int status);
 // At the end of the program: waits for the other ranks, so that no rank succeeds if another one fails.
-void MeetAtEnd();
+void WaitForOtherRanks();
 // "process 2 of 4: " with several ranks, else empty.
 std::string RankPrefix();
 

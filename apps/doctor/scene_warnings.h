@@ -14,7 +14,7 @@ namespace vesta::app {
 // Diagnostics of a photograph that can be compared between the views of a scene.
 struct ViewDiagnostics {
   double sharpness = 0;  // mean square Laplacian of the luma / its variance: low when blurred, independent of contrast
-  double burnt = 0;      // fraction of the pixels with a saturated channel
+  double saturated = 0;  // fraction of the pixels with a saturated channel
   double contrast = 0;   // standard deviation of the luma, 0..1
   std::vector<float> thumbnail;  // kThumbnail x kThumbnail pixels of three channels, 0..1
 };

@@ -39,7 +39,7 @@ struct PosedModel {
 // Replaces the background and eps2d of the splat by --background and --eps2d, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
 // Loads the scene with the background and eps2d of the splat.
-void LoadFor(const gs::SplatModel& model, gs::LoadSceneOptions* options);
+void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
 // Reads both. The background and eps2d come from the flags or the splat, not from `options`.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);

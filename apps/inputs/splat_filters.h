@@ -14,7 +14,7 @@ namespace vesta::app {
 void CheckFilterFlags(const Flags& flags);
 
 // Removes the Gaussians outside --box, then the floaters found by --clean. Adds the files of --scene to `files` and one
-// line per filter to `said`. Throws Error if no Gaussian would remain.
-gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said);
+// line per filter to `message`. Throws Error if no Gaussian would remain.
+gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* message);
 
 }  // namespace vesta::app

@@ -27,13 +27,13 @@ gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth);
 
 // The smallest fraction of the pixels, 0..1, that contains half of the squared error: small if the error is
 // concentrated in a few places, near 0.5 if it is spread evenly. 0 for equal images.
-double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth);
+double FractionWithHalfOfError(const gs::Image& render, const gs::Image& truth);
 
 // A test view and its quality.
 struct ViewError {
   std::string name;
   ImageQuality quality;
-  double half_in = 0;  // PartWithHalfOfError, relative to the unmasked pixels
+  double half_error_fraction = 0;  // FractionWithHalfOfError, relative to the unmasked pixels
 };
 
 // Images of a view as JPEGs embedded in the page (DataUri).

@@ -39,13 +39,13 @@ struct TrainingJob {
 
 // Notes for the user, one line each: origin and eps2d of the splat, how to measure it, and exceeded memory budgets.
 // result: its model must be in world coordinates. splat: the file of the splat.
-std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
+std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
 
 // For a training that the user stopped: how to resume it; else empty. For rank 0.
-std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result);
+std::string ResumeHint(const TrainingJob& job, const gs::TrainResult& result);
 
 // Registers the output files of a training, as far as their names are known.
-void WritesResults(const Flags& flags, const std::string& out, RunFiles* files);
+void RegisterResults(const Flags& flags, const std::string& out, RunFiles* files);
 
 // Calls gs::Train or gs::Refine with these callbacks.
 using TrainRun = std::function<gs::TrainResult(gs::TrainCallbacks&)>;
@@ -58,8 +58,8 @@ int TrainAndWrite(const TrainingJob& job, const TrainRun& run);
 gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm);
 
 // Sets the callbacks for --checkpoint_every and --snapshot_every. scene, out: must outlive the training.
-void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
-                  gs::TrainCallbacks* callbacks);
+void SetSaveCallbacks(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
+                      const OutputFolder& out, gs::TrainCallbacks* callbacks);
 
 // Starts to serve the page of --view; its monitor must then follow the training. Null without --view. scene: must
 // outlive the page.

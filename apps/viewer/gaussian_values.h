@@ -25,7 +25,7 @@ enum class GaussianValue { kRemovalCost, kCoverage };
 // median of the positive rises.
 std::vector<float> RemovalCostColors(const std::vector<double>& rise);
 // 0: the views show nothing of the Gaussian; 0.5: they show as much in total as one complete view of it.
-std::vector<float> CoverageColors(const std::vector<gs::Coverage>& support);
+std::vector<float> CoverageColors(const std::vector<gs::Coverage>& coverage);
 
 struct MeasuredValues {
   ShownModel::Shown of;       // the model that was measured
@@ -45,14 +45,14 @@ class GaussianValues {
   // Returns the latest values, perhaps of an earlier model; null: none yet. Thread-safe. If they are not of `shown`,
   // which must have a model, starts a measurement, unless one is running or more than half of the time goes into
   // measuring. Throws Error if a photograph can no longer be read.
-  std::shared_ptr<const MeasuredValues> Ask(GaussianValue value, const ShownModel::Shown& shown);
+  std::shared_ptr<const MeasuredValues> Get(GaussianValue value, const ShownModel::Shown& shown);
 
  private:
   using Clock = std::chrono::steady_clock;
   struct State {
     std::shared_ptr<const MeasuredValues> latest;
     bool is_measuring = false;
-    Clock::time_point rests_until{};
+    Clock::time_point next_start{};
     std::string failure;  // of the latest measurement
     int failed_version = 0;
   };

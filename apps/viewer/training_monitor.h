@@ -38,13 +38,13 @@ class ShownModel {
     ++shown_.version;
   }
   // Returns the current model and records the time of the call.
-  Shown Look() {
+  Shown Get() {
     looked_at_ = Clock::now().time_since_epoch().count();
     const std::lock_guard lock(mutex_);
     return shown_;
   }
   // Whether Look was called within the last `within` seconds.
-  bool is_looked_at(std::chrono::duration<double> within) const {
+  bool was_requested(std::chrono::duration<double> within) const {
     const Clock::time_point then{Clock::duration(looked_at_.load())};
     return then != Clock::time_point() && Clock::now() - then < within;
   }
@@ -89,7 +89,7 @@ class TrainingMonitor {
   const char* Status() const;
 
   ShownModel& model_;
-  std::function<bool()> stops_otherwise_;
+  std::function<bool()> other_stop_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool is_paused_ = false, is_stopped_ = false, is_over_ = false, wants_checkpoint_ = false;

@@ -17,7 +17,7 @@
 namespace vesta::app {
 
 // The address on which the viewer listens (--bind, --port).
-struct ViewerPlace {
+struct ViewerAddress {
   std::string address = "127.0.0.1";
   int port = 0;  // 0: the first free one
 };
@@ -26,7 +26,7 @@ class Viewer {
  public:
   // scene (may have no views), model and training (null: none) must outlive this object. background: colour, 0..1.
   // Throws Error if the address cannot be bound.
-  Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
+  Viewer(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
          TrainingMonitor* training = nullptr);
 
   // The link for a browser.
@@ -52,14 +52,14 @@ class Viewer {
 };
 
 // The address of `vesta view` (--port), and of a training (--view). Throws UsageError if --view is not a port.
-ViewerPlace PlaceOfViewer(const Flags& flags);
-ViewerPlace PlaceOfTrainingsView(const Flags& flags);
+ViewerAddress AddressOfViewer(const Flags& flags);
+ViewerAddress AddressOfTrainingView(const Flags& flags);
 
 // The page of a running training.
 class TrainingView {
  public:
   // As for Viewer.
-  TrainingView(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background)
+  TrainingView(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background)
       : viewer_(place, scene, background, model_, &monitor_) {}
 
   TrainingMonitor& monitor() { return monitor_; }
