@@ -17,19 +17,19 @@ std::vector<float> RemovalCostColors(const std::vector<double>& rise) {
     if (r > 0) positive.push_back(r);
   }
   const double middle = positive.empty() ? 1 : gs::Median(std::move(positive));
-  std::vector<float> places;
-  places.reserve(rise.size());
-  for (const double r : rise) places.push_back(r > 0 ? static_cast<float>(r / (r + middle)) : 0.0f);
-  return places;
+  std::vector<float> scale_positions;
+  scale_positions.reserve(rise.size());
+  for (const double r : rise) scale_positions.push_back(r > 0 ? static_cast<float>(r / (r + middle)) : 0.0f);
+  return scale_positions;
 }
 
 std::vector<float> CoverageColors(const std::vector<gs::Coverage>& coverage) {
-  std::vector<float> places;
-  places.reserve(coverage.size());
+  std::vector<float> scale_positions;
+  scale_positions.reserve(coverage.size());
   for (const gs::Coverage& s : coverage) {
-    places.push_back(s.shown > 0 ? static_cast<float>(s.shown / (s.shown + s.body)) : 0.0f);
+    scale_positions.push_back(s.shown > 0 ? static_cast<float>(s.shown / (s.shown + s.body)) : 0.0f);
   }
-  return places;
+  return scale_positions;
 }
 
 std::shared_ptr<const MeasuredValues> GaussianValues::Get(GaussianValue value, const ShownModel::Shown& shown) {

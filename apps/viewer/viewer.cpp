@@ -181,7 +181,7 @@ HttpReply Viewer::FrameOfValues(const FrameRequest& request, const ShownModel::S
   const auto values = values_.Get(is_removal_cost ? GaussianValue::kRemovalCost : GaussianValue::kCoverage, shown);
   constexpr int kAccepted = 202;
   if (!values) return {kAccepted, "text/plain", "the values of the Gaussians are being computed\n"};
-  return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->places), values->of);
+  return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->scale_positions), values->of);
 }
 
 ViewerAddress AddressOfViewer(const Flags& flags) { return {flags.bind, flags.port.value_or(0)}; }

@@ -40,7 +40,7 @@ class GaussianValuesTest : public testing::Test {
   std::vector<float> Wait(GaussianValue value) {
     for (;;) {
       const auto measured = values_->Get(value, shown_.Get());
-      if (measured && measured->of.version == shown_.Get().version) return measured->places;
+      if (measured && measured->of.version == shown_.Get().version) return measured->scale_positions;
       std::this_thread::yield();
     }
   }
@@ -80,7 +80,7 @@ TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
   Put();
   const auto meanwhile = values_->Get(GaussianValue::kCoverage, shown_.Get());
   ASSERT_NE(meanwhile, nullptr) << "values of the earlier model";
-  EXPECT_EQ(meanwhile->places.size(), static_cast<std::size_t>(meanwhile->of.model->count));
+  EXPECT_EQ(meanwhile->scale_positions.size(), static_cast<std::size_t>(meanwhile->of.model->count));
   EXPECT_GT(before[0], 0);
   EXPECT_EQ(Wait(GaussianValue::kCoverage)[0], 0);
 }
