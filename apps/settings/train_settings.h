@@ -21,7 +21,7 @@ class ConfigFile {
  public:
   // Reads the file. All functions of the class throw Error (one line with the file and the key) for invalid contents.
   explicit ConfigFile(const std::string& path);
-  // The same for a file whose content, `text`, is already known.
+  // For a file that was read before: `text` is its content, `path` appears only in messages.
   ConfigFile(const std::string& path, const std::string& text);
 
   // The value of a key beside "options", a text; throws if it is missing.

@@ -70,8 +70,8 @@ struct PoseGraphLayout {
   }
 };
 
-// held: indices of the fixed poses.
-PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> held);
+// fixed: indices of the fixed poses.
+PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> fixed);
 
 class PoseGraphLinearization final : public Linearization<CpuBackend<double>>,
                                      public WithProductH<CpuBackend<double>>,

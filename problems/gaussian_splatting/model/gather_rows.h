@@ -15,8 +15,7 @@ namespace vesta::gs {
 
 // Copies row source[i] of `from` to row i of `to`, for i < to_rows. `from` has from_rows rows, and both have
 // `attributes` columns, stored one after the other. Row i of `to` becomes zero if kept[i] is 0, or if source[i] >=
-// from_rows. kept: one byte per row of `to`; null: no row becomes zero because of it. All pointers are in one memory
-// space.
+// from_rows. kept: one byte per row of `to`; null: as if all were 1. All pointers are in one memory space.
 template <class Row, class T = float>
 struct RowGathering {
   Index attributes, from_rows, to_rows;

@@ -29,7 +29,7 @@ struct SplatModel : splat::ModelLayout {
     static_cast<splat::ModelLayout&>(*this) = layout;
     data.assign(static_cast<std::size_t>(Size()), 0.0f);
   }
-  // The same with one degree for all Gaussians.
+  // Sets all parameters to zero, with the same SH degree for all Gaussians.
   void Resize(int degree, Index gaussians) { Resize({.count = gaussians, .sh_degree = degree}); }
   // The values of attribute a (layout.h) of the first Rows(a) Gaussians; the others lack it.
   float* attribute(int a) { return data.data() + Offset(a); }

@@ -49,7 +49,7 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
   }
   return targets;
 }
-// The same. On the CPU it throws Error if a photograph comes from a store.
+// The same for photographs in memory. On the CPU it throws Error if a photograph comes from a store.
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near) {
   std::vector<std::shared_ptr<const Image>> photographs;

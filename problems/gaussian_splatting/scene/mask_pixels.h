@@ -23,7 +23,7 @@ struct FillMaskedPixels {
     for (int c = 0; c < 3; ++c) image[c * plane + i] = from[c * plane + i];
   }
 };
-// The same, but sets the pixel to zero.
+// Sets pixel i of `image` to zero if the mask excludes it.
 template <class S>
 struct ClearMaskedPixels {
   const std::uint8_t* mask;

@@ -88,7 +88,7 @@ class PhotographStore {
   std::map<Index, std::shared_ptr<Entry>> entries_;
   std::deque<Index> expected_;  // numbers of the next requests, in order
   Index next_number_ = 0;
-  double taken_ = 0;                       // see kept_bytes
+  double used_bytes_ = 0;                  // see kept_bytes
   double most_bytes_ = 0, most_work_ = 0;  // maxima of PhotographSource::bytes and work_bytes
   std::int64_t clock_ = 0, decodings_ = 0;
   bool is_announced_ = false;  // true if expected_ comes from Expect

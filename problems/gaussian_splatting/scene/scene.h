@@ -100,7 +100,7 @@ struct Scene {
   std::array<double, 3> origin{};  // origin of the scene's frame, in the coordinates of the files
   std::vector<std::string> files;  // input files besides the images
   std::vector<std::string> notes;  // notes of the loader for the user, one line each, for example about ignored input
-  // The store of photographs that do not fit into memory; null if every view holds its image.
+  // The store of photographs that do not fit into memory; null if the images are in the views.
   std::shared_ptr<PhotographStore> photographs;
 };
 
@@ -111,7 +111,8 @@ inline Index NumTrainingViews(const Scene& scene) { return NumTrainingViews(scen
 
 // Sorts by name and marks every 8th view, starting with the first, as a test view, as is common in the literature.
 void SortAndSplit(std::vector<View>* views);
-// The same split of sorted views with another interval; 0: all are training views. every >= 0.
+// Marks every N-th of the sorted views, with N = `every`, as a test view, starting with the first; 0: no view. All
+// others become training views. Throws Error for every < 0.
 void SplitByCount(int every, std::vector<View>* views);
 // Holds out every 8th of the training views, starting with the fourth, but at least one. Throws Error if no training
 // view would remain.
