@@ -66,7 +66,7 @@ int Run(int argc, char** argv) {
     Print("{}", HelpText(line.arguments));
     return 0;
   }
-  if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
+  if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) DiscardStdout();
   UseComputeFlags(line.flags);
   if (NumStartedRanks() > 1 && !MayRunInRanks(line.command->command)) {
     Fail(kUnsupported, "vesta {} runs in one process; start it without mpirun", line.command->name);
@@ -81,8 +81,8 @@ int Run(int argc, char** argv) {
 
 int Complain(const char* message, int status) {
   const std::string line = OneLine(message);
-  if (!IsKnownToOthers(line)) PrintText(stderr, fmt::format("vesta: {}{}\n", RankPrefix(), line));
-  EndWithOthers(line, status);
+  if (!IsReportedByOtherRank(line)) PrintText(stderr, fmt::format("vesta: {}{}\n", RankPrefix(), line));
+  AbortOtherRanks(line, status);
   return status;
 }
 
@@ -98,11 +98,11 @@ int main(int argc, char** argv) {
   FLAGS_logtostderr = true;
   try {
     const int status = app::Run(argc, argv);
-    app::MeetAtEnd();
+    app::WaitForOtherRanks();
     const std::string error = app::PrintError();
     return error.empty() || status != 0 ? status : app::Complain(error.c_str(), app::kFailed);
   } catch (const vesta::OthersGaveUp& error) {
-    app::EndWithOthers(error.what(), app::kFailed);  // the other rank has printed the reason
+    app::AbortOtherRanks(error.what(), app::kFailed);  // the other rank has printed the reason
     return app::kFailed;
   } catch (const app::UsageError& error) {
     return app::Complain(error.what(), app::kUsage);

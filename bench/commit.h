@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sources that a benchmark was built from.
+// The version of the sources from which a benchmark was built.
 #pragma once
 
 namespace vesta::bench {
 
-// The commit, with -dirty if the sources differ from it; "unknown" without git. Updated by every build.
+// The git commit, with "-dirty" if the sources differ from it; "unknown" without git. Updated by every build.
 extern const char* const kCommit;
 
 }  // namespace vesta::bench

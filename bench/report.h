@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The output of every benchmark: a table, also written as JSON with --json FILE; and parsing of its arguments.
+// Common parts of the benchmarks: the output, a table that --json FILE also writes as JSON, and the command line.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,7 @@ namespace vesta::bench {
 using Value = std::variant<std::string, double>;
 using Row = std::vector<std::pair<std::string, Value>>;
 
+// A goal of the benchmark: whether `value` meets it.
 struct Target {
   std::string name;
   double value = 0;
@@ -24,13 +25,14 @@ struct Target {
 
 class Report {
  public:
+  // bench: name of the benchmark.
   explicit Report(std::string bench) : bench_(std::move(bench)) {}
-  // All rows should have the same columns; the headings come from the first row.
+  // Adds a row of the table: pairs of column name and value. All rows should have the columns of the first row.
   void Add(Row row) { rows_.push_back(std::move(row)); }
   void AddTarget(Target target) { targets_.push_back(std::move(target)); }
 
-  // Writes {"bench", "machine", "commit", "rows", "targets"} of everything added so far as JSON. An empty path writes
-  // nothing. The file is replaced atomically. Throws Error if it cannot be written.
+  // Writes all rows and targets added so far as JSON: {"bench", "machine", "commit", "rows", "targets"}. An existing
+  // file is replaced atomically. Does nothing for an empty path. Throws Error if the file cannot be written.
   void WriteJson(const std::string& json_path) const;
   // Prints the table on standard output, then calls WriteJson.
   void Finish(const std::string& json_path) const;
@@ -41,7 +43,7 @@ class Report {
   std::vector<Target> targets_;
 };
 
-// Median wall-clock milliseconds of `repeats` calls, after one untimed call.
+// Returns the median wall-clock time of `repeats` calls of body, in milliseconds, after one call that is not timed.
 template <class Body>
 double MedianMilliseconds(int repeats, const Body& body) {
   body();
@@ -55,12 +57,14 @@ double MedianMilliseconds(int repeats, const Body& body) {
   return times[static_cast<std::size_t>(repeats / 2)];
 }
 
-// Command-line arguments: flags --name=VALUE or --name VALUE. Arguments that do not begin with -- are positional.
-// Throws Error for a flag that is not in `known`.
+// The command line of a benchmark: flags --name=VALUE or --name VALUE, and positional arguments, which do not begin
+// with --.
 struct Arguments {
+  // known: names of the flags, without --. Throws Error for another flag or a flag without a value.
   Arguments(int argc, char** argv, std::vector<std::string> known);
+  // The value of a flag; `fallback` if it is not given.
   std::string Flag(const std::string& name, const std::string& fallback) const;
-  // Value of the flag, parsed by ParseCount.
+  // The same, parsed by ParseCount.
   int Count(const std::string& name, int fallback) const;
 
   std::vector<std::string> positional;
@@ -69,13 +73,13 @@ struct Arguments {
   std::vector<std::pair<std::string, std::string>> flags_;
 };
 
-// Splits "a,b,c" into its parts; returns none for "".
+// Splits "a,b,c" at the commas; returns an empty list for "".
 std::vector<std::string> SplitAtCommas(const std::string& text);
-// Parses a whole number from 1 to 10 million. Throws an Error that names the flag for any other text.
+// Parses a whole number from 1 to 10 million. Throws Error (one line with the flag) for any other text.
 int ParseCount(const std::string& flag, const std::string& text);
 
-// Body of main: runs `body` and returns its status. An exception is printed in one line on stderr, after the
-// benchmark's name, and gives status 1.
+// Calls `body`, the main function of a benchmark, and returns its exit status. If it throws, prints the benchmark's
+// name and the message as one line on stderr and returns 1.
 int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv);
 
 }  // namespace vesta::bench

@@ -32,7 +32,7 @@ def draw(rows):
     cost.yaxis.set_major_locator(LogLocator(subs=(1, 2, 3, 5, 7)))
     cost.yaxis.set_major_formatter(FormatStrFormatter("%g"))
     cost.yaxis.set_minor_formatter(NullFormatter())
-    cost.set_ylabel("cost: 0.8 L1 + 0.2 (1 - SSIM)")
+    cost.set_ylabel("training loss: 0.8 L1 + 0.2 (1 - SSIM)")
     psnr.set_ylabel("PSNR (dB)")
     for axes in (cost, psnr):
         axes.set_xlabel("seconds")

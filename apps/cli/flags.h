@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of commands and flags, and the parsed command line.
+// The tables of the commands and flags of the program, and the parsed command line. A flag that is an option of a
+// training is in the table TrainFields() instead (train_options.h).
 #pragma once
 
 #include <array>
@@ -13,12 +14,13 @@
 
 namespace vesta::app {
 
-// An invalid command line. what() is one line that says what to do.
+// Thrown for an invalid command line. what() is one line that says how to correct it.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
+// Bits, so that a set of commands is a sum.
 enum Command : unsigned {
   kTrain = 1,
   kRefine = 2,
@@ -38,20 +40,20 @@ struct CommandInfo {
   const char* name;
   std::vector<const char*> arguments;  // positional, all required
   const char* summary;
-  const char* output = nullptr;    // placeholder of --out, if the command requires it
+  const char* output = nullptr;    // placeholder of the value of --out; null: the command does not require --out
   bool repeats = false;            // the last argument may be given more than once
-  const char* optional = nullptr;  // an optional last argument
+  const char* optional = nullptr;  // placeholder of an optional last argument; null: none
 };
 const std::vector<CommandInfo>& Commands();
-// Returns null if there is no command of this name.
+// Returns the command of this name, or null.
 const CommandInfo* FindCommand(const std::string& name);
-// The command with its required arguments and flags: "vesta train SCENE --out=DIR".
+// The command with its required arguments and flags, for help: "vesta train SCENE --out=DIR".
 std::string UsageForm(const CommandInfo& command);
 
-// The parameters that eval fits to each test view before it measures a second time.
+// --align: the parameters that eval fits to each test view before it measures the quality a second time.
 enum class Align { kNone, kPose, kPoseAndColor };
 
-// The quantity that render draws.
+// --show: the quantity that render draws.
 enum class Show { kColor, kDepth, kMedianDepth, kNormals };
 constexpr bool IsDepth(Show show) { return show == Show::kDepth || show == Show::kMedianDepth; }
 
@@ -60,48 +62,48 @@ enum class Device { kAuto, kCpu, kCuda };
 inline constexpr const char* kDefaultPreset = "balanced";
 inline constexpr const char* kAnyPort = "auto";
 
-// The values of all flags, with their defaults.
+// The values of the flags of the program, with their defaults. `vesta help COMMAND` explains each.
 struct Flags {
   std::string out, json;
   std::string resume;                            // folder of the checkpoint; empty: none
-  std::string checkpoint_every, snapshot_every;  // as ParseInterval reads them; empty: never
+  std::string checkpoint_every, snapshot_every;  // texts for ParseInterval (checkpointing.h); empty: never
   bool truth = false;
   // render: the camera path and its output (apps/render/shown_views.h).
-  std::string path, size, film;  // empty: test views, size of the cameras, no video
-  std::optional<int> frames;     // none: depends on the path
-  std::optional<double> fps;     // frames per second; none: 30
+  std::string path, size, film;  // empty: the test views, the size of the photographs, no video
+  std::optional<int> frames;     // empty: depends on the path
+  std::optional<double> fps;     // frames per second of the video; empty: 30
   Show show = Show::kColor;
   // convert: filters (apps/inputs/splat_filters.h).
   std::string box;
   bool clean = false;
-  bool report = true;                        // write report.html after a training
-  std::string scene;                         // for report and convert; empty: the scene in metrics.json, or none
-  std::optional<double> max_loss, size_mib;  // prune: exactly one of these or --keep
-  std::optional<gs::RefineMethod> method;    // none: depends on the preset
-  std::string preset;                        // empty: the preset in --config, or kDefaultPreset
+  bool report = true;  // write report.html after a training
+  std::string scene;   // scene folder; empty: report uses the folder in metrics.json, convert none
+  std::optional<double> max_loss, size_mib;  // prune: exactly one of these two and --keep is given
+  std::optional<gs::RefineMethod> method;    // empty: depends on the preset
+  std::string preset;                        // empty: the preset in the file of --config, or kDefaultPreset
   std::string config;
-  std::string set;  // always empty: --set fills CommandLine::options
+  std::string set;  // always empty; the values of --set are in CommandLine::options
   bool fixed_model = false;
-  std::optional<std::array<double, 3>> background;  // none: the value in the splat file
-  std::optional<double> eps2d;                      // likewise
+  std::optional<std::array<double, 3>> background;  // empty: the value in the splat file
+  std::optional<double> eps2d;                      // empty: the value in the splat file
   int downscale = 1;
   // Loading of scenes (apps/inputs/scene_and_splat.h).
   std::string images = "images", test_list;
   bool allow_missing = false;
-  std::optional<int> test_every;          // none: the split of the scene, or every 8th
-  std::optional<double> photographs_mib;  // none: half of the available memory
+  std::optional<int> test_every;          // empty: as the scene defines, or every 8th
+  std::optional<double> photographs_mib;  // empty: half of the available memory
   Align align = Align::kNone;
   Device device = Device::kAuto;
   int threads = 0;
   std::string view;                // train: port of the page, or "auto"; empty: no page
   std::string bind = "127.0.0.1";  // address on which the viewer listens
-  std::optional<int> port;         // none: the first free one
+  std::optional<int> port;         // empty: the first free one from 7007 on
   bool quiet = false;
   bool log_lm = false;
   bool profile = false;
   // bundle_adjust.
-  std::optional<int> iterations, pcg_iterations;  // none: the defaults of LmOptions
-  double time_limit = 0;
+  std::optional<int> iterations, pcg_iterations;  // empty: as in LmOptions
+  double time_limit = 0;                          // seconds; 0: none
   std::string loss = "none";
   double loss_scale = 1;
 };
@@ -109,33 +111,33 @@ struct Flags {
 // The groups of flags, in the order of the help.
 enum class FlagGroup { kInput, kQuality, kOutput, kBrowser, kResources, kOther };
 const char* Heading(FlagGroup group);
-// The group of an option of TrainFields() that has its own flag.
+// The group in which the help lists an option of TrainFields() that has a flag of its own name.
 FlagGroup GroupOf(const schema::FieldInfo& option);
 
 struct FlagRow {
   FlagGroup group;
-  unsigned commands;  // the commands that accept it
+  unsigned commands;  // sum of the commands that accept the flag
   schema::Field<Flags> field;
-  unsigned rare_for = 0;          // commands whose help lists it only with --all
-  const char* if_bare = nullptr;  // value of the flag without "=VALUE"; null: a value is required
+  unsigned rare_for = 0;          // sum of the commands whose help lists the flag only with --all
+  const char* if_bare = nullptr;  // value if the flag is given without "=VALUE"; null: a value is required
 };
 const std::vector<FlagRow>& ProgramFlags();
 
 // A training option from the command line, given by its own flag or by --set.
 struct GivenOption {
   const schema::Field<gs::TrainOptions>* field;
-  std::string value;  // a valid value of the field
+  std::string value;  // checked to be valid for the field
 };
 
 struct CommandLine {
-  const CommandInfo* command = nullptr;  // null: help
-  std::vector<std::string> arguments;    // for help: the topic, if any, and --all
+  const CommandInfo* command = nullptr;  // null: `vesta help`
+  std::vector<std::string> arguments;    // positional arguments; for help the topic, if any, and --all
   Flags flags = {};
-  std::vector<GivenOption> options = {};  // in the order given; the last value of a field wins
+  std::vector<GivenOption> options = {};  // in the order of the command line; the last value of a field is used
 };
 
-// Whether the command accepts the option. train and config accept all; refine and prune accept the options that an
-// existing splat leaves open.
+// Whether the command accepts the training option. train and config accept all. refine and prune reject the options
+// that an existing splat determines.
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option);
 
 }  // namespace vesta::app

@@ -78,7 +78,7 @@ void RunFiles::Writes(const std::string& given, const std::string& file) {
 }
 
 void RunFiles::WritesInto(const std::string& given, const std::string& folder) {
-  outputs_.push_back({given, folder, Kind::kSomeIn});
+  outputs_.push_back({given, folder, Kind::kFilesInFolder});
 }
 
 void RunFiles::WritesFolder(const std::string& given, const std::string& folder) {
@@ -194,10 +194,10 @@ RunFiles FilesOf(const CommandLine& line) {
   return files;
 }
 
-std::string Given(const char* flag, const std::string& value) { return fmt::format("--{}={}", flag, value); }
+std::string FlagText(const char* flag, const std::string& value) { return fmt::format("--{}={}", flag, value); }
 
 void CheckWritable(const char* flag, const std::string& file) {
-  if (FolderExists(file)) Fail(kCannotWrite, "{}: this is a folder; give the name of a file", Given(flag, file));
+  if (FolderExists(file)) Fail(kCannotWrite, "{}: this is a folder; give the name of a file", FlagText(flag, file));
   const fs::path path(file);
   const std::string name = path.filename().string();
   RemoveAbandonedTemporaries(FolderOf(path).string(), [&](const std::string& other) { return other == name; });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of the output paths, made before the work starts. One rule for all commands: an output never overwrites an
-// input and is never inside a folder of the scene, and no two outputs are the same file.
+// Checks of the output paths, before a command starts its work. The rules are the same for all commands: an output
+// never overwrites an input, is never inside a folder of the scene, and no two outputs are the same file.
 #pragma once
 
 #include <string>
@@ -12,28 +12,29 @@
 
 namespace vesta::app {
 
-// The input and output files of a run.
+// Collects the input and output paths of a run, then checks the rules.
 class RunFiles {
  public:
-  // An input file. It may be missing: the reader reports that.
+  // Adds an input file. It need not exist.
   void Reads(const std::string& file);
-  // A scene before loading: its folder, images/ and sparse/.
+  // Adds a scene that is not loaded yet: the folder itself, its images/ and sparse/.
   void ReadsScene(const std::string& folder);
-  // A loaded scene: all its files and their folders.
+  // Adds a loaded scene: all its files, and the subfolders of the scene folder that contain them.
   void ReadsScene(const std::string& folder, const gs::Scene& scene);
 
-  // Writes: an output file. WritesInto: a folder that will receive output files whose names are not known yet. given:
-  // the flag for messages, "--out=DIR".
+  // Adds an output file, or a folder that will receive files with names not known yet. given: the flag as text for
+  // messages, such as "--out=DIR".
   void Writes(const std::string& given, const std::string& file);
   void WritesInto(const std::string& given, const std::string& folder);
-  // A folder that the run owns completely: no input may be in it.
+  // Adds an output folder that the run may overwrite completely: it must not contain an input.
   void WritesFolder(const std::string& given, const std::string& folder);
 
-  // Throws Error (one line that names the flag) if the rule is violated or an output is not a replaceable file.
+  // Throws Error (one line with the flag) if a rule is violated, or if an output exists and is of another kind, such as
+  // a folder instead of a file.
   void Check() const;
 
  private:
-  enum class Kind { kFile, kSomeIn, kFolder };
+  enum class Kind { kFile, kFilesInFolder, kFolder };
   struct Output {
     std::string given, path;
     Kind kind;
@@ -43,23 +44,27 @@ class RunFiles {
   void CheckFolder(const Output& output) const;
 
   std::vector<std::string> read_;
-  std::vector<std::string> scenes_, scene_folders_;  // canonical paths; a scene_folder includes its subfolders
+  // Canonical paths. No output may be directly in a folder of scenes_, or at any depth in one of scene_folders_.
+  std::vector<std::string> scenes_, scene_folders_;
   std::vector<Output> outputs_;
 };
 
-// Creates the folder and its parents, checks that it is writable, and locks it against other runs. Removes temporary
-// files of killed runs. Unless Keep is called, the destructor removes the folders that were created here, so a failed
-// run leaves nothing behind.
+// The output folder of a run. The constructor creates the folder and its parents, checks that it is writable, locks it
+// against other runs, and removes temporary files of killed runs. The destructor unlocks it. Unless Keep was called, it
+// also removes the folders that the constructor created, if they are empty.
 class OutputFolder {
  public:
-  // Throws Error (one line that names the folder).
+  // Throws Error (one line with the folder) if the folder cannot be created or written, or if another run has locked
+  // it.
   explicit OutputFolder(const std::string& path);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
   const std::string& path() const { return path_; }
+  // The path of a file in the folder.
   std::string File(const std::string& name) const;
+  // Call it when there is a result in the folder.
   void Keep() { made_.clear(); }
 
  private:
@@ -68,18 +73,18 @@ class OutputFolder {
   void Release();
 
   std::string path_;
-  std::vector<std::string> made_;  // outermost first
-  int lock_ = -1;                  // descriptor
+  std::vector<std::string> made_;  // folders that the constructor created, outermost first; cleared by Keep
+  int lock_ = -1;                  // file descriptor of the locked folder; -1: not locked
 };
 
-// The inputs of a command: every file and folder in its arguments, and the file of --config.
+// The inputs of a command: the files and scenes in its arguments, and the file of --config.
 RunFiles FilesOf(const CommandLine& line);
 
-// "--flag=value".
-std::string Given(const char* flag, const std::string& value);
+// Returns "--flag=value".
+std::string FlagText(const char* flag, const std::string& value);
 
-// Throws Error if `file` cannot be written. `file` is the value of the flag; the message names the flag. Removes the
-// temporary files that killed runs left for this file.
+// Throws Error (one line with the flag) if `file`, the value of the flag, cannot be written. Removes temporary files
+// that killed runs left for this file.
 void CheckWritable(const char* flag, const std::string& file);
 
 }  // namespace vesta::app

@@ -31,7 +31,7 @@ std::string Count(const gs::TrainProgress& p) {
 }
 
 std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
-  std::string line = fmt::format("{:<4} {}  cost {:.5f}", gs::StageName(p.stage), Count(p), p.cost);
+  std::string line = fmt::format("{:<4} {}  training loss {:.5f}", gs::StageName(p.stage), Count(p), p.cost);
   if (p.psnr > 0) line += "  PSNR " + Figure(p.psnr, 2);
   line += fmt::format("  {} Gaussians  {} left", p.gaussians, FormatDuration(seconds_left));
   if (!p.note.empty()) line += fmt::format("  {}", p.note);
@@ -61,7 +61,7 @@ std::string CutToTerminal(const std::string& line, std::FILE* terminal) {
 
 }  // namespace
 
-void BeQuiet() { is_quiet = true; }
+void DiscardStdout() { is_quiet = true; }
 
 void PrintText(std::FILE* out, std::string_view text) {
   if (is_quiet && out == stdout) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Printing: text, formatted numbers, and the progress line of a training with its remaining time.
+// Prints texts, formatted numbers, and the progress of a training with its remaining time.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,33 +13,35 @@
 
 namespace vesta::app {
 
-// Writes the text. A write error (a full disk) does not stop the run; PrintError reports it at the end.
+// Writes the text. A write error on stdout, such as a full disk, does not end the run; PrintError reports it later.
 void PrintText(std::FILE* out, std::string_view text);
 
-// Discards all further output to stdout.
-void BeQuiet();
+// Discards all further text for stdout (--quiet).
+void DiscardStdout();
 
-// Formats to stdout.
+// Prints a formatted text to stdout.
 template <class... Args>
 void Print(fmt::format_string<Args...> format, Args&&... args) {
   PrintText(stdout, fmt::format(format, std::forward<Args>(args)...));
 }
 
-// At the end of the program: the first write error of stdout as one line, or empty. A closed pipe is not an error.
+// Flushes stdout and returns its first write error as one line; empty: none. Call it at the end of the program. A
+// closed pipe is not an error.
 std::string PrintError();
 
-// Formats PSNR or SSIM: "exact" for infinity (equal images), "-" for NaN or minus infinity (no value).
+// Formats PSNR, SSIM or another figure: "exact" for infinity (PSNR of equal images), "-" for NaN (no value).
 std::string Figure(double value, int digits);
-// Formats a difference of two such values with its sign.
+// Formats a difference of two figures with its sign; "-" if it is not finite.
 std::string Gain(double difference, int digits);
 
-// Makes the text one safe terminal line: replaces control characters, and shortens a long text in the middle.
+// Makes the text one line that is safe for a terminal: replaces control characters by "?", and replaces the middle of a
+// text of more than 1000 bytes by "[...]".
 std::string OneLine(std::string_view text);
 
 // Estimates the remaining time of a training stage from its mean time per iteration.
 class TimeLeft {
  public:
-  // Call after each iteration. Returns seconds, or NaN before the first timed iteration of the stage.
+  // Call it after each iteration. Returns the remaining seconds of the stage; NaN after its first observed iteration.
   double Observe(const gs::TrainProgress& progress);
 
  private:
@@ -50,14 +52,15 @@ class TimeLeft {
   double latest_seconds_ = 0;
 };
 
-// Progress of a training. On a terminal: one line with a bar, rewritten a few times per second. Otherwise: a new line
-// for every 5 % of a stage, or after 10 s, so each slow LM iteration has its own line.
+// Prints the progress of a training. On a terminal: one line with a bar, rewritten up to five times per second.
+// Otherwise: a new line after every 5 % of a stage, and after an iteration that ends 10 s or more after the last line.
 class ProgressLine {
  public:
   explicit ProgressLine(std::FILE* out);
 
+  // Call it after each iteration; prints if it is time.
   void Update(const gs::TrainProgress& progress);
-  // Ends the rewritten line. Call it before printing anything else.
+  // Ends the line on a terminal. Call it before printing other text.
   void Finish();
 
  private:
@@ -68,10 +71,10 @@ class ProgressLine {
   bool line_open_ = false;
   bool started_ = false;
   TimeLeft time_left_;
-  gs::TrainProgress printed_;  // latest
+  gs::TrainProgress printed_;  // the latest that was printed
 };
 
-// "0:07", "12:30", "1:02:03".
+// Formats seconds as "0:07", "12:30" or "1:02:03"; "?" if they are not finite.
 std::string FormatDuration(double seconds);
 
 }  // namespace vesta::app

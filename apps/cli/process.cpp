@@ -18,13 +18,13 @@ double SecondsSinceStart() {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
-std::string_view told_of_interrupt;  // set before the handler is installed
+std::string_view interrupt_message;  // set before the handler is installed
 
 // Async-signal-safe: no allocation, no stdio.
 void Note(int signal) {
   interrupted = 1;
   if (signal != SIGINT) return;
-  if (write(STDERR_FILENO, told_of_interrupt.data(), told_of_interrupt.size()) < 0) return;  // no stderr
+  if (write(STDERR_FILENO, interrupt_message.data(), interrupt_message.size()) < 0) return;  // no stderr
 }
 
 // The reader of stdout has gone: discards further output, so that the run can still write its results.
@@ -49,8 +49,8 @@ bool IsIgnored(int signal) {
 
 }  // namespace
 
-void CatchInterrupts(std::string_view told) {
-  told_of_interrupt = told;
+void CatchInterrupts(std::string_view message) {
+  interrupt_message = message;
   const int once = static_cast<int>(SA_RESETHAND);
   Catch(SIGINT, Note, once);
   Catch(SIGTERM, Note, once);

@@ -6,14 +6,15 @@
 
 namespace vesta::app {
 
-// The commit of the sources, with -dirty if they were modified; "unknown" without git. Updated by every build.
+// The git commit of the sources, with "-dirty" if they differ from it; "unknown" without git. Updated by every build.
 extern const char* const kCommit;
 
-// "0.2.0".
+// Such as "0.2.0".
 std::string VersionNumber();
-// "0.2.0 (commit 1234567)".
+// Such as "0.2.0 (commit 1234567)".
 std::string Version();
-// Two lines: the version, and the instruction sets that are compiled in, supported by this CPU, and used.
+// The text of `vesta --version`, two lines: Version(), and the instruction sets that are compiled in, that this CPU
+// supports, and that are used.
 std::string VersionText();
 
 }  // namespace vesta::app

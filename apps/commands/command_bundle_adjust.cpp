@@ -173,8 +173,8 @@ int RunBundleAdjust(const CommandLine& line) {
   bundle::BundleData data = FirstRankFirst([&] {
     if (IsFirstRank()) {
       RunFiles files = FilesOf(line);
-      files.Writes(Given("out", flags.out), flags.out);
-      if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+      files.Writes(FlagText("out", flags.out), flags.out);
+      if (!flags.json.empty()) files.Writes(FlagText("json", flags.json), flags.json);
       files.Check();
       CheckWritable("out", flags.out);
       if (!flags.json.empty()) CheckWritable("json", flags.json);

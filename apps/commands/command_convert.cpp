@@ -20,14 +20,14 @@ int RunConvert(const CommandLine& line) {
   CheckFilterFlags(line.flags);
   RunFiles files = FilesOf(line);
   if (!line.flags.scene.empty()) files.ReadsScene(line.flags.scene);
-  files.Writes(Given("out", to), to);
+  files.Writes(FlagText("out", to), to);
   files.Check();
   gs::CheckSplatExtension(to);
   CheckWritable("out", to);
-  std::string said;
-  const gs::SplatModel model = Filtered(line.flags, gs::ReadSplat(from), &files, &said);
+  std::string message;
+  const gs::SplatModel model = Filtered(line.flags, gs::ReadSplat(from), &files, &message);
   gs::WriteSplat(to, model);
-  Print("{}", said);
+  Print("{}", message);
   Print("{} Gaussians of SH degree {}: {:.3f} MB, now {:.3f} MB in {}\n", model.count, model.sh_degree,
         MegabytesOf(from), MegabytesOf(to), to);
   return 0;

@@ -50,7 +50,7 @@ void PrintAligned(const gs::AlignedEvaluation& aligned) {
 int RunEval(const CommandLine& line) {
   const Flags& flags = line.flags;
   RunFiles files = FilesOf(line);
-  if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+  if (!flags.json.empty()) files.Writes(FlagText("json", flags.json), flags.json);
   files.Check();
   if (!flags.json.empty()) CheckWritable("json", flags.json);
   const PosedModel posed = LoadPosedModel(line);
@@ -63,7 +63,8 @@ int RunEval(const CommandLine& line) {
   PrintQuality("train", evaluation.train);
   const std::optional<gs::AlignedEvaluation> aligned = MeasureAligned(posed, flags.align);
   if (aligned) PrintAligned(*aligned);
-  Print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
+  Print("training loss {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count,
+        posed.model.sh_degree);
   Print("{}", WarningOfScene(evaluation.train.psnr));
   if (!flags.json.empty()) {
     WriteFileAtomically(

@@ -94,7 +94,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
     const auto load = [&] { return LoadPosedModel(ply, path, line.flags, SceneOptions(line.flags, options)); };
     if (!IsFirstRank()) return load();
     RunFiles files = FilesOf(line);
-    WritesResults(line.flags, line.flags.out, &files);
+    RegisterResults(line.flags, line.flags.out, &files);
     files.Check();
     out.emplace(line.flags.out);
     PosedModel loaded = load();

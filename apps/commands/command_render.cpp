@@ -50,7 +50,7 @@ std::unique_ptr<Film> BeginFilm(const Flags& flags, const Frames& frames) {
   for (const gs::View* view : frames.views) {
     if (view->camera.width == first.width && view->camera.height == first.height) continue;
     Fail(kBadArgument, "{}: the cameras of {} have images of different sizes; give --size=WxH",
-         Given("film", flags.film), flags.path);
+         FlagText("film", flags.film), flags.path);
   }
   return std::make_unique<Film>(flags.film, gs::ImageSize{first.width, first.height}, flags.fps.value_or(kUsualRate));
 }
@@ -76,12 +76,12 @@ void WriteCameras(const std::string& file, const gs::Scene& scene, const Frames&
 int RunRender(const CommandLine& line) {
   const Flags& flags = line.flags;
   CheckPathFlags(flags);
-  const std::string given = Given("out", flags.out);
+  const std::string given = FlagText("out", flags.out);
   const bool has_path = !flags.path.empty(), has_cameras = has_path || IsDepth(flags.show);
   RunFiles files = FilesOf(line);
   if (flags.path.ends_with(".json")) files.Reads(flags.path);
   files.WritesInto(given, flags.out);
-  if (!flags.film.empty()) files.Writes(Given("film", flags.film), flags.film);
+  if (!flags.film.empty()) files.Writes(FlagText("film", flags.film), flags.film);
   files.Check();
   if (!flags.film.empty()) CheckFilm(flags.film);
   OutputFolder out(flags.out);

@@ -60,7 +60,7 @@ class FinishedRuns {
       flag_texts += fmt::format(" --{}={}", name, value);
     }
     gs::LoadSceneOptions how = SceneOptions(flags, options);
-    LoadFor(model_, &how);
+    UseSplatRendering(model_, &how);
     const std::string key = fmt::format("{} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
                                         how.eps2d, flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {
@@ -101,7 +101,7 @@ int RunReport(const CommandLine& line) {
     files.Reads(FinishedRuns::SplatFile(folder));
   }
   for (const std::string& scene : runs.scenes()) files.ReadsScene(scene);
-  files.Writes(Given("out", file), file);
+  files.Writes(FlagText("out", file), file);
   files.Check();
   CheckWritable("out", file);
   const auto missing = WriteReport(file, runs.sources(), [&](std::size_t run) { return runs.Load(run); });

@@ -36,7 +36,7 @@ int RunTrain(const CommandLine& given) {
   CommandLine line = given;
   Flags& flags = line.flags;
   if (!flags.view.empty()) {
-    PlaceOfTrainingsView(flags);  // fails before any input is read
+    AddressOfTrainingView(flags);  // fails before any input is read
     if (NumStartedRanks() > 1)
       Fail(kUnsupported, "--view: not available with several processes; start one process, or leave the flag out");
   }
@@ -71,7 +71,7 @@ int RunTrain(const CommandLine& given) {
     if (!IsFirstRank()) return gs::LoadScene(path, SceneOptions(flags, options));
     RunFiles files = FilesOf(line);
     files.ReadsScene(path);
-    WritesResults(flags, folder, &files);
+    RegisterResults(flags, folder, &files);
     files.Check();
     out.emplace(folder);
     gs::Scene loaded = gs::LoadScene(path, SceneOptions(flags, options));

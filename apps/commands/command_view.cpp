@@ -35,7 +35,7 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   for (const auto& [name, value] : origin.scene_flags) RestoreSceneFlag(name, value, &flags);
   gs::LoadSceneOptions options = SceneOptions(flags, origin.settings.options);
   options.downscale = flags.downscale;
-  LoadFor(posed.model, &options);
+  UseSplatRendering(posed.model, &options);
   posed.scene = gs::LoadScene(line.arguments[1], options);
   const auto trained = gs::NumTrainingViews(posed.scene);
   if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {
@@ -73,7 +73,7 @@ int RunView(const CommandLine& line) {
   const std::array<float, 3> background = posed.model.background;
   ShownModel shown;
   shown.Put(std::make_shared<const gs::SplatModel>(std::move(posed.model)), to_view.cameras);
-  const Viewer viewer(PlaceOfViewer(flags), posed.scene, background, shown);
+  const Viewer viewer(AddressOfViewer(flags), posed.scene, background, shown);
   CatchInterrupts("\n");
   Print("{}\nPress Ctrl-C to end\n", viewer.link());
   std::fflush(stdout);

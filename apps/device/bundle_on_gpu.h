@@ -9,11 +9,12 @@
 
 namespace vesta::app {
 
-// Changes the solver's options.
+// Changes the solver options in place.
 using LmOptionsEdit = std::function<void(LmOptions&)>;
 
-// Minimises the sum of squares from data.x in place, with the default options for a GPU changed by `edit`. Throws Error
-// (one line) if GPU memory is exhausted; data is then unchanged. Requires a GPU (CheckDevice).
+// Solves the bundle adjustment, without a robust loss: data.x is the start and receives the solution. `edit` changes
+// the default solver options for a GPU. `callback` is called after each iteration. Throws Error (one line) if GPU
+// memory is exhausted; data is then unchanged. Call CheckDevice first: a GPU is required.
 LmSummary SolveBundleOnGpu(bundle::BundleData& data, const LmOptionsEdit& edit, const LmCallback& callback);
 
 }  // namespace vesta::app

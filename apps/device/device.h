@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// --device: the processor that a run computes on. Implemented in device_cuda.cpp, or in device_cpu.cpp without CUDA.
+// The flag --device: selects the CPU or the GPU for a run. Implemented in device_cuda.cpp, or in device_cpu.cpp without
+// CUDA.
 #pragma once
 
 #include "apps/cli/flags.h"
@@ -10,11 +11,11 @@ namespace vesta::app {
 
 // Throws Error (one line) for --device=cuda if there is no usable GPU.
 void CheckDevice(Device device);
-// Returns the stages that run on the GPU if device is cuda, or if it is auto and a GPU is usable. Otherwise the stages
-// run on the CPU. If a GPU is present but not usable, a note says so. Under mpirun, auto means the CPU. Throws as
-// CheckDevice.
+// Returns the training stages for the GPU if device is cuda, or if it is auto and a GPU is usable. Otherwise returns
+// the stages for the CPU, with a note for the user if a GPU is present but not usable. Under mpirun, auto means the
+// CPU. Throws as CheckDevice.
 gs::StageRunners StagesOf(Device device);
-// The clock for profiles of this device.
+// The clock for --profile: for a GPU it waits for pending GPU work, so that phases are timed correctly.
 Profile::Clock ProfileClock(Device device);
 
 }  // namespace vesta::app

@@ -10,22 +10,25 @@
 
 namespace vesta::app {
 
-// The communicator of all ranks, or of this process alone if mpirun started none. The first call initialises MPI.
-// Throws Error if mpirun started several processes of a build without MPI.
+// Returns the communicator of all ranks; without mpirun, of this process alone. The first call initialises MPI. Throws
+// Error if mpirun started several processes of a build without MPI.
 Communicator& WorldCommunicator();
-// Whether another rank has already reported this error.
-bool IsKnownToOthers(const std::string& why);
-// If other ranks run: sends them the reason, unless they know it, and exits at once, because MPI_Finalize would wait
-// forever. Returns if this rank is alone.
-void EndWithOthers(const std::string& why, int status);
-// At the end of the program: waits for the other ranks, so that no rank succeeds if another one fails.
-void MeetAtEnd();
-// "process 2 of 4: " with several ranks, else empty.
+// Whether another rank has just reported an error with the message `why`, so that this rank need not print it. May wait
+// half a second for such a report.
+bool IsReportedByOtherRank(const std::string& why);
+// For a rank that fails. If there are other ranks: sends them the reason `why` and exits with `status` at once, because
+// MPI_Finalize would wait forever. Returns if this rank is alone.
+void AbortOtherRanks(const std::string& why, int status);
+// Waits for all ranks. Collective: every rank calls it at the end of the program, so that no rank succeeds if another
+// one fails.
+void WaitForOtherRanks();
+// Prefix of messages: "process 2 of 4: " with several ranks, else empty.
 std::string RankPrefix();
 
-// Rank 0 prints and writes files.
+// True on rank 0, which prints and writes files.
 inline bool IsFirstRank() { return WorldCommunicator().rank() == 0; }
-// Runs body on rank 0 before the other ranks start it, so that a common error is reported once. Returns its result.
+// Calls body on rank 0 first, then on the other ranks, and returns its result. If body throws on rank 0, the other
+// ranks stop too, so an error that all ranks have is reported once.
 template <class Body>
 auto FirstRankFirst(const Body& body) {
   if (!IsFirstRank()) OnAnyRank(WorldCommunicator(), false);

@@ -29,7 +29,7 @@ Communicator& WorldCommunicator() {
   return *world;
 }
 
-bool IsKnownToOthers(const std::string& why) {
+bool IsReportedByOtherRank(const std::string& why) {
   try {
     return WorldCommunicator().IsKnown(why);
   } catch (const Error&) {
@@ -37,7 +37,7 @@ bool IsKnownToOthers(const std::string& why) {
   }
 }
 
-void EndWithOthers(const std::string& why, int status) {
+void AbortOtherRanks(const std::string& why, int status) {
   if (!world || world->size() == 1) return;
   world->Abandon(why);
   std::fflush(stdout);
@@ -45,7 +45,7 @@ void EndWithOthers(const std::string& why, int status) {
   _exit(status);
 }
 
-void MeetAtEnd() {
+void WaitForOtherRanks() {
   if (world) OnAnyRank(*world, false);
 }
 

@@ -15,11 +15,11 @@ Communicator& WorldCommunicator() {
   return alone;
 }
 
-bool IsKnownToOthers(const std::string&) { return false; }
+bool IsReportedByOtherRank(const std::string&) { return false; }
 
-void EndWithOthers(const std::string&, int) {}
+void AbortOtherRanks(const std::string&, int) {}
 
-void MeetAtEnd() {}
+void WaitForOtherRanks() {}
 
 std::string RankPrefix() { return ""; }
 

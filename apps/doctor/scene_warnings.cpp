@@ -38,7 +38,7 @@ double MeanSquaredLaplacian(const std::vector<double>& luma, int width, int heig
   return inside > 0 ? sum / inside : 0;
 }
 
-bool IsBurnt(const gs::Image& image, std::size_t pixel) {
+bool IsSaturated(const gs::Image& image, std::size_t pixel) {
   constexpr int kTop = 254;
   const auto is_at_top = [&](int c) { return gs::QuantizeColor(image.plane(c)[pixel]) >= kTop; };
   return is_at_top(0) || is_at_top(1) || is_at_top(2);
@@ -109,7 +109,7 @@ constexpr Index kFewViews = 10, kFewPoints = 500, kFewSeen = 20;
 constexpr double kSameThumbnail = 1.0 / 255;  // mean difference
 constexpr double kBlurred = 0.25;             // sharpness / median sharpness of the views
 constexpr double kStops = 0.6;                // exposure relative to the median view
-constexpr double kBurnt = 0.2;                // fraction of the pixels
+constexpr double kSaturated = 0.2;            // fraction of the pixels
 constexpr double kFlat = 2.0 / 255;           // contrast
 constexpr Index kCountedPoints = 20000;       // points tested per view, at most about this many
 
@@ -117,29 +117,29 @@ constexpr Index kCountedPoints = 20000;       // points tested per view, at most
 class Findings {
  public:
   void Add(std::string line) { lines_.push_back(std::move(line)); }
-  void AppendTo(std::vector<std::string>* doubts, const char* more) {
+  void AppendTo(std::vector<std::string>* warnings, const char* more) {
     constexpr std::size_t kMost = 5;
     const std::size_t rest = lines_.size() > kMost ? lines_.size() - kMost : 0;
     lines_.resize(std::min(lines_.size(), kMost));
-    doubts->insert(doubts->end(), lines_.begin(), lines_.end());
-    if (rest > 0) doubts->push_back(fmt::format("and {} more {}", rest, more));
+    warnings->insert(warnings->end(), lines_.begin(), lines_.end());
+    if (rest > 0) warnings->push_back(fmt::format("and {} more {}", rest, more));
   }
 
  private:
   std::vector<std::string> lines_;
 };
 
-void WarnOfNumbers(const gs::Scene& scene, std::vector<std::string>* doubts) {
+void WarnOfNumbers(const gs::Scene& scene, std::vector<std::string>* warnings) {
   const auto views = static_cast<Index>(scene.views.size());
   if (views < kFewViews)
-    doubts->push_back(fmt::format("only {} views: more photographs, from all around, help most", views));
+    warnings->push_back(fmt::format("only {} views: more photographs, from all around, help most", views));
   if (scene.points.size() < kFewPoints) {
-    doubts->push_back(
+    warnings->push_back(
         fmt::format("only {} points to start from: did the reconstruction succeed?", scene.points.size()));
   }
 }
 
-void WarnOfSeen(const gs::Scene& scene, std::vector<std::string>* doubts) {
+void WarnOfSeen(const gs::Scene& scene, std::vector<std::string>* warnings) {
   Findings findings;
   const Index stride = std::max<Index>(1, scene.points.size() / kCountedPoints);
   for (const gs::View& view : scene.views) {
@@ -150,23 +150,23 @@ void WarnOfSeen(const gs::Scene& scene, std::vector<std::string>* doubts) {
     if (seen < kFewSeen)
       findings.Add(fmt::format("{}: sees only {} of the points: is its pose right?", view.name, seen));
   }
-  findings.AppendTo(doubts, "views that see few points");
+  findings.AppendTo(warnings, "views that see few points");
 }
 
-void WarnOfDuplicates(const gs::Scene& scene, const std::vector<ViewDiagnostics>& signs,
-                      std::vector<std::string>* doubts) {
+void WarnOfDuplicates(const gs::Scene& scene, const std::vector<ViewDiagnostics>& diagnostics,
+                      std::vector<std::string>* warnings) {
   Findings findings;
-  for (std::size_t i = 0; i < signs.size(); ++i) {
+  for (std::size_t i = 0; i < diagnostics.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (ThumbnailDistance(signs[i], signs[j]) >= kSameThumbnail) continue;
+      if (ThumbnailDistance(diagnostics[i], diagnostics[j]) >= kSameThumbnail) continue;
       findings.Add(fmt::format("{}: nearly the same photograph as {}", scene.views[i].name, scene.views[j].name));
       break;  // report only the first match
     }
   }
-  findings.AppendTo(doubts, "photographs that are nearly the same as another");
+  findings.AppendTo(warnings, "photographs that are nearly the same as another");
 }
 
-void WarnOfPoses(const gs::Scene& scene, std::vector<std::string>* doubts) {
+void WarnOfPoses(const gs::Scene& scene, std::vector<std::string>* warnings) {
   constexpr double kNear = 1e-6;
   Findings findings;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
@@ -183,41 +183,41 @@ void WarnOfPoses(const gs::Scene& scene, std::vector<std::string>* doubts) {
       break;
     }
   }
-  findings.AppendTo(doubts, "views with the same pose as another");
+  findings.AppendTo(warnings, "views with the same pose as another");
 }
 
-void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics>& signs,
-                       std::vector<std::string>* doubts) {
+void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics>& diagnostics,
+                       std::vector<std::string>* warnings) {
   std::vector<double> sharpness;
-  sharpness.reserve(signs.size());
-  for (const ViewDiagnostics& sign : signs) sharpness.push_back(sign.sharpness);
+  sharpness.reserve(diagnostics.size());
+  for (const ViewDiagnostics& one : diagnostics) sharpness.push_back(one.sharpness);
   const double usual_sharpness = gs::Median(std::move(sharpness));
   const std::vector<double> stops_of = ExposureStops(scene);
-  Findings flat, blurred, exposed, burnt;
-  for (std::size_t i = 0; i < signs.size(); ++i) {
-    const ViewDiagnostics& sign = signs[i];
+  Findings flat, blurred, exposed, saturated;
+  for (std::size_t i = 0; i < diagnostics.size(); ++i) {
+    const ViewDiagnostics& one = diagnostics[i];
     const std::string& name = scene.views[i].name;
     const double stops = stops_of[i];
-    if (sign.contrast < kFlat) {
+    if (one.contrast < kFlat) {
       flat.Add(fmt::format("{}: has a single colour", name));
       continue;
     }
-    if (sign.sharpness < kBlurred * usual_sharpness) {
+    if (one.sharpness < kBlurred * usual_sharpness) {
       blurred.Add(fmt::format("{}: blurred? Its sharpness is {:.0f} % of the median", name,
-                              100 * sign.sharpness / usual_sharpness));
+                              100 * one.sharpness / usual_sharpness));
     }
     if (std::abs(stops) > kStops) {
       exposed.Add(
           fmt::format("{}: {:.1f} stops {} than the others", name, std::abs(stops), stops < 0 ? "darker" : "lighter"));
     }
-    if (sign.burnt > kBurnt) {
-      burnt.Add(fmt::format("{}: {:.0f} % of its pixels are saturated in a channel", name, 100 * sign.burnt));
+    if (one.saturated > kSaturated) {
+      saturated.Add(fmt::format("{}: {:.0f} % of its pixels are saturated in a channel", name, 100 * one.saturated));
     }
   }
-  flat.AppendTo(doubts, "photographs of one colour");
-  blurred.AppendTo(doubts, "photographs that may be blurred");
-  exposed.AppendTo(doubts, "photographs with a different exposure");
-  burnt.AppendTo(doubts, "photographs with many saturated pixels");
+  flat.AppendTo(warnings, "photographs of one colour");
+  blurred.AppendTo(warnings, "photographs that may be blurred");
+  exposed.AppendTo(warnings, "photographs with a different exposure");
+  saturated.AppendTo(warnings, "photographs with many saturated pixels");
 }
 
 }  // namespace
@@ -232,19 +232,20 @@ ViewDiagnostics DiagnosticsOf(const gs::Image& image) {
   const gs::Image& seen = resized.empty() ? image : resized;
   const std::vector<double> luma = LumaOf(seen);
   const auto count = static_cast<double>(luma.size());
-  ViewDiagnostics signs;
+  ViewDiagnostics diagnostics;
   double mean = 0, square = 0;
   for (std::size_t i = 0; i < luma.size(); ++i) {
     mean += luma[i] / count;
     square += luma[i] * luma[i] / count;
-    signs.burnt += IsBurnt(seen, i) ? 1 / count : 0;
+    diagnostics.saturated += IsSaturated(seen, i) ? 1 / count : 0;
   }
   const double variance = std::max(square - mean * mean, 0.0);
-  signs.contrast = std::sqrt(variance);
+  diagnostics.contrast = std::sqrt(variance);
   constexpr double kLeastVariance = 1e-6;  // (a quarter of an 8-bit level)^2
-  signs.sharpness = variance > kLeastVariance ? MeanSquaredLaplacian(luma, seen.width, seen.height) / variance : 0;
-  signs.thumbnail = ThumbnailOf(image);
-  return signs;
+  diagnostics.sharpness =
+      variance > kLeastVariance ? MeanSquaredLaplacian(luma, seen.width, seen.height) / variance : 0;
+  diagnostics.thumbnail = ThumbnailOf(image);
+  return diagnostics;
 }
 
 double ThumbnailDistance(const ViewDiagnostics& a, const ViewDiagnostics& b) {
@@ -273,17 +274,17 @@ std::vector<double> ExposureStops(const gs::Scene& scene) {
 }
 
 std::vector<std::string> SceneWarnings(const gs::Scene& scene) {
-  std::vector<std::string> doubts;
-  if (scene.views.empty()) return doubts;
-  std::vector<ViewDiagnostics> signs;
-  signs.reserve(scene.views.size());
-  for (const gs::View& view : scene.views) signs.push_back(DiagnosticsOf(*view.Photograph()));
-  WarnOfNumbers(scene, &doubts);
-  WarnOfSeen(scene, &doubts);
-  WarnOfPoses(scene, &doubts);
-  WarnOfDuplicates(scene, signs, &doubts);
-  WarnOfPhotographs(scene, signs, &doubts);
-  return doubts;
+  std::vector<std::string> warnings;
+  if (scene.views.empty()) return warnings;
+  std::vector<ViewDiagnostics> diagnostics;
+  diagnostics.reserve(scene.views.size());
+  for (const gs::View& view : scene.views) diagnostics.push_back(DiagnosticsOf(*view.Photograph()));
+  WarnOfNumbers(scene, &warnings);
+  WarnOfSeen(scene, &warnings);
+  WarnOfPoses(scene, &warnings);
+  WarnOfDuplicates(scene, diagnostics, &warnings);
+  WarnOfPhotographs(scene, diagnostics, &warnings);
+  return warnings;
 }
 
 }  // namespace vesta::app

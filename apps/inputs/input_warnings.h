@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Warnings about inputs that probably do not match, judged by the quality of the result. Each is one line, or empty.
+// Warnings about a splat and a scene that probably do not match, judged by the quality of the result. Each function
+// returns one line; empty: no warning.
 #pragma once
 
 #include <string>
@@ -8,11 +9,13 @@
 
 namespace vesta::app {
 
-// Warns if the splat does not seem to show this scene. train_psnr: mean over the training views, in dB.
+// Warns if the PSNR is so low that the splat does not seem to show this scene. train_psnr: mean over the training
+// views, in dB.
 std::string WarningOfScene(double train_psnr);
 
-// Warns if a training ended with this PSNR because of a wrong scene or wrong options. Names the reason if it finds one:
-// photographs of one colour, points that no training view sees, or points that all coincide.
+// Warns if a training ended with a very low PSNR, probably because of a wrong scene or wrong options. Names the reason
+// if it finds one: photographs of one colour, points that no training view sees, or points that all have the same
+// position.
 std::string WarningOfTraining(const gs::Scene& scene, double train_psnr);
 
 }  // namespace vesta::app

@@ -95,7 +95,7 @@ void UseRenderingFlags(const Flags& flags, gs::SplatModel* model) {
   if (flags.eps2d) model->eps2d = *flags.eps2d;
 }
 
-void LoadFor(const gs::SplatModel& model, gs::LoadSceneOptions* options) {
+void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options) {
   options->background = model.background, options->eps2d = model.eps2d;
 }
 
@@ -104,7 +104,7 @@ PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, co
   PosedModel posed;
   posed.model = gs::ReadSplat(splat);
   UseRenderingFlags(flags, &posed.model);
-  LoadFor(posed.model, &options);
+  UseSplatRendering(posed.model, &options);
   posed.scene = gs::LoadScene(scene, options);
   gs::MoveToScene(posed.scene, &posed.model);
   return posed;

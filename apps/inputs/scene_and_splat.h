@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inputs of a command: a scene, with the flags that select its photographs, and a splat with its scene.
+// Loads the inputs of the commands: a scene, with the flags that select its photographs (scene flags), and a splat.
 #pragma once
 
 #include <array>
@@ -15,19 +15,20 @@
 
 namespace vesta::app {
 
-// Sets the options from the flags that all commands with a SCENE accept. memory_budget_gib: as in MemoryOptions. Throws
-// UsageError if flags exclude each other.
+// Sets the loading options from the scene flags, which all commands with a SCENE accept. memory_budget_gib: as in
+// MemoryOptions. Throws UsageError if flags exclude each other.
 void UseSceneFlags(const Flags& flags, double memory_budget_gib, gs::LoadSceneOptions* options);
 
 // Names and values of the scene flags that were given, as a checkpoint stores them. Paths of files are absolute.
 std::vector<std::pair<std::string, std::string>> SceneFlagTexts(const Flags& flags);
-// Sets the flag unless the command line gave it. Returns false if there is no such flag or the value is invalid.
+// Sets a scene flag to the value of a checkpoint, unless the command line has set it. Returns false if there is no such
+// flag or the value is invalid.
 bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* flags);
 
 // Throws Error if the folder does not exist.
 void CheckSceneFolder(const std::string& path);
 
-// Prints the numbers of views and points, and the notes of loading.
+// Prints the numbers of views and points, and Scene::notes.
 void PrintScene(const gs::Scene& scene);
 
 // A splat and the scene it shows: the inputs of refine, prune, eval and render.
@@ -38,12 +39,12 @@ struct PosedModel {
 
 // Replaces the background and eps2d of the splat by --background and --eps2d, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
-// Loads the scene with the background and eps2d of the splat.
-void LoadFor(const gs::SplatModel& model, gs::LoadSceneOptions* options);
-// Reads both. The background and eps2d come from the flags or the splat, not from `options`.
+// Sets the background and eps2d with which the scene is loaded to the values of the splat.
+void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
+// Reads the files. The background and eps2d are those of UseRenderingFlags; the values in `options` are replaced.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);
-// Reads the SPLAT and SCENE of eval, render or view.
+// Reads the arguments SPLAT and SCENE of eval, render or view.
 PosedModel LoadPosedModel(const CommandLine& line);
 
 std::array<double, 3> ToDouble(const std::array<float, 3>& color);

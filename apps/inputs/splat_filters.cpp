@@ -51,13 +51,13 @@ std::string ExtentText(const gs::SplatModel& model) {
   return fmt::format("{:.6g}", fmt::join(ends, ","));
 }
 
-gs::SplatModel Cropped(const std::string& given, const gs::Box& box, gs::SplatModel model, std::string* said) {
+gs::SplatModel Cropped(const std::string& given, const gs::Box& box, gs::SplatModel model, std::string* message) {
   const std::vector<Index> within = gs::GaussiansWithin(model, box);
   if (within.empty()) {
-    Fail(kBadArgument, "{}: no Gaussian is inside this box; their centres are in {}", Given("box", given),
+    Fail(kBadArgument, "{}: no Gaussian is inside this box; their centres are in {}", FlagText("box", given),
          ExtentText(model));
   }
-  *said += fmt::format("box: {} of {} Gaussians are inside\n", within.size(), model.count);
+  *message += fmt::format("box: {} of {} Gaussians are inside\n", within.size(), model.count);
   return gs::InOrder(std::move(model), within);
 }
 
@@ -75,14 +75,14 @@ gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, Run
   return gs::FindFloaters(moved, &scoring_views);
 }
 
-gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
+gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* message) {
   const gs::FloaterCount found = FloatersOf(flags, model, files);
   if (found.kept.empty())
     Fail(kBadArgument, "--clean: all {} Gaussians would be removed; leave the flag out", model.count);
-  *said += fmt::format(
+  *message += fmt::format(
       "clean: kept {} of {} Gaussians; removed {} too faint, {} that enclose the scene, {} without neighbours",
       found.kept.size(), model.count, found.faint, found.huge, found.isolated);
-  *said += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.unsupported);
+  *message += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.unsupported);
   return gs::InOrder(std::move(model), found.kept);
 }
 
@@ -96,9 +96,9 @@ void CheckFilterFlags(const Flags& flags) {
   }
 }
 
-gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
-  if (const auto box = BoxOf(flags)) model = Cropped(flags.box, *box, std::move(model), said);
-  if (flags.clean) model = Cleaned(flags, std::move(model), files, said);
+gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* message) {
+  if (const auto box = BoxOf(flags)) model = Cropped(flags.box, *box, std::move(model), message);
+  if (flags.clean) model = Cleaned(flags, std::move(model), files, message);
   return model;
 }
 

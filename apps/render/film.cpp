@@ -41,7 +41,7 @@ std::string FindFfmpeg(const std::string& film) {
   if (program.empty()) {
     Fail(kUnavailable,
          "{}: the program ffmpeg is not installed; install it, or leave the flag out: the images are numbered frames",
-         Given("film", film));
+         FlagText("film", film));
   }
   return program;
 }
@@ -93,14 +93,14 @@ bool AddAll(const Files& files, std::set<std::string>* taken) {
 }  // namespace
 
 void CheckFilm(const std::string& file) {
-  if (!file.ends_with(".mp4")) Fail(kBadArgument, "{}: the name of a video must end in .mp4", Given("film", file));
+  if (!file.ends_with(".mp4")) Fail(kBadArgument, "{}: the name of a video must end in .mp4", FlagText("film", file));
   FindFfmpeg(file);
   CheckWritable("film", file);
 }
 
 Film::Film(const std::string& file, gs::ImageSize size, double frames_per_second)
     : file_(file), size_(size), output_(std::tmpfile(), std::fclose) {
-  if (!output_) Fail(kCannotWrite, "{}: cannot create a temporary file; free some disk space", Given("film", file));
+  if (!output_) Fail(kCannotWrite, "{}: cannot create a temporary file; free some disk space", FlagText("film", file));
   Start(FindFfmpeg(file), frames_per_second);
 }
 
@@ -118,7 +118,7 @@ void Film::Start(const std::string& program, double frames_per_second) {
   // A socket instead of a pipe: if ffmpeg ends early, a write then fails without SIGPIPE.
   std::array<int, 2> ends;
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    Fail(kCannotWrite, "{}: {}", Given("film", file_.path()), std::generic_category().message(errno));
+    Fail(kCannotWrite, "{}: {}", FlagText("film", file_.path()), std::generic_category().message(errno));
   }
   SpawnActions actions;
   posix_spawn_file_actions_adddup2(actions.get(), ends[1], STDIN_FILENO);
@@ -130,7 +130,7 @@ void Film::Start(const std::string& program, double frames_per_second) {
   if (error != 0) {
     process_ = -1;
     Wait();
-    Fail(kUnavailable, "{}: cannot run {}: {}", Given("film", file_.path()), program,
+    Fail(kUnavailable, "{}: cannot run {}: {}", FlagText("film", file_.path()), program,
          std::generic_category().message(error));
   }
 }
@@ -169,7 +169,7 @@ void Film::FailWithReason() {
   if (!std::fgets(line.data(), line.size(), output_.get())) line = {"it ended without a message"};
   std::string reason = line.data();
   if (reason.ends_with('\n')) reason.pop_back();
-  Fail(kCannotWrite, "{}: ffmpeg failed: {}", Given("film", file_.path()), reason);
+  Fail(kCannotWrite, "{}: ffmpeg failed: {}", FlagText("film", file_.path()), reason);
 }
 
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Videos, encoded by the program ffmpeg, and file names for the images of views.
+// Writes videos with the program ffmpeg. Makes file names for the images of views.
 #pragma once
 
 #include <sys/types.h>
@@ -16,21 +16,22 @@
 
 namespace vesta::app {
 
-// Throws Error if the file name does not end in .mp4, if the program ffmpeg is not installed, or if the file cannot be
-// written. The message names the option --film.
+// Checks the value of --film. Throws Error (one line with --film) if the name does not end in .mp4, if ffmpeg is not
+// installed, or if the file cannot be written.
 void CheckFilm(const std::string& file);
 
-// Writes a video with ffmpeg's default codec for .mp4 (H.264 in usual builds). Only Finish creates the file, when the
-// video is complete.
+// A video with ffmpeg's default codec for .mp4 (H.264 in usual builds). The file appears only when Finish is called;
+// without it, the destructor ends ffmpeg and discards the video.
 class Film {
  public:
-  // frames_per_second > 0. An odd width or height is padded by one black column or row.
+  // size: width and height of the frames, pixels. An odd width or height is padded by one black column or row.
+  // frames_per_second > 0.
   Film(const std::string& file, gs::ImageSize size, double frames_per_second);
   ~Film();
   Film(const Film&) = delete;
   Film& operator=(const Film&) = delete;
 
-  // Adds a frame of this size; colours are clamped to 0..1. Throws Error with ffmpeg's message if it has failed.
+  // Adds a frame; colours are clamped to 0..1. Add and Finish throw Error with ffmpeg's message if ffmpeg has failed.
   void Add(const gs::Image& frame);
   void Finish();
 
@@ -47,9 +48,10 @@ class Film {
   pid_t process_ = -1;
 };
 
-// Returns a unique .png name for each view. The extension of the views' names is dropped. If two names would then be
-// equal, all names keep it. If some are still equal ("a/b.jpg" and "a_b.jpg"), all but the first get a number.
-// files_of(name): all files that are written for an image of this name, the name itself first; none of them may clash.
+// Returns a unique .png file name for each view. It is View::name without the extension, with "_" for "/". If two names
+// would then be equal, all names keep the extension. If some are still equal ("a/b.jpg" and "a_b.jpg"), all but the
+// first get a number. files_of(name): the files that will be written for the name, starting with the name itself; each
+// must be unique too.
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
                                    const std::function<std::vector<std::string>(const std::string&)>& files_of);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views that render draws: cameras of --path, and images of the quantity --show.
+// For `vesta render`: makes the cameras of --path, and draws images of the quantity of --show.
 #pragma once
 
 #include <string>
@@ -16,28 +16,30 @@ namespace vesta::app {
 // The cameras of --path.
 struct CameraPath {
   std::vector<gs::View> views;  // in the frame of the scene, without images
-  std::string note;             // a line for the user, or empty
+  std::string note;             // one line for the user; empty: none
 };
 
-// Throws UsageError if flags of render are invalid or do not fit together. Reads no files.
+// Throws UsageError if --path, --size, --frames, --film, --fps or --truth are invalid or do not fit together. Reads no
+// files.
 void CheckPathFlags(const Flags& flags);
 
-// For --path. Uses the intrinsics of the first view of the scene, or those in the file. --size changes the image size
-// and crops to another aspect ratio. Throws Error (one line with the flag or the file).
+// Makes the cameras of --path. Their intrinsics come from the file of --path, or else from the first view of the scene.
+// --size scales the images, and crops them if the aspect ratio differs. Throws Error (one line with the flag or the
+// file).
 CameraPath PathOfFlags(const Flags& flags, const gs::Scene& scene);
 
-// Draws views of one model, which must outlive this object.
+// Draws one model from given views. `posed` must outlive this object.
 class ShownViews {
  public:
   ShownViews(const PosedModel& posed, Show show);
 
-  // The files of an image of this name: the image itself, and for depth a coloured preview.
+  // The files that Draw writes for an image of this name: the image, and for depth also a coloured preview.
   std::vector<std::string> FilesOf(const std::string& name) const;
-  // Draws the view and writes its files into the folder; with_truth: with the photograph on the right. Returns the
-  // image for the video.
+  // Draws the view and writes its files into the folder. with_truth: the photograph is added on the right. Returns the
+  // image for the video; for depth the preview.
   gs::Image Draw(const gs::View& view, const std::string& folder, const std::string& name, bool with_truth);
 
-  // World units per level of a depth image: 16 bits reach 32 scene extents, which is 16 median depths.
+  // World units per level of a depth image. The 65,536 levels of 16 bits reach to 32 times Scene::extent.
   double depth_unit() const;
 
  private:

@@ -205,7 +205,7 @@ gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth) {
   return map;
 }
 
-double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth) {
+double FractionWithHalfOfError(const gs::Image& render, const gs::Image& truth) {
   std::vector<std::uint32_t> errors(render.num_pixels());
   ForEachDifference(render, truth, [&](std::size_t pixel, const std::array<int, 3>& d) {
     errors[pixel] = static_cast<std::uint32_t>(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
@@ -238,7 +238,8 @@ std::vector<ViewError> ViewRenderer::Measure() {
     const ImageQuality whole =
         meter.Measure(gs::ValuesOf(render), gs::ValuesOf(*photograph), {view.camera.width, view.camera.height});
     const gs::ViewQuality of_counted = gs::QualityOf(0, *photograph, whole, 0);
-    errors.push_back({view.name, of_counted.quality, PartWithHalfOfError(render, *photograph) / of_counted.counted});
+    errors.push_back(
+        {view.name, of_counted.quality, FractionWithHalfOfError(render, *photograph) / of_counted.counted});
   }
   return errors;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors of the test views as images: colour scale, error maps, and plans of the cameras.
+// For the report: measures and renders the test views, shows their errors as images, and draws the cameras.
 #pragma once
 
 #include <array>
@@ -15,41 +15,42 @@
 
 namespace vesta::app {
 
-// The colour scale from black over red to pale yellow: r, g, b in 0..1. of: 0..1.
+// Returns the colour at position `of`, 0..1, of the scale from black over red to pale yellow: r, g, b in 0..1.
 std::array<float, 3> HeatColor(float of);
 
-// The error with the brightest colour: mean over channels of |render - truth|, colours in 0..1.
+// Errors from this value on have the brightest colour. The error of a pixel is the mean over channels of |render -
+// truth|, with colours in 0..1; truth means the photograph.
 inline constexpr double kBrightestError = 0.25;
 
-// Colours each pixel from black (no error) over red to pale yellow (kBrightestError or more). The images must have the
-// same size; both are quantised to 8 bits.
+// Returns the image of the errors, from black (no error) to pale yellow (kBrightestError or more). Both images are
+// rounded to 8 bits before. Throws Error if their sizes differ.
 gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth);
 
-// The smallest fraction of the pixels, 0..1, that contains half of the squared error: small if the error is
-// concentrated in a few places, near 0.5 if it is spread evenly. 0 for equal images.
-double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth);
+// The smallest fraction of the pixels, 0..1, that together have half of the sum of squared errors. It is small if the
+// error is concentrated in a few places, near 0.5 if it is spread evenly, and 0 for equal images.
+double FractionWithHalfOfError(const gs::Image& render, const gs::Image& truth);
 
-// A test view and its quality.
+// The quality of one test view.
 struct ViewError {
   std::string name;
   ImageQuality quality;
-  double half_in = 0;  // PartWithHalfOfError, relative to the unmasked pixels
+  double half_error_fraction = 0;  // FractionWithHalfOfError of the unmasked pixels
 };
 
-// Images of a view as JPEGs embedded in the page (DataUri).
+// The images of a view as JPEG, as text for the page (DataUri).
 struct ViewPictures {
   int width = 0, height = 0;         // displayed size, pixels
   std::string truth, render, error;  // error: ErrorMap at half the size
 };
 
-// Renders views as the evaluation of a training does. The model must be in the frame of the scene, and the images of
-// the scene must be loadable.
+// Renders and measures views exactly as the evaluation at the end of a training. The model must be in the frame of the
+// scene. Throws Error if a photograph can no longer be read.
 class ViewRenderer {
  public:
-  // Both must outlive this object.
+  // model and scene must outlive this object.
   ViewRenderer(const gs::SplatModel& model, const gs::Scene& scene);
 
-  // Measures all test views in the order of the scene.
+  // The quality of all test views, in the order of the scene.
   std::vector<ViewError> Measure();
   // The images of a view, at most max_width pixels wide.
   ViewPictures Picture(const gs::View& view, int max_width);
@@ -60,9 +61,9 @@ class ViewRenderer {
   gs::Renderer renderer_;
 };
 
-// Two drawings (SVG) of the cameras with a sample of the points, from above and from the side; up is the mean up axis
-// of the cameras. Training views are grey, test views green (best) to red (worst), each with its name. errors: one for
-// each test view, or empty.
+// Returns two SVG drawings of the cameras and a sample of the points: from above and from the side, with the mean up
+// axis of the cameras as up. Training views are grey; test views green (best) to red (worst), each with its name.
+// errors: one for each test view, in the order of the scene, or empty.
 std::string CameraPlans(const gs::Scene& scene, std::span<const ViewError> errors);
 
 }  // namespace vesta::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text, images and charts for a self-contained HTML page.
+// Makes text, images and charts for an HTML page without external files.
 #pragma once
 
 #include <array>
@@ -9,17 +9,17 @@
 
 namespace vesta::app {
 
-// Escapes any bytes for the text of a page or a quoted attribute: special characters become entities; control
-// characters and invalid UTF-8 become U+FFFD. Names of files and views are untrusted input.
+// Escapes any bytes for the text or a quoted attribute of an HTML page. Special characters become entities; control
+// characters and invalid UTF-8 become U+FFFD. Use it for all names of files and views, which are untrusted input.
 std::string Escape(std::string_view text);
 
-// "data:TYPE;base64,...": a file embedded in the page. type: for example "image/jpeg".
+// Returns a file as a URL that contains it: "data:TYPE;base64,...". type: for example "image/jpeg".
 std::string DataUri(std::string_view type, std::string_view bytes);
 
-// A curve of a chart, in a colour of the page (page.h).
+// One curve of a chart.
 struct Series {
   std::string name;
-  std::size_t color = 0;  // number of a colour; colours repeat after kRunColors
+  std::size_t color = 0;  // 0, 1, ...: colour of the run (page.h); colours repeat after kRunColors
   bool is_dashed = false;
   std::vector<std::array<double, 2>> points;  // x, y; points that are not finite are skipped
 };
@@ -29,13 +29,14 @@ struct Chart {
   std::vector<Series> series;
 };
 
-// Draws the chart as SVG and escapes its names. Without a finite point, the chart shows a note instead.
+// Returns the chart as SVG; its texts are escaped. Without a finite point, the chart shows a note instead of curves.
 std::string ToSvg(const Chart& chart);
 
-// A short label of an axis whose marks are `step` apart: "0.25", "120k", "1.5M".
+// Returns a short label for a mark of an axis: "0.25", "120k", "1.5M". step: distance of the marks, which determines
+// the digits.
 std::string ShortNumber(double value, double step);
 
-// Marks of an axis: about `count` round numbers within [low, high]. high > low.
+// Returns the marks of an axis: about `count` round numbers within [low, high]. high > low.
 std::vector<double> RoundMarks(double low, double high, int count);
 
 }  // namespace vesta::app

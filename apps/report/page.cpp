@@ -161,8 +161,9 @@ std::string Slider(const Report& report, const ReportedView& view, std::size_t n
                                                              Escape(report.runs[run].source.record.name()))
                                                : "";
   if (const ViewError* error = FindView(report.runs[run], view)) {
-    caption += fmt::format("{} dB, SSIM {}; half of the squared error in {:.1f} % of the pixels",
-                           Figure(error->quality.psnr, 2), Figure(error->quality.ssim, 3), 100 * error->half_in);
+    caption +=
+        fmt::format("{} dB, SSIM {}; half of the squared error in {:.1f} % of the pixels",
+                    Figure(error->quality.psnr, 2), Figure(error->quality.ssim, 3), 100 * error->half_error_fraction);
   }
   return fmt::format(
       R"(<figure><div class="slide" style="aspect-ratio:{}/{}"><img alt="photograph" {}><img class="render" alt="render" src="{}"><img class="error" alt="error" src="{}"><input type="range" min="0" max="100" step="0.5" value="50" aria-label="position of the line: render on the left, photograph on the right"></div><figcaption>{}</figcaption></figure>)"
@@ -206,7 +207,8 @@ std::string ViewTable(const Report& report) {
       html += fmt::format(
           R"(<tr><td><bdi>{}</bdi></td><td class="figure">{}</td><td><span class="bar run{}" style="width:{:.0f}px"></span></td><td class="figure">{}</td><td class="figure">{:.1f} %</td></tr>)"
           "\n",
-          Escape(view.name), Figure(psnr, 2), i % kRunColors, length, Figure(view.quality.ssim, 4), 100 * view.half_in);
+          Escape(view.name), Figure(psnr, 2), i % kRunColors, length, Figure(view.quality.ssim, 4),
+          100 * view.half_error_fraction);
     }
     html += "</tbody></table></div></details>\n";
   }

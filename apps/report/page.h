@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The HTML page of a report, its table of settings, style and script. It loads nothing from the network.
+// The HTML page of a report. It contains all images, styles and scripts and loads nothing from the network.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace vesta::app {
 
-// Self-contained HTML. Text from files is escaped, and a Content-Security-Policy forbids requests.
+// Returns the page. Text from files is escaped, and a Content-Security-Policy forbids network requests.
 std::string ReportPage(const Report& report);
 
 // Number of colours for runs: the CSS classes run0, run1, ...
@@ -19,8 +19,8 @@ inline constexpr std::size_t kRunColors = 6;
 std::string_view PageStyle();   // CSS
 std::string_view PageScript();  // JavaScript
 
-// HTML table of the settings. Settings that differ from the preset or between runs come first; the others are
-// collapsed.
+// Returns an HTML table of the settings of all runs. Settings that differ from the preset or between runs come first;
+// the others are collapsed.
 std::string SettingsTable(const Report& report);
 
 }  // namespace vesta::app

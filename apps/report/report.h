@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report of finished trainings: reads their records and writes report.html, a self-contained page.
+// The report of one or several finished trainings (runs): reads their metrics.json, renders their test views and writes
+// report.html.
 #pragma once
 
 #include <cstdint>
@@ -14,58 +15,60 @@
 
 namespace vesta::app {
 
-// The metrics.json of a finished training. It may come from another version or be written by hand, so a missing key or
-// another type means "unknown", not an error.
+// The metrics.json of a finished training (docs/guide/metrics.md). It may come from another version of vesta or be
+// edited by hand, so a key that is missing or has another type is not an error: the value is then unknown.
 class RunRecord {
  public:
-  // name: of the run; metrics: the text of its metrics.json. Throws Error (one line with the name) if that is not a
-  // JSON object.
+  // name: name of the run for the report. metrics: the text of its metrics.json; throws Error (one line with the name)
+  // if it is not a JSON object. splat_bytes: size of point_cloud.ply; 0: missing.
   RunRecord(std::string name, const std::string& metrics, std::int64_t splat_bytes);
 
   const std::string& name() const { return name_; }
   std::int64_t splat_bytes() const { return splat_bytes_; }  // size of point_cloud.ply; 0: missing
-  // The value at a path of keys such as "seconds.total"; NaN or "" if it is missing.
+  // The number or text at a path of keys such as "seconds.total"; NaN or "" if it is unknown.
   double Number(const std::string& path) const;
   std::string Text(const std::string& path) const;
   std::vector<std::string> notes() const;
   std::vector<PhaseRow> phases() const;  // with --profile
-  // One value, such as "test_psnr", of each row of the history; NaN if missing.
+  // The value of a key, such as "test_psnr", in each row of the history; NaN if unknown.
   std::vector<double> History(const char* figure) const;
-  // All options, such as "adam.iterations", as text.
+  // The keys, such as "adam.iterations", and values of all options of the training, as text.
   std::vector<std::pair<std::string, std::string>> Options() const;
   const nlohmann::ordered_json& json() const { return json_; }
 
  private:
-  const nlohmann::ordered_json* At(const std::string& path) const;  // null: missing
+  const nlohmann::ordered_json* At(const std::string& path) const;  // null: unknown
 
   std::string name_;
   nlohmann::ordered_json json_;
   std::int64_t splat_bytes_;
 };
 
-// Reads DIR/metrics.json and the size of DIR/point_cloud.ply. Throws Error if the first cannot be read.
+// Reads FOLDER/metrics.json and the size of FOLDER/point_cloud.ply. Throws Error if metrics.json cannot be read.
 RunRecord ReadRun(const std::string& folder);
 
-// The values of an object of objects as texts with names "part.key".
+// Returns the values of a JSON object of objects as texts, with the names "OUTER.INNER" of their keys.
 std::vector<std::pair<std::string, std::string>> Flattened(const nlohmann::ordered_json& object);
 
-// A run to report. scene: a text that is equal only for runs on the same photographs at the same size.
+// A run to report. scene: identifies the scene; it is equal for two runs only if they use the same photographs at the
+// same size (SceneToReport).
 struct RunSource {
   RunRecord record;
   std::string scene;
 };
 
-// A splat in the frame of its scene, and the scene with at least the images of its test views.
+// A splat in the frame of its scene, and the scene with the photographs of at least its test views.
 struct PosedSplat {
   const gs::SplatModel* model;
   const gs::Scene* scene;
 };
-// Loads the splat of a run by its number. The result is valid until the next call. Throws Error if it cannot be loaded.
+// Loads the splat and scene of a run, given its index. The result is valid until the next call. Throws Error if that
+// fails.
 using SplatLoader = std::function<PosedSplat(std::size_t run)>;
 
 struct ReportedRun {
   RunSource source;
-  std::string missing;                          // reason why its test views are not shown; empty: they are shown
+  std::string missing;                          // why the test views are not shown; empty: they are shown
   std::vector<ViewError> views = {};            // test views, worst first
   std::vector<Index> gaussians_of_degree = {};  // number of Gaussians by SH degree, from 0
 };
@@ -78,27 +81,27 @@ struct ReportedScene {
   std::string plans;                                                 // CameraPlans
 };
 
-// A test view, rendered by the runs.
+// A test view, rendered with the splats of several runs.
 struct ReportedView {
   std::string scene, name;
-  std::vector<std::pair<std::size_t, ViewPictures>> runs;  // runs that have this view
+  std::vector<std::pair<std::size_t, ViewPictures>> runs;  // index of the run, and its images
 };
 
 struct Report {
   std::vector<ReportedRun> runs;
   std::vector<ReportedScene> scenes;
-  std::vector<ReportedView> views;  // views with images: the worst ones, worst first
+  std::vector<ReportedView> views;  // the views that the page shows as images: the worst ones, worst first
   Index test_views = 0;             // number of all test views
 };
 
-// Calls load twice for each run, in order.
+// Measures and renders the test views of all runs. Calls `load` twice for each run, in order.
 Report GatherReport(std::vector<RunSource> runs, const SplatLoader& load);
 
-// RunSource::scene for a scene folder whose images are downscaled by this factor.
+// Returns RunSource::scene for a scene folder and a downscaling factor.
 std::string SceneToReport(const std::string& folder, int downscale);
 
-// Gathers the report and writes the page atomically. Throws Error if it cannot be written. Returns a line for each run
-// whose test views cannot be shown.
+// Makes the report and writes its page to `file`, atomically. Returns one line for the user for each run whose test
+// views cannot be shown. Throws Error if the file cannot be written.
 std::vector<std::string> WriteReport(const std::string& file, std::vector<RunSource> runs, const SplatLoader& load);
 
 }  // namespace vesta::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of `vesta train`: interval, file name, and a record of the run that wrote them.
+// Checkpoints of `vesta train`: their interval, their file name, and a record of the run that wrote them.
 #pragma once
 
 #include <string>
@@ -12,29 +12,32 @@
 
 namespace vesta::app {
 
-// Parses "500" (iterations) or "10m" (minutes); empty: never. Throws UsageError with the flag.
+// Parses the value of --checkpoint_every or --snapshot_every: "500" means iterations, "10m" minutes, an empty text
+// never. Throws UsageError (one line with the flag) for another text.
 gs::Interval ParseInterval(const char* flag, const std::string& text);
-// Checks --checkpoint_every and --snapshot_every before the work starts.
+// Throws UsageError if --checkpoint_every or --snapshot_every is invalid.
 void CheckIntervals(const Flags& flags);
 
 // DIR/checkpoint.vesta.
 std::string CheckpointFile(const std::string& folder);
 
-// The run that wrote a checkpoint, as recorded in it: the scene folder, the options, the intervals of
-// --checkpoint_every and --snapshot_every, and the scene flags.
+// Record in a checkpoint of the run that wrote it: scene folder, options, --checkpoint_every, --snapshot_every, and
+// scene flags (scene_and_splat.h).
 struct Origin {
   std::string scene;
   TrainSettings settings;
   std::string checkpoint_every, snapshot_every;
   std::vector<std::pair<std::string, std::string>> scene_flags;  // SceneFlagTexts
 };
-// As JSON text, with an absolute path of the scene.
+// Converts the record to JSON text, with the absolute path of the scene.
 std::string OriginText(const Origin& origin);
-// Throws Error with the file name if the record is incomplete.
+// Reads the record of a checkpoint. Throws Error with the file name if it is incomplete.
 Origin ReadOrigin(const gs::Checkpoint& checkpoint);
 
-// Throws Error (one line with the changed option) if a training that started with `before` cannot continue from the
-// checkpoint with `now`. Lengths and schedules of the remaining training may change; other options may not.
+// Checks that a training with the settings `before` can continue from the checkpoint with the settings `now`. Throws
+// Error (one line with the option) if an option differs that must not change during a training; in the LM stage these
+// include all options of Adam and of densification. Also throws Error if Adam has already done the new number of
+// iterations.
 void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& before, const TrainSettings& now);
 
 }  // namespace vesta::app

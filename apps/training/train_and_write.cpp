@@ -82,8 +82,8 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
 
 // Prints the last row of each stage, and the first row if there is only an LM stage.
 void PrintTable(const gs::TrainResult& result) {
-  constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
-  Print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
+  constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>13} {:>10} {:>10} {:>10} {:>10}\n";
+  Print(kRow, "stage", "iteration", "seconds", "gaussians", "training loss", "train PSNR", "train SSIM", "test PSNR",
         "test SSIM");
   for (std::size_t i = 0; i < result.history.size(); ++i) {
     const gs::HistoryRow& row = result.history[i];
@@ -97,7 +97,7 @@ void PrintTable(const gs::TrainResult& result) {
 
 // Prints the improvement of an existing model.
 void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
-  Print("refined: cost {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
+  Print("refined: training loss {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
         Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
         Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
 }
@@ -112,7 +112,7 @@ gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, Training
   ProgressLine progress(stdout);
   gs::TrainCallbacks callbacks = CallbacksShownOn(&progress, job.settings.options.lm.iterations > 0, flags.log_lm);
   callbacks.ranks = TrainingCommunicator();
-  SaveOnTheWay(flags, job.scene, job.settings.options, *job.out, &callbacks);
+  SetSaveCallbacks(flags, job.scene, job.settings.options, *job.out, &callbacks);
   if (view) view->monitor().Follow(&callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
     // Without an offset, the model is already in world coordinates: no copy.
@@ -192,7 +192,7 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
   const std::unique_ptr<TrainingView> view = ViewOfTraining(job.line.flags, job.scene, job.settings.options);
   gs::TrainResult result = TrainShown(job, run, view.get(), &results);
   gs::MoveToWorld(job.scene, &result.model);
-  for (std::string& remark : RemarksOn(job, result, results.model_path())) result.notes.push_back(std::move(remark));
+  for (std::string& remark : NotesOn(job, result, results.model_path())) result.notes.push_back(std::move(remark));
   for (const std::string& note : result.notes) Print("{}\n", note);
   if (!result.lm_left_out.empty()) Print("LM is skipped: {}\n", result.lm_left_out);
   result.notes.insert(result.notes.begin(), job.scene.notes.begin(), job.scene.notes.end());  // printed at the start
@@ -205,7 +205,7 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
   }
   PrintOutcome(job, result, cameras);
   Print("{}wrote {} and {}{}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path(),
-        result.stopped ? HowToGoOn(job, result) : "");
+        result.stopped ? ResumeHint(job, result) : "");
   if (job.line.flags.report) WriteOwnReport(job, results, &result.model);
   if (!no_cameras.empty())
     Fail(kCannotWrite, "{}; the splat is in {}, but the refined cameras are not saved", no_cameras,
@@ -215,13 +215,13 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
 // --log_lm: logs every LM iteration.
 void LogIteration(const gs::TrainProgress& p) {
   if (p.stage != gs::Stage::kLm) return;
-  LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
-                           p.note);
+  LOG(INFO) << fmt::format("lm {}: training loss {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr,
+                           p.seconds, p.note);
 }
 
 }  // namespace
 
-std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat) {
+std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat) {
   Remarks remarks;
   RemarkOnOrigin(result.model, &remarks);
   NoteEps2d(result.model, &remarks);
@@ -230,7 +230,7 @@ std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult
   return remarks;
 }
 
-std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result) {
+std::string ResumeHint(const TrainingJob& job, const gs::TrainResult& result) {
   const Flags& flags = job.line.flags;
   if (job.line.command->command != kTrain) return "";
   if (job.settings.options.time_limit > 0 && !Interrupted()) return "";
@@ -241,12 +241,12 @@ std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result) {
                                  : "; there is no checkpoint to resume from (--checkpoint_every)";
 }
 
-void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
-  const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
+void RegisterResults(const Flags& flags, const std::string& out, RunFiles* files) {
+  const auto file = [&](const char* name) { files->Writes(FlagText("out", out), out + "/" + name); };
   file("point_cloud.ply"), file("metrics.json");
-  files->WritesFolder(Given("out", out), out + "/" + kCameraFolder);
+  files->WritesFolder(FlagText("out", out), out + "/" + kCameraFolder);
   if (flags.report) file("report.html");
-  if (!flags.checkpoint_every.empty() || !flags.view.empty()) files->Writes(Given("out", out), CheckpointFile(out));
+  if (!flags.checkpoint_every.empty() || !flags.view.empty()) files->Writes(FlagText("out", out), CheckpointFile(out));
 }
 
 int TrainAndWrite(const TrainingJob& job, const TrainRun& run) {
@@ -275,8 +275,8 @@ gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm
   return callbacks;
 }
 
-void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
-                  gs::TrainCallbacks* callbacks) {
+void SetSaveCallbacks(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
+                      const OutputFolder& out, gs::TrainCallbacks* callbacks) {
   callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
   if (!callbacks->checkpoint.every.never() || !flags.view.empty()) {
     callbacks->checkpoint.path = CheckpointFile(out.path());
@@ -294,7 +294,7 @@ void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOpt
 std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
                                              const gs::TrainOptions& options) {
   if (flags.view.empty()) return nullptr;
-  auto view = std::make_unique<TrainingView>(PlaceOfTrainingsView(flags), scene, ToFloat(options.background));
+  auto view = std::make_unique<TrainingView>(AddressOfTrainingView(flags), scene, ToFloat(options.background));
   Print("page: {}\n", view->link());
   std::fflush(stdout);
   return view;

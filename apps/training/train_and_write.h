@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by train, refine and prune: runs a training with its progress line, checkpoints and page, and writes and
-// prints its results.
+// The common part of train, refine and prune: runs a training with progress line, checkpoints and the page of --view,
+// then writes and prints the results.
 #pragma once
 
 #include <functional>
@@ -19,16 +19,16 @@
 
 namespace vesta::app {
 
-// The largest expected and the initial number of Gaussians, and their SH degree.
+// Number of Gaussians that the result will probably have at most, number at the start, and SH degree.
 struct ExpectedModel {
   Index most, least;
   int sh_degree;
 };
 
-// All referenced objects must outlive the job.
+// The inputs of TrainAndWrite. All referenced objects must outlive it.
 struct TrainingJob {
   const CommandLine& line;
-  const std::string& path;  // scene folder, as given
+  const std::string& path;  // scene folder, as on the command line
   const gs::Scene& scene;
   const TrainSettings& settings;
   const gs::StageRunners& stages;
@@ -37,32 +37,33 @@ struct TrainingJob {
   OutputFolder* out;  // null on all ranks except rank 0, which writes the results
 };
 
-// Notes for the user, one line each: origin and eps2d of the splat, how to measure it, and exceeded memory budgets.
-// result: its model must be in world coordinates. splat: the file of the splat.
-std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
+// Returns notes for the user, one line each: about the origin and eps2d of the splat, how to evaluate it, and exceeded
+// memory budgets. result.model must be in world coordinates. splat: the file of the splat.
+std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
 
-// For a training that the user stopped: how to resume it; else empty. For rank 0.
-std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result);
+// For a training that the user stopped: a text that says how to resume it; else empty. Only for rank 0.
+std::string ResumeHint(const TrainingJob& job, const gs::TrainResult& result);
 
-// Registers the output files of a training, as far as their names are known.
-void WritesResults(const Flags& flags, const std::string& out, RunFiles* files);
+// Adds the output files and folders of a training with --out=`out` to `files`.
+void RegisterResults(const Flags& flags, const std::string& out, RunFiles* files);
 
 // Calls gs::Train or gs::Refine with these callbacks.
 using TrainRun = std::function<gs::TrainResult(gs::TrainCallbacks&)>;
 
-// Trains and writes the results, also after a stop. Returns the exit status.
+// Trains, then writes and prints the results, also if the user stops the training. Returns the exit status.
 int TrainAndWrite(const TrainingJob& job, const TrainRun& run);
 
-// Callbacks that show the progress on `line`, log LM iterations for log_lm, and stop on an interrupt. has_lm: whether
-// an LM stage follows; predictions cover only the Adam stage.
+// Returns callbacks that show the progress on `line`, log each LM iteration if log_lm, and stop the training after
+// Ctrl-C. has_lm: whether an LM stage follows, which the predicted time at the start does not include.
 gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm);
 
-// Sets the callbacks for --checkpoint_every and --snapshot_every. scene, out: must outlive the training.
-void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
-                  gs::TrainCallbacks* callbacks);
+// Sets the callbacks that write checkpoints and snapshots (--checkpoint_every, --snapshot_every). scene and out must
+// outlive the training.
+void SetSaveCallbacks(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
+                      const OutputFolder& out, gs::TrainCallbacks* callbacks);
 
-// Starts to serve the page of --view; its monitor must then follow the training. Null without --view. scene: must
-// outlive the page.
+// Starts the server of --view; null without --view. The caller must call TrainingMonitor::Follow before the training.
+// scene must outlive the result.
 std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
                                              const gs::TrainOptions& options);
 

@@ -12,20 +12,19 @@
 
 namespace vesta::app {
 
-// Subfolder of the output folder.
+// Subfolder of the output folder for the refined cameras.
 inline constexpr const char* kCameraFolder = "cameras";
 
-// Removes the cameras of an earlier training.
+// Removes the refined cameras of an earlier training from the output folder.
 void RemoveCameras(const OutputFolder& out);
 
-// Writes the refined cameras as a COLMAP model with the points of the scene. Returns a line for the user; if no camera
-// moved, writes nothing and returns an empty text.
+// Writes the refined cameras and the points of the scene as a COLMAP model. Returns one line for the user. If cameras
+// were not refined, writes nothing and returns an empty text.
 std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out);
 
-// The results of train and refine: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, always from the same
-// training. Cameras of an earlier training are removed together with its splat. Disk space is reserved before the
-// training and kept until the results are written. If the program is killed, the folder has the old results, the new
-// results, or only the new model.
+// Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, so that DIR never has files of different trainings:
+// the files of an earlier training, also its cameras, are removed when the new splat is written. Disk space is reserved
+// before the training. If the program is killed, DIR has the old results, the new results, or only the new splat.
 class TrainingResults {
  public:
   // out: must outlive this object.
@@ -35,13 +34,13 @@ class TrainingResults {
   const std::string& metrics_path() const { return metrics_path_; }
   const std::string& report_path() const { return report_path_; }
 
-  // Reserves disk space for `likely` Gaussians; returns false if there is only space for `least`. Throws Error if there
-  // is less.
+  // Reserves disk space for `likely` Gaussians. If there is too little, reserves it for `least` Gaussians and returns
+  // false. Throws Error if there is too little for that too.
   bool Reserve(Index likely, Index least, int sh_degree);
-  // Writes an intermediate model, then reserves space for as many Gaussians again.
+  // Writes the splat before the LM stage, then reserves space for a splat of the same size.
   void SaveModel(const gs::SplatModel& model);
   bool has_saved_model() const { return has_saved_model_; }
-  // Writes everything except the report, which is written last.
+  // Writes the splat and metrics.json. The caller writes the report afterwards.
   void Save(const gs::SplatModel& model, const std::string& metrics);
 
  private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The texts of `vesta help`: help, manual page, and completion scripts for shells.
+// The texts of `vesta help`: help, manual page, and completion scripts for shells. They are generated from the tables
+// of commands, flags and options.
 #pragma once
 
 #include <string>
@@ -7,14 +8,14 @@
 
 namespace vesta::app {
 
-// The list of commands, or the flags of the command in `topic`; with --all also all training options. Throws UsageError
-// if there is no such command.
+// Returns the list of commands if `topic` is empty, or the flags of the command topic[0]; if `topic` contains "--all",
+// also rare flags and all training options. Throws UsageError if there is no such command.
 std::string HelpText(const std::vector<std::string>& topic);
 
-// The manual page (section 1, roff), generated from the tables of commands, flags and options.
+// The manual page (section 1, roff).
 std::string ManPage();
 
-// The completion script for bash, zsh or fish, generated from the same tables. Throws UsageError for another shell.
+// The completion script for `shell`: bash, zsh or fish. Throws UsageError for another shell.
 std::string CompletionScript(const std::string& shell);
 
 }  // namespace vesta::app

@@ -85,18 +85,18 @@ gs::View ViewOfPhoto(const gs::View& photo, gs::ImageSize size) {
 }  // namespace
 
 std::string FrameRenderer::Jpeg(const gs::SplatModel& model, const FrameRequest& request,
-                                const std::vector<float>* places) {
+                                const std::vector<float>* scale_positions) {
   constexpr int kQuality = 85;
   gs::Image picture;
   {
     const std::lock_guard lock(mutex_);
-    picture = Picture(model, request, places);
+    picture = Picture(model, request, scale_positions);
   }
   return gs::EncodeJpeg(picture, kQuality);
 }
 
 gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest& request,
-                                 const std::vector<float>* places) {
+                                 const std::vector<float>* scale_positions) {
   const gs::Camera& camera = request.view.camera;
   gs::Image truth;
   if (request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference) {
@@ -121,7 +121,7 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
       return gs::NormalColors(gs::NormalsOf(splats_, kernel_model, workspace_));
     case FrameKind::kRemovalCost:
     case FrameKind::kCoverage:
-      return ValueImage(*places);
+      return ValueImage(*scale_positions);
     default:
       break;
   }
@@ -134,10 +134,11 @@ gs::Image FrameRenderer::DepthImage(const splat::Model<float>& model, gs::DepthK
   return gs::DepthColors(gs::DepthOf(splats_, model, workspace_, kind), 2 * scene_.extent);
 }
 
-gs::Image FrameRenderer::ValueImage(const std::vector<float>& places) {
+gs::Image FrameRenderer::ValueImage(const std::vector<float>& scale_positions) {
   gs::Image image(splats_.camera().width, splats_.camera().height);
-  image.rgb = gs::Blend(splats_, workspace_,
-                        [&](Index i) { return gs::OnScale(gs::kVioletToYellow, places[static_cast<std::size_t>(i)]); });
+  image.rgb = gs::Blend(splats_, workspace_, [&](Index i) {
+    return gs::OnScale(gs::kVioletToYellow, scale_positions[static_cast<std::size_t>(i)]);
+  });
   return image;
 }
 

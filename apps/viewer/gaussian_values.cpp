@@ -17,27 +17,27 @@ std::vector<float> RemovalCostColors(const std::vector<double>& rise) {
     if (r > 0) positive.push_back(r);
   }
   const double middle = positive.empty() ? 1 : gs::Median(std::move(positive));
-  std::vector<float> places;
-  places.reserve(rise.size());
-  for (const double r : rise) places.push_back(r > 0 ? static_cast<float>(r / (r + middle)) : 0.0f);
-  return places;
+  std::vector<float> scale_positions;
+  scale_positions.reserve(rise.size());
+  for (const double r : rise) scale_positions.push_back(r > 0 ? static_cast<float>(r / (r + middle)) : 0.0f);
+  return scale_positions;
 }
 
-std::vector<float> CoverageColors(const std::vector<gs::Coverage>& support) {
-  std::vector<float> places;
-  places.reserve(support.size());
-  for (const gs::Coverage& s : support) {
-    places.push_back(s.shown > 0 ? static_cast<float>(s.shown / (s.shown + s.body)) : 0.0f);
+std::vector<float> CoverageColors(const std::vector<gs::Coverage>& coverage) {
+  std::vector<float> scale_positions;
+  scale_positions.reserve(coverage.size());
+  for (const gs::Coverage& s : coverage) {
+    scale_positions.push_back(s.shown > 0 ? static_cast<float>(s.shown / (s.shown + s.body)) : 0.0f);
   }
-  return places;
+  return scale_positions;
 }
 
-std::shared_ptr<const MeasuredValues> GaussianValues::Ask(GaussianValue value, const ShownModel::Shown& shown) {
+std::shared_ptr<const MeasuredValues> GaussianValues::Get(GaussianValue value, const ShownModel::Shown& shown) {
   const std::lock_guard lock(mutex_);
   State& state = states_[value];
   const bool is_known = state.latest && state.latest->of.version == shown.version;
   if (!is_known && state.failed_version == shown.version) Fail(kUnavailable, "{}", state.failure);
-  if (!is_known && !state.is_measuring && Clock::now() >= state.rests_until) {
+  if (!is_known && !state.is_measuring && Clock::now() >= state.next_start) {
     background_work_.Run([this, &state, value, shown] { MeasureInto(state, value, shown); });
     state.is_measuring = true;
   }
@@ -56,7 +56,7 @@ void GaussianValues::MeasureInto(State& state, GaussianValue value, const ShownM
   const std::lock_guard lock(mutex_);
   state.is_measuring = false;
   const Clock::time_point end = Clock::now();
-  state.rests_until = end + (end - begin);
+  state.next_start = end + (end - begin);
   if (measured) {
     state.latest = std::move(measured);
   } else {

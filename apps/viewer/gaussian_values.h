@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values per Gaussian that the page shows as colours: removal cost and coverage. They are measured in the background
-// when a page first requests them, because this takes several passes over all photographs.
+// Values per Gaussian that the viewer's page shows as colours: removal cost and coverage (docs/glossary.md). They are
+// computed in a background thread when a page requests them, because this takes several passes over all photographs.
 #pragma once
 
 #include <array>
@@ -21,44 +21,47 @@ namespace vesta::app {
 
 enum class GaussianValue { kRemovalCost, kCoverage };
 
-// A position on the colour scale, 0..1, for each Gaussian. rise: the removal cost. 0: the loss does not rise; 0.5: the
-// median of the positive rises.
+// Returns the position of each Gaussian on the colour scale, 0..1. rise: its removal cost, the predicted rise of the
+// training loss without it. Position 0: the loss does not rise; 0.5: the rise is the median of the positive rises.
 std::vector<float> RemovalCostColors(const std::vector<double>& rise);
-// 0: the views show nothing of the Gaussian; 0.5: they show as much in total as one complete view of it.
-std::vector<float> CoverageColors(const std::vector<gs::Coverage>& support);
+// The same for coverage. Position 0: no view shows the Gaussian; 0.5: the total of all views is as much as one complete
+// view of the Gaussian.
+std::vector<float> CoverageColors(const std::vector<gs::Coverage>& coverage);
 
 struct MeasuredValues {
-  ShownModel::Shown of;       // the model that was measured
-  std::vector<float> places;  // of its Gaussians on the colour scale, 0..1
+  ShownModel::Shown of;                // the model for which the values were computed
+  std::vector<float> scale_positions;  // of each of its Gaussians, 0..1
 };
 
 class GaussianValues {
  public:
-  // The scene must outlive this object. It must have training views. background: colour, 0..1.
+  // The scene must have training views and outlive this object. background: colour, 0..1.
   GaussianValues(const gs::Scene& scene, const std::array<double, 3>& background)
       : scene_(scene), background_(background) {}
-  // Cancels a measurement in progress.
+  // Cancels a computation in progress.
   ~GaussianValues() { ends_ = true; }
   GaussianValues(const GaussianValues&) = delete;
   GaussianValues& operator=(const GaussianValues&) = delete;
 
-  // Returns the latest values, perhaps of an earlier model; null: none yet. Thread-safe. If they are not of `shown`,
-  // which must have a model, starts a measurement, unless one is running or more than half of the time goes into
-  // measuring. Throws Error if a photograph can no longer be read.
-  std::shared_ptr<const MeasuredValues> Ask(GaussianValue value, const ShownModel::Shown& shown);
+  // Returns the latest values, possibly for an earlier model; null: none yet. If they are not for `shown`, which must
+  // have a model, also starts to compute these, unless a computation runs or the pause after the last one, which is as
+  // long as the computation was, has not ended. Throws Error if the computation for `shown` failed, for example because
+  // a photograph can no longer be read. Thread-safe.
+  std::shared_ptr<const MeasuredValues> Get(GaussianValue value, const ShownModel::Shown& shown);
 
  private:
   using Clock = std::chrono::steady_clock;
   struct State {
     std::shared_ptr<const MeasuredValues> latest;
     bool is_measuring = false;
-    Clock::time_point rests_until{};
-    std::string failure;  // of the latest measurement
-    int failed_version = 0;
+    Clock::time_point next_start{};  // end of the pause
+    std::string failure;             // message of the latest failure
+    int failed_version = 0;          // Shown::version of that model
   };
 
   std::vector<float> Measure(GaussianValue value, const ShownModel::Shown& shown) const;
-  // The training views with their current cameras. Photographs are not kept in memory but copied one by one.
+  // The training views with the cameras of `shown`. Each photograph is copied when it is used, so that only a few
+  // copies are in memory.
   std::vector<gs::View> TrainingViews(const ShownModel::Shown& shown) const;
   void MeasureInto(State& state, GaussianValue value, const ShownModel::Shown& shown);
 
@@ -67,7 +70,7 @@ class GaussianValues {
   std::atomic<bool> ends_{false};
   std::mutex mutex_;
   std::map<GaussianValue, State> states_;
-  Background background_work_;  // last: ends before the members that it uses
+  Background background_work_;  // declared last, so that it ends before the members it uses
 };
 
 }  // namespace vesta::app

@@ -11,9 +11,9 @@ std::string_view ViewerPage();   // HTML
 std::string_view ViewerStyle();  // CSS
 std::string ViewerScript();      // JavaScript: the two scripts below, concatenated
 
-// Moves the camera and requests images.
+// JavaScript that moves the camera and requests images.
 std::string_view ViewerCameraScript();
-// The panel next to the image: list of photographs, state of a training, buttons.
+// JavaScript of the panel next to the image: list of photographs, state of a training, buttons.
 std::string_view ViewerPanelScript();
 
 }  // namespace vesta::app

@@ -40,9 +40,9 @@ void TrainingMonitor::Follow(gs::TrainCallbacks* callbacks) {
   callbacks->progress = Both(callbacks->progress, [this](const gs::TrainProgress& progress) { Observe(progress); });
   callbacks->evaluated =
       Both(callbacks->evaluated, [this](const gs::HistoryRow& row, const splat::Model<float>&) { Observe(row); });
-  stops_otherwise_ = callbacks->stop;
+  other_stop_ = callbacks->stop;
   callbacks->stop = [this] {
-    if (stops_otherwise_ && stops_otherwise_()) return true;
+    if (other_stop_ && other_stop_()) return true;
     const std::lock_guard lock(mutex_);
     return is_stopped_;
   };
@@ -84,7 +84,7 @@ bool TrainingMonitor::WantsModel() {
   // A page requests the state twice per second. Copying a large model takes the time of several iterations.
   constexpr std::chrono::seconds kLooks{2};
   constexpr double kBetween = 0.5;  // seconds
-  if (!model_.is_looked_at(kLooks)) return false;
+  if (!model_.was_requested(kLooks)) return false;
   const std::lock_guard lock(mutex_);
   const double now = Now();
   if (now - shown_at_ < kBetween) return false;
@@ -96,7 +96,7 @@ bool TrainingMonitor::Waits() {
   constexpr std::chrono::milliseconds kSlice{50};  // interval for checking Ctrl-C and whether a page is open
   std::unique_lock lock(mutex_);
   if (!is_paused_ || is_stopped_) return false;
-  if (stops_otherwise_ && stops_otherwise_()) return false;
+  if (other_stop_ && other_stop_()) return false;
   changed_.wait_for(lock, kSlice);
   return true;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model that pages show, and the state and control of a training.
+// The viewer during a training: the model that its pages show, the state of the training, and the commands of the
+// pages.
 #pragma once
 
 #include <atomic>
@@ -19,32 +20,32 @@
 
 namespace vesta::app {
 
-// The current model and its cameras, passed from the training thread to the threads that render.
+// The current model and its cameras. The training thread sets them, the threads that render read them. Thread-safe.
 class ShownModel {
  public:
   struct Shown {
     std::shared_ptr<const gs::SplatModel> model;  // null: none yet
-    // Refinements of the training cameras, relative to the scene; null: not refined.
+    // Changes of the training cameras relative to the scene, by camera refinement; null: not refined.
     std::shared_ptr<const std::vector<gs::ViewUnknowns>> cameras;
     int version = 0;  // number of Put calls
   };
 
-  // cameras: refinement of each training camera; empty: not refined.
+  // Sets the model. cameras: as Shown::cameras; empty: not refined.
   void Put(std::shared_ptr<const gs::SplatModel> model, const std::vector<gs::ViewUnknowns>& cameras = {}) {
     auto moved = cameras.empty() ? nullptr : std::make_shared<const std::vector<gs::ViewUnknowns>>(cameras);
     const std::lock_guard lock(mutex_);
-    shown_.model.swap(model);  // the old ones are freed after unlocking
+    shown_.model.swap(model);  // the old model is freed after unlocking
     shown_.cameras.swap(moved);
     ++shown_.version;
   }
   // Returns the current model and records the time of the call.
-  Shown Look() {
+  Shown Get() {
     looked_at_ = Clock::now().time_since_epoch().count();
     const std::lock_guard lock(mutex_);
     return shown_;
   }
-  // Whether Look was called within the last `within` seconds.
-  bool is_looked_at(std::chrono::duration<double> within) const {
+  // Whether Get was called within the last `within` seconds.
+  bool was_requested(std::chrono::duration<double> within) const {
     const Clock::time_point then{Clock::duration(looked_at_.load())};
     return then != Clock::time_point() && Clock::now() - then < within;
   }
@@ -56,26 +57,29 @@ class ShownModel {
   std::atomic<Clock::rep> looked_at_{0};
 };
 
-// The state of a training as JSON, and the commands of pages to it.
+// Provides the state of a training as JSON, and passes the commands of the pages to the training.
 class TrainingMonitor {
  public:
-  // model: receives the model while a page is open.
+  // model: receives the model of the training while a page is open; must outlive this object.
   explicit TrainingMonitor(ShownModel& model) : model_(model) {}
 
-  // Adds itself to the callbacks of a training and keeps the existing ones. Must outlive the training.
+  // Adds functions of this object to the callbacks of a training; existing callbacks are called too. This object must
+  // outlive the training.
   void Follow(gs::TrainCallbacks* callbacks);
-  // Marks the training as over.
+  // Sets the status to over.
   void End();
 
-  // Commands of pages. Thread-safe. A pause begins after the current iteration, and its time does not count.
+  // Commands of the pages. Thread-safe. They take effect after the current iteration. The time of a pause does not
+  // count as training time.
   void Pause();
   void Resume();
   void Stop();
   void SaveCheckpoint();
 
-  // "status" (running, paused, stopping, over), "stage", "iteration", "iterations", "seconds", "seconds_left" (null:
-  // unknown), "cost", "psnr", "gaussians", "note", "message" (result of the last checkpoint command), and the curves
-  // "costs", "train_psnr" and "test_psnr": pairs of seconds and value.
+  // The state for the page: "status" (running, paused, stopping, over), "stage", "iteration", "iterations", "seconds",
+  // "seconds_left" (null: unknown), "cost" (the training loss), "psnr", "gaussians", "note", "message" (result of the
+  // last checkpoint command), and the curves "costs" (training loss), "train_psnr" and "test_psnr": pairs of seconds
+  // and value.
   std::string StateJson() const;
   Index gaussians() const;
 
@@ -84,20 +88,21 @@ class TrainingMonitor {
 
   void Observe(const gs::TrainProgress& progress);
   void Observe(const gs::HistoryRow& row);
+  // The functions of gs::TrainWatch.
   bool WantsModel();
   bool Waits();
   const char* Status() const;
 
   ShownModel& model_;
-  std::function<bool()> stops_otherwise_;
+  std::function<bool()> other_stop_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool is_paused_ = false, is_stopped_ = false, is_over_ = false, wants_checkpoint_ = false;
-  double shown_at_ = -1;  // seconds of the steady clock
+  double shown_at_ = -1;  // when the model was last copied for the page; seconds of the steady clock
   gs::TrainProgress progress_;
   TimeLeft time_left_;
   double seconds_left_ = 0;
-  int every_ = 1, since_ = 0;  // every_: one of so many observed costs is kept
+  int every_ = 1, since_ = 0;  // of every_ observed losses one is kept; since_: number observed after it
   Curve costs_, train_psnr_, test_psnr_;
   std::string message_;
 };

@@ -107,7 +107,7 @@ Json ViewJson(const gs::View& view) {
 
 }  // namespace
 
-Viewer::Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background,
+Viewer::Viewer(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background,
                ShownModel& model, TrainingMonitor* training)
     : scene_(scene),
       model_(model),
@@ -155,7 +155,7 @@ std::vector<gs::View> Viewer::ViewsOf(const ShownModel::Shown& shown) const {
 }
 
 HttpReply Viewer::State() {
-  const ShownModel::Shown shown = model_.Look();
+  const ShownModel::Shown shown = model_.Get();
   const Index gaussians = training_ ? training_->gaussians() : shown.model ? shown.model->count : 0;
   return {200, kJson,
           fmt::format(R"({{"version": {}, "gaussians": {}, "cameras_move": {}, "training": {}}})", shown.version,
@@ -163,12 +163,12 @@ HttpReply Viewer::State() {
 }
 
 HttpReply Viewer::Scene() {
-  const ShownModel::Shown shown = model_.Look();
+  const ShownModel::Shown shown = model_.Get();
   return shown.model ? HttpReply{200, kJson, SceneJson(scene_, ViewsOf(shown), *shown.model)} : NoModelYet();
 }
 
 HttpReply Viewer::Frame(const HttpQuery& query) {
-  const ShownModel::Shown shown = model_.Look();
+  const ShownModel::Shown shown = model_.Get();
   const FrameRequest request =
       ParseFrameRequest(query, scene_, shown.cameras ? ViewsOf(shown) : std::vector<gs::View>());
   if (!shown.model) return NoModelYet();
@@ -178,16 +178,16 @@ HttpReply Viewer::Frame(const HttpQuery& query) {
 
 HttpReply Viewer::FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown) {
   const bool is_removal_cost = request.kind == FrameKind::kRemovalCost;
-  const auto values = values_.Ask(is_removal_cost ? GaussianValue::kRemovalCost : GaussianValue::kCoverage, shown);
+  const auto values = values_.Get(is_removal_cost ? GaussianValue::kRemovalCost : GaussianValue::kCoverage, shown);
   constexpr int kAccepted = 202;
   if (!values) return {kAccepted, "text/plain", "the values of the Gaussians are being computed\n"};
-  return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->places), values->of);
+  return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->scale_positions), values->of);
 }
 
-ViewerPlace PlaceOfViewer(const Flags& flags) { return {flags.bind, flags.port.value_or(0)}; }
+ViewerAddress AddressOfViewer(const Flags& flags) { return {flags.bind, flags.port.value_or(0)}; }
 
-ViewerPlace PlaceOfTrainingsView(const Flags& flags) {
-  ViewerPlace place{flags.bind, 0};
+ViewerAddress AddressOfTrainingView(const Flags& flags) {
+  ViewerAddress place{flags.bind, 0};
   constexpr schema::Range kPorts{1, 65535};
   if (flags.view != kAnyPort && !schema::Numbers<int>::FromText(flags.view, kPorts, place.port)) {
     throw UsageError(fmt::format("--view={}: its value must be a port from 1 to 65535", flags.view));

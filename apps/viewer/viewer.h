@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer: serves a page that shows a splat or a running training, and reads its flags.
+// The viewer: an HTTP server with a page that shows a splat or a running training. Parses its flags.
 #pragma once
 
 #include <array>
@@ -16,31 +16,33 @@
 
 namespace vesta::app {
 
-// The address on which the viewer listens (--bind, --port).
-struct ViewerPlace {
+// The network address and port on which the viewer listens.
+struct ViewerAddress {
   std::string address = "127.0.0.1";
   int port = 0;  // 0: the first free one
 };
 
 class Viewer {
  public:
-  // scene (may have no views), model and training (null: none) must outlive this object. background: colour, 0..1.
-  // Throws Error if the address cannot be bound.
-  Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
+  // scene, model and training must outlive this object. scene may have no views. training: null without a training.
+  // background: colour, 0..1. Throws Error (one line with --bind) if it cannot listen on the address.
+  Viewer(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
          TrainingMonitor* training = nullptr);
 
-  // The link for a browser.
+  // The link to open in a browser.
   std::string link() const { return server_.link(); }
 
  private:
   std::vector<HttpRoute> Routes();
+  // The route of a command of the page to the training.
   HttpRoute Command(const char* path, void (TrainingMonitor::*command)());
-  // The views of the scene without images, with the cameras of the shown model.
+  // The views of the scene, without images and with the cameras of the shown model.
   std::vector<gs::View> ViewsOf(const ShownModel::Shown& shown) const;
+  // The replies to /state, /scene and /frame.
   HttpReply State();
   HttpReply Scene();
   HttpReply Frame(const HttpQuery& query);
-  // Renders the model whose values were measured, which may be an earlier one.
+  // A frame of values per Gaussian. Shows the model of GaussianValues::Get, possibly an earlier one than `shown`.
   HttpReply FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown);
 
   const gs::Scene& scene_;
@@ -48,18 +50,19 @@ class Viewer {
   TrainingMonitor* training_;
   FrameRenderer renderer_;
   GaussianValues values_;
-  HttpServer server_;  // last member: it serves requests during its whole lifetime
+  HttpServer server_;  // declared last, because it serves requests as long as it exists
 };
 
-// The address of `vesta view` (--port), and of a training (--view). Throws UsageError if --view is not a port.
-ViewerPlace PlaceOfViewer(const Flags& flags);
-ViewerPlace PlaceOfTrainingsView(const Flags& flags);
+// The addresses from the flags of `vesta view` (--bind, --port) and of a training (--bind, --view). Throws UsageError
+// if the value of --view is not a port.
+ViewerAddress AddressOfViewer(const Flags& flags);
+ViewerAddress AddressOfTrainingView(const Flags& flags);
 
-// The page of a running training.
+// The viewer of a running training, with its monitor.
 class TrainingView {
  public:
-  // As for Viewer.
-  TrainingView(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background)
+  // The parameters and errors are the same as for Viewer.
+  TrainingView(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background)
       : viewer_(place, scene, background, model_, &monitor_) {}
 
   TrainingMonitor& monitor() { return monitor_; }
@@ -71,13 +74,15 @@ class TrainingView {
   Viewer viewer_;
 };
 
-// "pivot" (centre for orbiting: median of the points, else of the Gaussians), "radius" (half of them
-// are within), "up" (unit vector, mean of the cameras), all in the frame of the scene, and "views" in the order of the
-// scene: "name", "role" (train, held_out or test), "width", "height", "position", "rotation" (w,x,y,z; camera to world)
-// and "focal" in image heights. views: the views of the scene with their current cameras.
+// Returns the scene for the page as JSON, in the frame of the scene: "pivot" (the centre for orbiting: median of the
+// points; without points, of the Gaussians), "radius" (their median distance from the pivot), "up" (unit vector, mean
+// of the cameras), and "views", a list in the order of the scene with "name", "role" (train, held_out or test),
+// "width", "height", "position", "rotation" (w,x,y,z; camera to world) and "focal" (in image heights). views: the views
+// of the scene with their current cameras.
 std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views, const gs::SplatModel& model);
 
-// The radius of the model, as the extent of a scene without views; it determines the near plane.
+// The median distance of the Gaussians from their median position. It serves as Scene::extent of a scene without views,
+// from which the near plane follows.
 double ExtentOf(const gs::SplatModel& model);
 
 }  // namespace vesta::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The problems of more_garbow_hillstrom_models.h with their type erased, as SmallProblem.
+// The problems of more_garbow_hillstrom_models.h as SmallProblem, in a table.
 #pragma once
 
 #include <span>
@@ -11,14 +11,14 @@
 namespace vesta::mgh {
 
 struct Formula {
-  int number;
+  int number;  // in the paper
   std::string name;
   SmallProblem problem;
   std::span<const double> start;
-  double sum_of_squares;               // at the known minimum: twice vesta's cost
-  std::span<const double> stationary;  // sums of squares at further minima that the paper lists
+  double sum_of_squares;               // sum of squared residuals at the known minimum: twice vesta's cost
+  std::span<const double> stationary;  // the same at further minima that the paper lists
   Box box;                             // bounds; empty: none
-  double bounded_sum_of_squares;       // at the known minimum within the bounds
+  double bounded_sum_of_squares;       // the same at the known minimum within the bounds
 
   bool bounded() const { return !box.lower.empty(); }
 };

@@ -3,7 +3,8 @@
 // 1981) that Ceres's examples/more_garbow_hillstrom.cc contains: numbers 1 to 19, from the paper's standard starts.
 // Some also have the bounds of Gay (A trust-region approach to linearly constrained optimization, 1984).
 //
-// Each is a functor for ResidualBlocks and, through ToCeres, for Ceres, with these members:
+// Each problem is a residual functor for vesta's ResidualBlocks and, converted by ToCeres, for Ceres. It has these
+// members:
 //   kName, kStart                           name and standard start
 //   kSumOfSquares                           the known global minimum of sum r^2 (twice vesta's cost)
 //   kLower, kUpper, kBoundedSumOfSquares    optional: bounds, and the minimum within them
@@ -107,7 +108,8 @@ struct JennrichSampson {
   }
 };
 
-// 7. The angle is in turns, within a quarter turn of 0 for x1 > 0 and of 1/2 otherwise; it jumps at x1 = 0.
+// 7. theta is the angle of (x1, x2) divided by 2 pi: between -1/4 and 1/4 for x1 > 0, between 1/4 and 3/4 otherwise. It
+// is not continuous at x1 = 0.
 struct HelicalValley {
   static constexpr const char* kName = "Helical valley";
   static constexpr int kResiduals = 3, kParameters = 3;
@@ -333,8 +335,8 @@ struct Osborne2 {
   }
 };
 
-// Calls visit.template operator()<F>(number) for each of the 19 problems, with the paper's number; for 11 in both
-// forms.
+// Calls visit.operator()<F>(number) for each of the 19 problems; F is the functor, number its number in the paper.
+// Problem 11 has two functors: the printed form and the corrected one.
 template <class Visitor>
 void ForEachProblem(const Visitor& visit) {
   visit.template operator()<RosenbrockValley>(1);
@@ -359,8 +361,9 @@ void ForEachProblem(const Visitor& visit) {
   visit.template operator()<Osborne2>(19);
 }
 
-// Number of digits, from 0 to 11, in which a sum of squares agrees with the known minimum: relative error, or absolute
-// error if the minimum is 0. A problem counts as solved with 4 digits, as in Ceres's example.
+// Returns the number of digits, 0..11, in which a sum of squares agrees with the known minimum. It follows from the
+// relative error, or from the absolute error if the minimum is 0. With 4 digits a problem counts as solved, as in
+// Ceres's example.
 inline double Digits(double sum_of_squares, double known) {
   const double error = std::abs(sum_of_squares - known) / (known > 0 ? known : 1);
   return error < 1 ? std::min(11.0, -std::log10(error)) : 0.0;

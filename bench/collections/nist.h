@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NIST's regressions (bench/collections/nist_data.h) with their type erased, as SmallProblem.
+// The NIST regressions (bench/collections/nist_data.h) as SmallProblem, in a table.
 #pragma once
 
 #include <functional>

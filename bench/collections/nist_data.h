@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The 27 nonlinear regression problems of NIST's Statistical Reference Datasets (itl.nist.gov/div898/strd, public
-// domain), with their certified solutions. The observations are in nist/, one file per problem; the models in
-// nist_models.h.
+// domain), with their certified solutions. nist/ has the observations, one file per problem; nist_models.h has the
+// models.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,21 @@
 
 namespace vesta::nist {
 
+// Level of difficulty according to NIST.
 enum class Difficulty { kLower, kAverage, kHigher };
 
 struct Problem {
   const char* name;
   Difficulty difficulty;
   int num_predictors;
-  std::span<const double> rows;  // y, x1, ..., x_num_predictors of each observation
-  std::span<const double> start1, start2;
-  std::span<const double> certified;
-  std::span<const double> deviation;  // certified standard deviations of the parameters
-  double residual_sum_of_squares;     // certified
+  std::span<const double> rows;            // per observation: response y, then the predictors x1, x2, ...
+  std::span<const double> start1, start2;  // NIST's two starting points
+  std::span<const double> certified;       // certified parameters
+  std::span<const double> deviation;       // certified standard deviations of the parameters
+  double residual_sum_of_squares;          // certified
 };
 
-// Number of digits in which all parameters agree with the certified ones; at most 11, as NIST lists no more.
+// Returns the number of digits, 0..11, in which all parameters agree with the certified ones. NIST lists 11 digits.
 inline double Digits(std::span<const double> x, std::span<const double> certified) {
   double digits = 11;
   for (std::size_t k = 0; k < x.size(); ++k) {

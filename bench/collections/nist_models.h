@@ -244,7 +244,7 @@ std::vector<Residual<Model>> Residuals(const Problem& problem) {
   return residuals;
 }
 
-// Calls visit.template operator()<Model>(problem) for each of the 27 problems.
+// Calls visit.operator()<Model>(problem) for each of the 27 problems with its model.
 template <class Visitor>
 void ForEachProblem(const Visitor& visit) {
   visit.template operator()<Saturation>(kMisra1a);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small problem with the type of its functors erased, for vesta and for Ceres. The code that solves and compares the
-// problems is thus compiled once instead of once for each of fifty formulas.
+// A small problem for vesta and for Ceres, behind one type. So the code that solves and compares problems is compiled
+// once, instead of once for each of fifty residual functors.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -18,13 +18,14 @@ namespace vesta {
 struct SmallProblem {
   using B = CpuBackend<double>;
   int num_parameters;
-  // Makes the problem for vesta. loss may be null.
+  // Makes the problem for vesta. loss: robust loss of each functor, or null.
   std::function<std::unique_ptr<Problem<B>>(std::shared_ptr<const Loss> loss)> make;
-  // Adds the residual blocks with parameters x to a Ceres problem. loss may be null; otherwise `problem` takes
+  // Adds the residual blocks with the parameters x to a Ceres problem. loss: null, or a loss of which `problem` takes
   // ownership.
   std::function<void(ceres::Problem& problem, ceres::LossFunction* loss, double* x)> add_to;
 };
 
+// F: a residual functor for ResidualBlocks, such as nist::Residual. All functors have the same parameters.
 template <class F>
 SmallProblem MakeSmallProblem(std::vector<F> functors) {
   const auto shared = std::make_shared<const std::vector<F>>(std::move(functors));

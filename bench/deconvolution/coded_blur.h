@@ -10,8 +10,8 @@
 
 namespace vesta::deconvolution {
 
-// Images are side x side, frames (side + kSpill) x (side + kSpill), rows one after the other. One user at a time: the
-// planes below are worked in.
+// The operators A_f, f = 0, 1, ...: A_f blurs an image by aperture f. Images have side x side values, frames (blurred
+// images) (side + kSpill) x (side + kSpill) values, row by row. Not thread-safe: the calls share memory.
 class CodedBlur {
  public:
   // Throws Error unless side >= 1.
@@ -24,20 +24,20 @@ class CodedBlur {
   int num_frames() const { return static_cast<int>(apertures_.size()); }
   const std::vector<Aperture>& apertures() const { return apertures_; }
 
-  // Sets the image for the next Blur: pixel k becomes value(k); the padding around it stays zero.
+  // Sets the image for Blur: pixel k becomes value(k).
   template <class Value>
   void SetImage(const Value& value);
   // out = A_f image, frame_size() entries.
   void Blur(int frame, HostSpan<double> out);
 
-  // Sets the frame for the next adjoint: pixel i becomes value(i).
+  // Sets the frame for AddAdjoint and AddSquaredAdjoint: pixel i becomes value(i).
   template <class Value>
   void SetFrame(const Value& value);
-  // out += A_f^T frame, image_size() entries; with `first` it overwrites.
+  // out += A_f^T frame, image_size() entries; if `first`, out is overwritten instead.
   void AddAdjoint(int frame, bool first, HostSpan<double> out) {
     Accumulate(apertures_[static_cast<std::size_t>(frame)], first, out);
   }
-  // The same with the squares of A_f's entries: column norms.
+  // The same with the squares of the entries of A_f; with a frame of ones, this gives the squared column norms of A_f.
   void AddSquaredAdjoint(int frame, bool first, HostSpan<double> out) {
     Accumulate(squared_[static_cast<std::size_t>(frame)], first, out);
   }
@@ -49,7 +49,7 @@ class CodedBlur {
   Index side_;
   std::vector<Aperture> apertures_, turned_, squared_;
   CorrelateRows correlate_rows_;
-  HostBuffer<double> padded_image_;  // kSpill zeros on every side
+  HostBuffer<double> padded_image_;  // the image with kSpill zeros on every side
   HostBuffer<double> frame_;
 };
 

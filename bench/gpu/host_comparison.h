@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the results of GPU and host on a large workload.
+// Compares the results of GPU and CPU (host) for a large workload (bench/kernel_times/workload.h).
 #pragma once
 
 #include "bench/kernel_times/workload.h"
 
 namespace vesta::bench {
 
-// Differences for the first view: image, J v and J^T u with random v and u.
+// Differences for the first view: of the image, and of products with its Jacobian J, J v and J^T u, for random v and u.
 struct HostComparison {
-  // Relative differences |device - host| / |host|.
+  // Relative differences |GPU - CPU| / |CPU|, with Euclidean norms.
   double image = 0, j_v = 0, jt_u = 0;
-  // Number of values of all three whose bits differ between two complete runs on the device.
+  // Number of values, of all three, whose bits differ between two runs on the GPU.
   Index differing = 0;
 
-  // Goals for float: rounding may move an alpha across a threshold.
+  // Bounds for arithmetic in float, where rounding may move an alpha across a threshold.
   static constexpr double kImageGoal = 1e-4, kProductGoal = 5e-4;
   // False if a difference is NaN.
   bool Agrees() const { return image < kImageGoal && j_v < kProductGoal && jt_u < kProductGoal && differing == 0; }
 };
 
-// Needs host memory for eight vectors of parameters.
+// Needs CPU memory for eight vectors of the size of the model.
 HostComparison CompareWithHost(const Workload& workload);
 
 }  // namespace vesta::bench

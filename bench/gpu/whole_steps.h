@@ -6,18 +6,19 @@
 
 namespace vesta::bench {
 
+// Cost of one iteration.
 struct StepCost {
-  double seconds = 0;              // wall-clock time until all device work has ended
-  double launches = 0, waits = 0;  // kernel launches, and waits of the host for the device
-  double peak_gib = 0;             // peak device memory
+  double seconds = 0;              // wall-clock time until all GPU work has ended
+  double launches = 0, waits = 0;  // kernel launches; number of times that the CPU waits for the GPU
+  double peak_gib = 0;             // peak GPU memory
 };
 
-// One iteration of the Adam stage without its history: the gradient of one view, the statistics for densification, and
-// the step with block second moments. Returns the mean of `repeats` iterations over successive views, after three
-// untimed ones.
+// Measures iterations of the Adam stage without evaluations: the gradient of one view, the statistics for
+// densification, and the Adam step with second moments as blocks. Returns the mean of `repeats` iterations over
+// successive views, after three that are not timed.
 StepCost AdamIterationCost(const Workload& workload, int repeats);
 
-// One LM iteration on all views with 8 PCG iterations.
+// Measures one LM iteration on all views with 8 PCG iterations.
 StepCost LmIterationCost(const Workload& workload);
 
 }  // namespace vesta::bench

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the rate of vector multiply-adds of this CPU, the unit of the lower bounds in docs/performance.md.
+// Measures how many vector multiply-adds per second this CPU can do. docs/performance.md derives lower bounds of kernel
+// times from this rate.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
 
 namespace vesta::bench {
 
-// Fused multiply-adds of whole float vectors per nanosecond on one thread, with the vector width of the instruction
-// set. The best of a few runs of some milliseconds.
+// Returns fused multiply-adds of float vectors per nanosecond on one thread, each with the full vector width of the
+// instruction set. The best of a few runs of some milliseconds.
 double VectorOperationsPerNanosecond(Isa isa);
 
 }  // namespace vesta::bench

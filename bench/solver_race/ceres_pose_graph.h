@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose graphs in Ceres, with an independent implementation of the residuals that uses Eigen's rotations.
+// Pose graphs as ceres::Problem. The residuals are implemented independently of problems/pose_graph, with Eigen's
+// rotations.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -11,7 +12,7 @@
 
 namespace vesta::bench {
 
-// Square root of an information matrix, in the form that PoseGraphModel::whitening uses.
+// Returns the square root of an information matrix (upper triangle, row by row) that Whitening selects: L^T or L.
 template <int D>
 Eigen::Matrix<double, D, D> RootInformation(const double* upper, pose_graph::Whitening whitening) {
   Eigen::Matrix<double, D, D> information;
@@ -23,6 +24,7 @@ Eigen::Matrix<double, D, D> RootInformation(const double* upper, pose_graph::Whi
   return factor.matrixL();
 }
 
+// The residual of an edge in 2D: poses and measurement m are (x, y, yaw).
 struct CeresEdge2 {
   static constexpr int kPose = 3, kTangent = 3;
   const double* m;
@@ -40,6 +42,7 @@ struct CeresEdge2 {
   }
 };
 
+// The residual of an edge in 3D: poses and measurement m are position and quaternion (w, x, y, z).
 struct CeresEdge3 {
   static constexpr int kPose = 7, kTangent = 6;
   const double* m;
@@ -58,7 +61,9 @@ struct CeresEdge3 {
   }
 };
 
-// Adds the graph to `problem` with the first pose constant. The parameter blocks are in `poses`, PoseSize values each.
+// Adds all poses and edges of the graph to `problem`; the first pose is constant. `poses` (PoseSize values per pose)
+// contains the parameter blocks and must outlive the problem. loss: null or the robust loss of each edge; the problem
+// takes ownership.
 template <class Edge>
 void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whitening whitening, ceres::LossFunction* loss,
                          std::vector<double>& poses, ceres::Problem& problem) {
@@ -83,7 +88,7 @@ void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whiteni
   }
 }
 
-// The same for a graph of either kind, 2D or 3D.
+// The same for a 2D or 3D graph.
 inline void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whitening whitening,
                                 ceres::LossFunction* loss, std::vector<double>& poses, ceres::Problem& problem) {
   if (graph.space == pose_graph::PoseSpace::kSe2) {
@@ -93,8 +98,7 @@ inline void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::
   }
 }
 
-// Solves the graph with Ceres, starting at the graph's poses. Returns the final cost and writes the solution to
-// `poses`.
+// Solves the graph with Ceres from its poses as start. Writes the solution to `poses` and returns the final cost.
 inline double CeresPoseGraphCost(const pose_graph::PoseGraph& graph, ceres::LossFunction* loss,
                                  std::vector<double>* poses) {
   *poses = graph.poses;

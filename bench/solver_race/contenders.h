@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The solvers compared on a problem: vesta on a native problem, vesta through the Ceres bridge, and Ceres.
+// The solvers to compare on a problem (contenders): vesta with its own problem class (native), vesta through the bridge
+// from a ceres::Problem (bridged), and Ceres.
 #pragma once
 
 #include <functional>
@@ -18,20 +19,22 @@ struct RaceOptions {
   double seconds = 60;  // limit of one solve
 };
 
-// vesta on a bundle adjustment, as a native problem and through the bridge. `data` is called in the child process.
+// vesta on a bundle adjustment. `data` returns the problem; it is called in the child process that solves.
 Contender NativeBundle(const std::string& name, const std::function<bundle::BundleData()>& data,
                        const bundle::BundleProblemOptions& problem, const LmOptions& lm, const RaceOptions& race);
 Contender BridgedBundle(const std::string& name, const std::function<bundle::BundleData()>& data, const LmOptions& lm,
                         const RaceOptions& race);
-// The same for a pose graph.
+// vesta on the pose graph in the file `path`.
 Contender NativePoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                           const RaceOptions& race);
 Contender BridgedPoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                            const RaceOptions& race);
 
+// All contenders for a bundle adjustment.
 std::vector<Contender> BundleContenders(const std::function<bundle::BundleData()>& data, const RaceOptions& options);
-// Camera calibration from `views` images of a flat target with `corners` corners.
+// All contenders for a synthetic camera calibration from `views` images of a flat target with `corners` corners.
 std::vector<Contender> CalibrationContenders(int views, int corners, const RaceOptions& options);
+// All contenders for the pose graph in the file `path`.
 std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOptions& options);
 
 }  // namespace vesta::bench

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reprojection error of a BAL camera with Ceres's own functions: the reference for projection.h.
+// The reprojection error of a BAL camera, written with Ceres's functions. A reference for
+// problems/bundle_adjustment/projection.h.
 #pragma once
 
 #include <ceres/rotation.h>

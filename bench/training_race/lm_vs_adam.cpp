@@ -77,7 +77,7 @@ void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
     outcome.adam_peak_mib = is_first ? run.adam_peak_mib : std::min(outcome.adam_peak_mib, run.adam_peak_mib);
     outcome.stage_starts.push_back(start_seconds);
     const gs::HistoryRow& end = run.curve.back();
-    std::fprintf(stderr, "%s: %s: %.2f s, cost %.5f, test %.3f dB %.4f, %lld Gaussians, %.0f MiB\n",
+    std::fprintf(stderr, "%s: %s: %.2f s, training loss %.5f, test %.3f dB %.4f, %lld Gaussians, %.0f MiB\n",
                  setup.scene_name.c_str(), outcome.method.name.c_str(), end.seconds, end.cost, end.test.psnr,
                  end.test.ssim, static_cast<long long>(end.gaussians), run.peak_mib);
     outcome.repeats.push_back(std::move(run.curve));

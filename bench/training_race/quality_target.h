@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The test quality that a training should reach, and the time at which it does.
+// A target for the quality on test views, and the time at which a training reaches it.
 #pragma once
 
 #include <vector>
@@ -8,19 +8,20 @@
 
 namespace vesta::bench {
 
-// A row reaches the target if its test PSNR and its test SSIM are at least psnr and ssim.
+// A row of a curve reaches the target if its test PSNR is at least `psnr` and its test SSIM at least `ssim`.
 struct QualityTarget {
-  double psnr = 0, ssim = 0;            // best values minus tolerances
-  double best_psnr = 0, best_ssim = 0;  // of all rows of all curves
+  double psnr = 0, ssim = 0;            // the best values minus tolerances
+  double best_psnr = 0, best_ssim = 0;  // the best values in any row of any curve
   double tolerance_factor = 1;
 };
 
-// The best test PSNR and the best test SSIM of any row of any curve, minus tolerances of 0.02 dB and 0.001. The best
-// row counts rather than the last, because training on few views over-fits. If no row reaches both values, both
-// tolerances are multiplied by the smallest factor with which some row does. The curves must not be empty.
+// Makes the target from the best test PSNR and the best test SSIM of any row of any curve, minus 0.02 dB and 0.001. The
+// best rows are used instead of the last ones, because a training on few views over-fits. If no row reaches both
+// values, both tolerances are multiplied by the smallest factor with which a row does. Throws Error if there is no
+// curve or a curve is empty.
 QualityTarget BestQuality(const std::vector<const Curve*>& curves);
 
-// Seconds of the first row that reaches the target, or infinity.
+// Returns the seconds of the first row that reaches the target; infinity if there is none.
 double SecondsTo(const QualityTarget& target, const Curve& curve);
 
 // The rows with the best test PSNR and the best test SSIM.

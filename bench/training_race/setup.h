@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Command line, options and scene of the training benchmarks: `BENCH SCENE [own flags] -- [flags of vesta train]`.
+// Reads the command line and the scene of a training benchmark:
+//   BENCH SCENE [flags of BENCH] -- [flags of vesta train]
 #pragma once
 
 #include <fstream>
@@ -12,18 +13,20 @@
 namespace vesta::bench {
 
 struct RaceSetup {
-  Arguments arguments;       // of the benchmark
-  gs::TrainOptions options;  // of the method `ours`: the preset's options, changed by the flags after "--"
+  Arguments arguments;       // SCENE and the flags of the benchmark
+  gs::TrainOptions options;  // of the method `ours`: the preset, changed by the flags after "--"
   std::string scene_name;
   gs::Scene scene;
-  int threads = 0;  // for training; this process uses one, so that its children can start theirs
+  // For trainings. This process uses one thread, because trainings run in child processes (child_process.h).
+  int threads = 0;
 };
 
-// known: the benchmark's own flags. Throws Error or UsageError with a one-line message for an invalid command line.
+// known: names of the flags of the benchmark. If the options have no LM stage, it gets 8 iterations. Throws Error or
+// UsageError (one line) for an invalid command line, and Error for a scene that cannot be read.
 RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known);
 
-// Opens the file of --curves and writes the CSV header. Returns a closed stream without the flag. Throws Error if the
-// file cannot be written.
+// Opens the file of --curves and writes the CSV header (curve.h). Without the flag, returns a stream that is not open.
+// Throws Error if the file cannot be written.
 std::ofstream OpenCurves(const Arguments& arguments);
 
 }  // namespace vesta::bench

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counter-based random numbers: each depends only on its indices, so images do not depend on the order of computation.
+// Counter-based random numbers: each number is a function of its indices, so images do not depend on the order in which
+// pixels are computed.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +9,12 @@
 
 namespace vesta::demo {
 
-// A well-mixed 64-bit hash of the state and one more index; chain it for several indices.
+// A 64-bit hash of a seed or earlier hash, `state`, and an index. For several indices, call it once per index.
 inline std::uint64_t Hash(std::uint64_t state, std::uint64_t index) {
   return MixBits(state + index * 0x9e3779b97f4a7c15ULL);
 }
 
-// Uniform in [0, 1).
+// Converts a hash to a number that is uniform in [0, 1).
 inline double Uniform(std::uint64_t hash) { return static_cast<double>(hash >> 11) * 0x1.0p-53; }
 
 }  // namespace vesta::demo

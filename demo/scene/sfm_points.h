@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A point cloud as from structure from motion: surface points with errors.
+// Simulates the point cloud of structure from motion: points on the surfaces, with errors.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@ namespace vesta::demo {
 
 struct SurfacePoint {
   Vec3 position;
-  std::uint8_t color[3] = {0, 0, 0};
+  std::uint8_t color[3] = {0, 0, 0};  // red, green, blue
 };
 
-// Standard deviation of a point's position along each axis, relative to its distance from the camera.
+// Standard deviation of the error of a position along each axis, relative to the distance from the camera.
 inline constexpr double kPointNoise = 0.003;
 
-// Samples `count` points. Each is the surface point at the centre of a random pixel of a random view, moved by Gaussian
-// noise along each axis, and has the colour of the pixel. images[k] is the image of views[k].
+// Samples `count` points: the surface point at the centre of a random pixel of a random view, plus Gaussian noise along
+// each axis, with the colour of the pixel. images[k] is the image of views[k]. `seed` determines the random numbers.
 std::vector<SurfacePoint> SampleSurface(const Scene& scene, const std::vector<View>& views,
                                         const std::vector<gs::Image>& images, int count, std::uint64_t seed);
 

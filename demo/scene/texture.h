@@ -8,10 +8,11 @@ namespace vesta::demo {
 
 enum class Texture { kPlanks, kRug, kWall, kPlaster, kMarble, kStripes, kPatchwork, kSpiral, kSpeckle, kRings };
 
-// Ring radius of the torus for which kStripes is made.
+// Texture::kStripes is made for a torus with this ring radius.
 inline constexpr double kStripesRingRadius = 0.33;
 
-// Linear RGB reflectance, 0 to 1, at a point in the object's frame. `tint` is the main colour, which some textures use.
+// Returns the reflectance at a point p in the frame of the object: linear red, green and blue, 0..1. `tint` is the main
+// colour in some textures; others ignore it.
 Vec3 Albedo(Texture texture, const Vec3& tint, const Vec3& p);
 
 }  // namespace vesta::demo

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bundle adjustment data and its text file format.
 //
-// The format is BAL, from "Bundle adjustment in the large": a line `cameras points observations`, a line `camera point
-// x y` per observation, then one parameter per line (see projection.h for their meaning).
+// The format is BAL (Agarwal et al., Bundle adjustment in the large, 2010). The first line has the numbers of cameras,
+// points and observations. Then each observation has a line `camera point x y`, with indices from 0 and pixels. Then
+// each parameter has a line: nine per camera (projection.h), then three per point.
 #pragma once
 
 #include <cstdint>
@@ -32,13 +33,14 @@ struct BundleData {
   std::vector<double> x;
 };
 
-// Throws Error with one line that names the file and the line at fault: not a BAL file, truncated, index out of range,
-// counts too large for the file, a number that is not finite, or text after the last parameter.
+// Throws Error with one line that names the file and the line if the file is not a BAL file, is truncated or too short
+// for its counts, has an index out of range or a number that is not finite, or has text after the last parameter.
 BundleData ReadBal(const std::string& path);
 
-// Writes the complete file or none; it reads back bit for bit. Throws Error if the file cannot be written.
+// Writes the complete file, or none if that fails. ReadBal then reads the same bits. Throws Error if the file cannot be
+// written.
 void WriteBal(const std::string& path, const BundleData& data);
-// The same into an open file, which stays open.
+// Writes the same text to an open file. The caller commits the file.
 void WriteBal(AtomicFile& file, const BundleData& data);
 
 }  // namespace vesta::bundle

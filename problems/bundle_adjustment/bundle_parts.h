@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Divides a bundle adjustment into parts for several processes. Each part has a range of points, their observations and
-// all cameras. The parts share the cameras; each part eliminates its own points.
+// Divides a bundle adjustment into parts for several processes (docs/scaling.md). Each part has a range of points, the
+// observations of these points, and all cameras. Each part eliminates its own points; the cameras are common to all
+// parts.
 #pragma once
 
 #include <vector>
@@ -25,7 +26,7 @@ class BundleParts final : public ProblemParts<CpuBackend<double>> {
  private:
   const BundleData& data_;
   BundleProblemOptions options_;
-  std::vector<Index> first_point_;  // first point of each part, then num_points
+  std::vector<Index> first_point_;  // the first point of each part, then the number of points
   // Observations sorted by point, as indices into data.observations: point i has by_point_[first_[i]] up to, but not
   // including, by_point_[first_[i + 1]].
   std::vector<Index> by_point_, first_;

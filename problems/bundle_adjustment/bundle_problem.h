@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment as a least-squares problem: x holds nine parameters per camera, then three per point.
+// Bundle adjustment as a least-squares problem: finds cameras and points from the positions of the points in images. x
+// has nine parameters per camera (projection.h), then three coordinates per point.
 #pragma once
 
 #include <memory>
@@ -16,25 +17,27 @@ namespace vesta::bundle {
 // Precision of the stored Jacobian. Arithmetic, residuals and gradient are always in double.
 enum class JacobianStorage { kDouble, kFloat };
 
-// How products with the reduced system are computed (the system of the cameras, with points eliminated).
+// How products with the matrix of the reduced system are computed. The reduced system is the linear system of the
+// cameras after elimination of the points.
 enum class ReducedForm {
   kAuto,      // explicit if forming the matrix costs no more than some twenty implicit products
-  kImplicit,  // through the Jacobian, with one pass over the observations per product
+  kImplicit,  // from the Jacobian, with one pass over the observations per product
   kExplicit,  // with the blocks of the matrix, formed once per damping value
 };
 
 struct BundleProblemOptions {
-  // Loss of each observation's squared reprojection error; null: plain least squares.
+  // Robust loss of the squared reprojection error of each observation; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   JacobianStorage storage = JacobianStorage::kDouble;
   ReducedForm reduced_form = ReducedForm::kAuto;
-  // Factorises the explicit form if that costs no more than about a hundred products with it.
+  // With the explicit form: computes a sparse Cholesky factor of the matrix as preconditioner, if that takes no longer
+  // than about a hundred products with the matrix.
   bool factorize_reduced = true;
-  // Instruction set of the passes; the CPU must support it.
+  // Instruction set of the loops over observations; the CPU must support it.
   Isa isa = ActiveIsa();
 };
 
-// Solver options that suit bundle adjustment: points are eliminated, and conjugate gradients solve for the cameras.
+// Solver options that suit bundle adjustment: points are eliminated, and PCG solves the reduced system of the cameras.
 LmOptions BundleLmOptions();
 
 namespace internal {
@@ -43,14 +46,13 @@ struct BundleContext;
 
 class BundleProblem final : public Problem<CpuBackend<double>> {
  public:
-  // Copies the data. Throws Error if the data are inconsistent.
+  // Copies the data. Throws Error if sizes are inconsistent or an index is out of range.
   explicit BundleProblem(const BundleData& data, BundleProblemOptions options = {});
   ~BundleProblem() override;
 
   Index num_parameters() const override;
   double Cost(ConstVectorView x) override;
-  // The problem must outlive the result. Residuals are sorted by track (kernels.h), then by camera, two per
-  // observation.
+  // The problem must outlive the result. There are two residuals per observation, in track order (kernels.h).
   std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
 
   const Structure& structure() const;
@@ -58,7 +60,7 @@ class BundleProblem final : public Problem<CpuBackend<double>> {
   double SquaredError(ConstVectorView x);
 
  private:
-  // Sums term(count, squared norms) over slices of the observations, in a fixed order.
+  // Sums term(count, squared norms of the residuals) over slices of the observations, in a fixed order.
   template <class Term>
   double SumOverSlices(ConstVectorView x, const Term& term);
 

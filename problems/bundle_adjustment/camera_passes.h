@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projects and linearises the observations of one camera, four at a time in SIMD lanes (kernels.h).
+// The passes `squared_norms` and `linearize` of kernels.h: project and linearise the observations of one camera, four
+// at a time in the lanes of a Quad.
 #pragma once
 
 #include "problems/bundle_adjustment/kernels.h"
@@ -9,6 +10,7 @@
 namespace vesta::bundle {
 inline namespace VESTA_ISA {
 
+// Copies the camera to all four lanes.
 inline Camera<Quad> Broadcast(const Camera<double>& camera) {
   Camera<Quad> out;
   for (int k = 0; k < 9; ++k) {
@@ -20,7 +22,8 @@ inline Camera<Quad> Broadcast(const Camera<double>& camera) {
   return out;
 }
 
-// Four observations of a slice, starting at number `first`; lanes beyond the end repeat the last observation.
+// Up to four observations of a slice, from index `first` on. If fewer remain, the last one is repeated in the other
+// lanes.
 struct Four {
   Index lane[4];
   int count;
@@ -52,19 +55,20 @@ inline void SquaredNorms(const Camera<double>& camera, const double* points, con
   }
 }
 
-// Rounds to the 24 significant bits of a float, but stays a double (Veltkamp's splitting).
+// Rounds the doubles to the 24 significant bits of a float (Veltkamp's splitting).
 inline Quad RoundToFloat(const Quad& x) {
   const Quad c = Quad(536870913.0) * x;
   return c - (c - x);
 }
 
-// Residuals (two Quads) and Jacobian (24 Quads) of four observations.
+// Residuals and Jacobian (two rows of 12 entries) of four observations, one observation per lane.
 struct LinearizedFour {
   Quad residual[2];
   Quad jacobian[kRecordSize];
 };
 
-// Applies the loss to four observations. Sets lanes beyond `count` to zero, so that they add nothing to sums.
+// Corrects four observations for the loss (null: none). Sets the lanes from `count` on to zero, so that they add
+// nothing to sums.
 inline void CorrectAndClear(const Loss* loss, CorrectLanes correct, int count, LinearizedFour& four) {
   if (loss == nullptr && count == 4) return;
   double lanes[4 * (2 + kRecordSize)];
@@ -78,8 +82,8 @@ inline void CorrectAndClear(const Loss* loss, CorrectLanes correct, int count, L
   for (int k = 0; k < kRecordSize; ++k) four.jacobian[k] = Quad::Load(lanes + 8 + 4 * k);
 }
 
-// Gradient and Gram matrix of one camera, with a partial sum per lane.
-struct CameraSums {
+// Sums of Jc' r and Jc' Jc (packed lower triangle) of one camera, separately for each lane.
+struct LaneSums {
   Quad gradient[kCameraSize];
   Quad gram[kCameraGramSize];
 
@@ -108,6 +112,7 @@ inline void SumLanes(const Quad* q, int count, double* out) {
   }
 }
 
+// Writes residuals, Jacobian and Jp' r of four observations to their places in track order.
 template <class S>
 void StoreFour(const CameraSlice& slice, const Four& four, const LinearizedFour& linearized,
                const LinearizedSlice<S>& out) {
@@ -138,7 +143,7 @@ template <class S>
 void Linearize(const Camera<double>& camera, const double* points, const CameraSlice& slice, const Loss* loss,
                CorrectLanes correct, const LinearizedSlice<S>& out) {
   const Camera<Quad> cameras = Broadcast(camera);
-  CameraSums sums;
+  LaneSums sums;
   for (Index first = 0; first < slice.count; first += 4) {
     const Four four(slice, points, first);
     const Projection<Quad> at = Project(cameras, four.X);
@@ -148,8 +153,8 @@ void Linearize(const Camera<double>& camera, const double* points, const CameraS
     CorrectAndClear(loss, correct, four.count, linearized);
     sums.AddGradient(linearized);
     StoreFour(slice, four, linearized, out);
-    // The Gram matrix must belong to the Jacobian as it is stored. Only then is the reduced matrix, in exact
-    // arithmetic, a Schur complement and positive definite.
+    // Jc' Jc is computed from the Jacobian as it is stored, rounded to S. Only then is the reduced matrix a Schur
+    // complement of J' J + damping, and thus positive definite in exact arithmetic.
     if (sizeof(S) == sizeof(float)) {
       for (Quad& entry : linearized.jacobian) entry = RoundToFloat(entry);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data that a bundle problem shares with its linearizations, and sums over the cameras' parts of vectors.
+// Data that a BundleProblem shares with its linearizations. Parallel sums into vectors over the cameras.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class ReducedCholeskyPlan;
 
 using Cpu = CpuBackend<double>;
 
-// Arrays of one linearization. They are large, so the next linearization reuses them.
+// Arrays of one linearization (kernels.h). They are large, so ArrayPool keeps them for the next linearization.
 template <class S>
 struct LinearizationArrays {
   HostBuffer<S> records;
@@ -28,16 +28,17 @@ struct LinearizationArrays {
   HostBuffer<double> point_gram;   // entry k of point i at k * num_points + i, as in BlockDiagonal
 };
 
+// Arrays of destroyed linearizations, for reuse.
 template <class S>
 class ArrayPool {
  public:
-  std::unique_ptr<LinearizationArrays<S>> Take() {
+  std::unique_ptr<LinearizationArrays<S>> Get() {
     if (free_.empty()) return std::make_unique<LinearizationArrays<S>>();
     auto arrays = std::move(free_.back());
     free_.pop_back();
     return arrays;
   }
-  void GiveBack(std::unique_ptr<LinearizationArrays<S>> arrays) { free_.push_back(std::move(arrays)); }
+  void Return(std::unique_ptr<LinearizationArrays<S>> arrays) { free_.push_back(std::move(arrays)); }
 
  private:
   std::vector<std::unique_ptr<LinearizationArrays<S>>> free_;
@@ -57,14 +58,14 @@ struct BundleContext {
 
   BundleProblemOptions options;
   Structure structure;
-  // The blocks of the reduced matrix to form: the diagonal ones for the preconditioner, or all.
+  // The blocks of the reduced matrix that are formed: all, or only the diagonal ones for the preconditioner.
   ReducedPattern pattern;
-  std::shared_ptr<ReducedCholeskyPlan> cholesky;  // null: conjugate gradients with the diagonal blocks
+  std::shared_ptr<ReducedCholeskyPlan> cholesky;  // null: the preconditioner is the diagonal blocks
   ArrayPool<float> float_pool;
   ArrayPool<double> double_pool;
 };
 
-// The cameras of x, prepared for projection.
+// Prepares the cameras of x for projection.
 HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVectorView x);
 
 // The linearization at x, with the Jacobian stored in type S.
@@ -75,23 +76,24 @@ std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cp
 
 namespace vesta::bundle {
 
-inline constexpr Index kCamerasPerTask = 256;
+inline constexpr Index kCamerasPerTask = 256;  // cameras per parallel task
 
-// padded: twelve entries per camera; the first three are not changed.
+// Copies the nine parameters per camera of x to the padded vector (kernels.h): twelve entries per camera, of which the
+// first three are not changed.
 inline void PadCameras(Index num_cameras, const double* x, double* padded) {
   ParallelFor(num_cameras, kCamerasPerTask,
               [&](Index i) { std::copy_n(x + kCameraSize * i, kCameraSize, padded + kRowSize * i + kPointSize); });
 }
 
-// Padded sums per camera over all points. Each of a fixed number of chunks has its own partial sum; they are added in
-// order.
+// Sums nine values per camera over the points, in parallel. The points are divided into a fixed number of chunks. Each
+// chunk has its own padded sums, which are then added in order, so the result does not depend on the number of threads.
 class CameraSums {
  public:
   CameraSums(Index num_cameras, Index num_chunks)
       : num_cameras_(num_cameras), num_chunks_(num_chunks), sums_(num_cameras * kRowSize * num_chunks) {}
 
-  // Calls add(chunk, sums) for all chunks in parallel, with sums zeroed; then finish(camera, nine sums) for all
-  // cameras.
+  // Calls add(chunk, sums) for all chunks in parallel, where `sums` has 12 zeros per camera. Then calls finish(camera,
+  // total), with nine values, for all cameras in parallel.
   template <class Add, class Finish>
   void Run(const Add& add, const Finish& finish) {
     const Index size = num_cameras_ * kRowSize;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment on a GPU. The Jacobian of all observations is in device memory. Conjugate gradients solve for
-// cameras and points together, preconditioned by their diagonal blocks.
+// Bundle adjustment on a GPU. The Jacobian of all observations is in GPU memory. PCG solves for cameras and points
+// together, with the diagonal blocks as preconditioner.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace vesta::bundle {
 // x as in BundleProblem: nine parameters per camera, then three per point. Plain least squares.
 std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const BundleData& data);
 
-// Solver options for it, without elimination.
+// Solver options for this problem: no elimination of the points.
 LmOptions DeviceBundleLmOptions();
 
 }  // namespace vesta::bundle

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes over ranges of observations, for the instruction set chosen at run time.
+// Loops over observations of a bundle adjustment (passes), compiled for each instruction set. Jc and Jp are the columns
+// of the Jacobian J for cameras and points, ' means transposed. With the damped normal matrix [B E; E' C] for cameras
+// and points, the reduced matrix of the cameras is S = B - E C^-1 E'.
 //
-// Observations have two orders. Projection and linearization use camera order, so that the camera stays in registers.
-// Storing and multiplying the Jacobian uses track order: all observations of a point, cameras ascending. The point's
-// share of a product then stays in registers. Tracks are sorted by their first cameras, so the observations of a camera
-// are close together in memory.
+// A track is the set of all observations of one point. Observations have two orders. In camera order, used for
+// projection and linearization, the camera stays in registers. In track order, used for storing and multiplying the
+// Jacobian, the point's part of a product stays in registers. Track order is track by track, cameras ascending within a
+// track. Tracks are sorted by their first camera, so that the observations of a camera are close together in memory.
 //
 // A record holds the two Jacobian rows of an observation: 12 entries each, three for the point and nine for the camera.
-// The cameras' parts of vectors are padded in the same way: 12 doubles per camera. The first three are zero in inputs
-// and undefined in outputs.
+// Vectors over cameras are padded in the same way, to 12 doubles per camera: three unused entries, then nine
+// parameters. The unused entries are zero in inputs and undefined in outputs.
 #pragma once
 
 #include <cstdint>
@@ -25,35 +27,35 @@ class Loss;
 namespace vesta::bundle {
 
 inline constexpr int kRecordSize = 2 * kRowSize;
-// Doubles per block of the reduced matrix: nine padded rows.
+// Doubles per camera block of the reduced matrix: nine rows, each padded to 12.
 inline constexpr int kBlockSize = kCameraSize * kRowSize;
 inline constexpr int kCameraGramSize = PackedSize(kCameraSize);
 inline constexpr int kPointGramSize = PackedSize(kPointSize);
 
-// A range of observations of one camera, in camera order.
+// A range of observations of one camera, in camera order. Arrays have one entry per observation.
 struct CameraSlice {
   Index count;
-  const std::int32_t* point;
-  const std::int32_t* track;     // track number of the point
-  const std::int32_t* position;  // in track order, ascending
+  const std::int32_t* point;     // index of the point
+  const std::int32_t* track;     // number of its track
+  const std::int32_t* position;  // place of the observation in track order, ascending
   const double* observed;        // two per observation, pixels
 };
 
-// Applies the loss to four observations. Residual i of observation l is at lanes[4 * i + l], entry (i, c) of its
-// Jacobian at lanes[8 + 4 * (12 * i + c) + l].
+// Corrects the residuals and Jacobians of four observations for a robust loss, in place. Residual i of observation l is
+// lanes[4 * i + l]; entry (i, c) of its Jacobian is lanes[8 + 4 * (12 * i + c) + l].
 using CorrectLanes = void (*)(const Loss& loss, double* lanes);
 
-// Output of a linearization. S: type of the stored Jacobian.
+// Output of the linearization of a slice; r are the residuals. S: type of the stored Jacobian.
 template <class S>
 struct LinearizedSlice {
   double* residuals;       // two per observation, track order
   S* records;              // track order
-  double* point_products;  // Jp' r, three per observation, track order; null: not computed
+  double* point_products;  // Jp' r of each observation, three values, track order; null: not computed
   double* gradient;        // Jc' r summed over the slice, 9 entries
-  double* gram;            // Jc' Jc summed over the slice, packed lower triangle; of the Jacobian as it is stored
+  double* gram;            // Jc' Jc summed over the slice, packed lower triangle; with J rounded to S
 };
 
-// Observations in track order.
+// The observations in track order.
 template <class S>
 struct TrackOrder {
   const Index* first;          // track k has observations first[k]..first[k + 1] - 1
@@ -62,26 +64,28 @@ struct TrackOrder {
   const S* records;
 };
 
-// Two observations of one point.
+// Two observations of one point by two cameras, for a block of the reduced matrix.
 struct ObservationPair {
-  std::int32_t own;    // index in its camera's slice
-  std::int32_t other;  // position in track order
+  std::int32_t own;    // by the camera of the block's row: index in the slice of all its observations
+  std::int32_t other;  // by the other camera: place in track order
 };
 
 template <class S>
 struct Kernels {
-  // squared[i] = |residual|^2 of the slice; the array needs space for count rounded up to a multiple of four.
+  // squared[i] = |residual|^2 of observation i of the slice. `points`: three coordinates per point. `squared` must have
+  // space for slice.count rounded up to a multiple of four.
   void (*squared_norms)(const Camera<double>& camera, const double* points, const CameraSlice& slice, double* squared);
   // loss null: plain least squares.
   void (*linearize)(const Camera<double>& camera, const double* points, const CameraSlice& slice, const Loss* loss,
                     CorrectLanes correct, const LinearizedSlice<S>& out);
 
-  // The other passes run over the tracks [begin, end). Outputs per camera are accumulated, outputs per point or
-  // observation overwritten.
-  // u = J v.
+  // The following passes run over the tracks [begin, end). `cameras` and `points` are the parts of the input vector v,
+  // camera_sums and point_sums of the output vector. They add to camera_sums and overwrite other outputs.
+  //
+  // u = J v, two values per observation.
   void (*apply_j)(const TrackOrder<S>& order, Index begin, Index end, const double* cameras, const double* points,
                   double* u);
-  // J' u.
+  // J' u, for u with two values per observation.
   void (*apply_jt)(const TrackOrder<S>& order, Index begin, Index end, const double* u, double* camera_sums,
                    double* point_sums);
   // J' J v.
@@ -90,25 +94,28 @@ struct Kernels {
   // Jp' Jp of each point: entry k of the packed lower triangle of point i at gram[k * stride + i].
   void (*point_gram)(const TrackOrder<S>& order, Index begin, Index end, Index stride, double* gram);
 
-  // Product with the reduced matrix: with y = C^-1 (b + Jp' Jc x) for each point, Jc' (Jc x - Jp y). inverse: C^-1, six
-  // entries per point. b: three per point, or null for zero. scratch: two doubles per observation of the longest track.
+  // camera_sums += Jc' (Jc x - Jp y) with y = C^-1 (b + Jp' Jc x) and x = `cameras`. For b = 0 this is S x without the
+  // damping of the cameras. inverse: C^-1, six entries per point. b: three values per point; null: zero. scratch: two
+  // doubles per observation of the longest track.
   void (*reduce)(const TrackOrder<S>& order, Index begin, Index end, const double* inverse, const double* cameras,
                  const double* b, double* scratch, double* camera_sums);
-  // C^-1 (b - Jp' Jc x) for each point.
+  // points = C^-1 (b - Jp' Jc x): the point parameters for the camera parameters x.
   void (*back_substitute)(const TrackOrder<S>& order, Index begin, Index end, const double* inverse,
                           const double* cameras, const double* b, double* points);
-  // Subtracts E C^-1 E' from the blocks of one camera's row of the reduced matrix. Block k has the pairs
-  // pair_first[k]..pair_first[k + 1] - 1. scratch: eight doubles per observation of the camera.
+  // Subtracts E C^-1 E' from the blocks in the row of one camera of the reduced matrix. own: all observations of the
+  // camera. Block k is the sum over the pairs pair_first[k]..pair_first[k + 1] - 1. scratch: eight doubles per
+  // observation in `own`.
   void (*reduced_row)(const TrackOrder<S>& order, const CameraSlice& own, const double* inverse, Index num_blocks,
                       const Index* pair_first, const ObservationPair* pairs, double* scratch, double* blocks);
 };
 
-// y += S x over rows [begin, end) of a symmetric block matrix. Only blocks on and right of the diagonal are stored:
-// row_first[i]..row_first[i + 1] - 1 for row i. The diagonal block comes first and is complete. x and y are padded.
+// y += S x for the rows [begin, end) of a symmetric matrix of 9 x 9 blocks, and the contributions of their transposes.
+// Only the blocks on and right of the diagonal are stored: row i has the blocks row_first[i]..row_first[i + 1] - 1, in
+// the columns column[k]. The diagonal block is the first and has all its entries. x and y are padded.
 using SymmetricProduct = void (*)(const Index* row_first, const std::int32_t* column, const double* blocks, Index begin,
                                   Index end, const double* x, double* y);
 
-// The passes compiled for an instruction set, which the CPU must support. S: float or double.
+// Returns the passes compiled for this instruction set, which the CPU must support. S: float or double.
 template <class S>
 const Kernels<S>& KernelsFor(Isa isa);
 SymmetricProduct SymmetricProductFor(Isa isa);

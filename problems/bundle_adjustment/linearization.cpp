@@ -36,7 +36,7 @@ class BundleLinearization final : public Linearization<Cpu>,
       : context_(context),
         structure_(context.structure),
         kernels_(KernelsFor<S>(context.options.isa)),
-        arrays_(context.pool<S>().Take()),
+        arrays_(context.pool<S>().Get()),
         padded_(structure_.num_cameras() * kRowSize),
         camera_sums_(structure_.num_cameras(), structure_.num_chunks()) {
     Size(arrays_->records, kRecordSize * structure_.num_observations());
@@ -51,7 +51,7 @@ class BundleLinearization final : public Linearization<Cpu>,
     LinearizeCameras(x);
     SumOverPoints();
   }
-  ~BundleLinearization() override { context_.pool<S>().GiveBack(std::move(arrays_)); }
+  ~BundleLinearization() override { context_.pool<S>().Return(std::move(arrays_)); }
 
   Index num_residuals() const override { return 2 * structure_.num_observations(); }
   Index num_parameters() const override { return structure_.num_parameters(); }

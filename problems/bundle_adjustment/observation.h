@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Observations of points in images, as functors and as blocks for the kernels.
+// Observations of points in images, as functors with automatic derivatives and as uniform row blocks.
 #pragma once
 
 #include <vector>
@@ -27,7 +27,7 @@ struct BundleObservation {
 // A bundle adjustment as uniform row blocks (kernels/core/row_blocks.h), one per observation.
 struct ObservationBlocks {
   std::vector<BundleObservation> functors;
-  std::vector<Index> index;        // [12 * observations], as in RowBlocks: point, then camera
+  std::vector<Index> index;        // index[c * observations + i]: parameter of x for input c of functor i
   std::vector<BlockGroup> groups;  // cameras, points
   Index num_parameters;
 

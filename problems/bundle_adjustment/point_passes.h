@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the stored Jacobian, track by track (kernels.h).
+// The passes of kernels.h with the stored Jacobian: apply_j, apply_jt, apply_h and point_gram, track by track.
 #pragma once
 
 #include "kernels/core/span.h"
@@ -11,8 +11,8 @@ namespace vesta::bundle {
 
 inline namespace VESTA_ISA {
 
-// A row of the Jacobian or a padded camera vector: twelve entries, three of a point and nine of a camera, in three
-// Quads. The first Quad holds the point's entries and one of the camera's.
+// Twelve numbers in three Quads: a row of the Jacobian of an observation, or the padded vector of a camera. The first
+// Quad contains the three entries of the point and the first one of the camera.
 struct Row {
   Quad q[3];
 
@@ -27,7 +27,7 @@ struct Row {
   }
 };
 
-// A point's vector; the fourth lane is 0.
+// Loads the three values of a point; the fourth lane is 0. StorePoint stores three lanes.
 inline Quad LoadPoint(const double* p) { return Quad(p[0], p[1], p[2], 0.0); }
 inline void StorePoint(const Quad& q, double* p) {
   double lanes[4];
@@ -35,12 +35,12 @@ inline void StorePoint(const Quad& q, double* p) {
   for (int i = 0; i < kPointSize; ++i) p[i] = lanes[i];
 }
 
-// Elementwise products of a row and a vector; the sum over the lanes is their scalar product.
+// Sums of the elementwise products of a row and a vector, one sum per lane. Their total is the scalar product.
 inline Quad Products(const Row& row, const Row& x) {
   return MultiplyAdd(row.q[0], x.q[0], MultiplyAdd(row.q[1], x.q[1], row.q[2] * x.q[2]));
 }
 
-// The two rows of an observation.
+// The two Jacobian rows of an observation.
 struct Record {
   Row row[2];
 
@@ -48,25 +48,25 @@ struct Record {
   static Record Load(const S* p) {
     return {{Row::Load(p), Row::Load(p + kRowSize)}};
   }
-  // u[0], u[1] = the rows times x.
+  // u[i] = row i times x.
   void Multiply(const Row& x, double u[2]) const {
     const Quad p0 = Products(row[0], x), p1 = Products(row[1], x);
     double sums[4];
     Sums(p0, p1, p0, p1).Store(sums);
     u[0] = sums[0], u[1] = sums[1];
   }
-  // Multiplies the point columns of the rows by y, whose fourth lane is 0.
+  // u[i] = the point entries of row i times y, whose fourth lane is 0.
   void MultiplyPoint(const Quad& y, double u[2]) const {
     const Quad p0 = row[0].q[0] * y, p1 = row[1].q[0] * y;
     double sums[4];
     Sums(p0, p1, p0, p1).Store(sums);
     u[0] = sums[0], u[1] = sums[1];
   }
-  // sum + the point columns of the rows weighted by u; the fourth lane is undefined.
+  // Returns sum + Jp' u, for the point; the fourth lane is undefined.
   Quad AddPoint(const double u[2], const Quad& sum) const {
     return MultiplyAdd(row[0].q[0], u[0], MultiplyAdd(row[1].q[0], u[1], sum));
   }
-  // sums += the rows weighted by u.
+  // sums += J' u: twelve values, of which the first three are of no use.
   void Add(const double u[2], double* sums) const {
     const Quad u0(u[0]), u1(u[1]);
     for (int k = 0; k < 3; ++k) {
@@ -80,13 +80,13 @@ Record LoadRecord(const TrackOrder<S>& order, Index observation) {
   return Record::Load(order.records + kRecordSize * observation);
 }
 
-// Offset of the twelve entries of the observation's camera.
+// Index of the first of the twelve entries of the observation's camera in a padded vector.
 template <class S>
 Index CameraOffset(const TrackOrder<S>& order, Index observation) {
   return kRowSize * static_cast<Index>(order.camera[observation]);
 }
 
-// The parameters of an observation as one row: its padded camera and its point.
+// The entries of a vector for one observation as a row: three of the point, nine of the camera.
 inline Row Parameters(const double* camera, const Quad& point) {
   Row x = Row::Load(camera);
   x.q[0] = x.q[0] + point;

@@ -2,12 +2,13 @@
 // The camera model of "Bundle adjustment in the large" (Agarwal, Snavely, Seitz, Szeliski, ECCV 2010), and its
 // derivatives.
 //
-// Nine parameters: angle-axis vector w, translation t, focal length f, radial distortion k1, k2. A point X is projected
-// to
-//   P = R(w) X + t,  p = -(P_x, P_y) / P_z,  prediction = f (1 + k1 |p|^2 + k2 |p|^4) p   [pixels].
-// The camera looks along its negative z axis; the origin of the image is at its centre.
+// A camera has nine parameters: angle-axis vector w (radians), translation t, focal length f (pixels), radial
+// distortion k1, k2. It projects a world point X to the prediction
+//   P = R(w) X + t,  p = -(P_x, P_y) / P_z,  prediction = f (1 + k1 |p|^2 + k2 |p|^4) p   [pixels],
+// where R(w) is the rotation matrix. The camera looks along its negative z axis; the origin of image coordinates is the
+// centre of the image.
 //
-// Templates on the scalar type: double, ceres::Jet, or four observations in SIMD lanes.
+// T is the scalar type: double, ceres::Jet, or Quad (quad.h): four observations in SIMD lanes.
 #pragma once
 
 #include <cmath>
@@ -19,14 +20,14 @@ namespace vesta::bundle {
 
 inline constexpr int kCameraSize = 9;
 inline constexpr int kPointSize = 3;
-// Columns of an observation's Jacobian: the point's first, then the camera's.
+// Number of columns of an observation's Jacobian: three for the point, then nine for the camera.
 inline constexpr int kRowSize = kPointSize + kCameraSize;
 
-// Values that all observations of a camera share, computed once per camera. Matrices are row-major.
+// A camera prepared for the projection of many points. Matrices are row-major 3 x 3.
 template <class T>
 struct Camera {
   T rotation[9];
-  // J with R(w + d) = R(J d) R(w) to first order: the left Jacobian of the rotation group.
+  // The left Jacobian J of the rotation group: R(w + d) = R(J d) R(w) to first order in d.
   T left_jacobian[9];
   T translation[3];
   T focal, k1, k2;
@@ -45,14 +46,15 @@ struct Projection {
 
 inline namespace VESTA_ISA {
 
-// sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 for the angle a with the given square. These are smooth functions
-// of the square; power series replace the quotients where those would cancel or be 0 / 0.
+// Computes sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 from square = a^2. Below 0.25, power series in the
+// square replace the quotients, which would lose digits or be 0 / 0.
 template <class T>
 VESTA_HD void AngleCoefficients(const T& square, T coefficients[3]) {
   using std::cos;
   using std::sin;
   using std::sqrt;
-  // Term k of the three series is (-square)^k / (2 k + 1)!, (2 k + 2)!, (2 k + 3)!; ten terms leave 1e-23 at 1/4.
+  // Term k of the three series is (-square)^k / (2 k + 1)!, (2 k + 2)!, (2 k + 3)!; with ten terms the error at 1/4 is
+  // 1e-23.
   T series[3] = {T(0.0), T(0.0), T(0.0)};
   for (int k = 9; k >= 0; --k) {
     for (int c = 0; c < 3; ++c) {
@@ -68,8 +70,8 @@ VESTA_HD void AngleCoefficients(const T& square, T coefficients[3]) {
   coefficients[2] = Select(small, series[2] * T(1.0 / 6.0), (angle - sin(angle)) / (angle * angle * angle));
 }
 
-// The camera of nine parameters. R = I + A [w] + B [w]^2 (Rodrigues), left Jacobian I + B [w] + C [w]^2, with
-// [w]^2 = w w' - |w|^2 I.
+// Prepares the camera of nine parameters, with A, B, C from AngleCoefficients and the cross-product matrix [w]:
+//   R = I + A [w] + B [w]^2 (Rodrigues),  left Jacobian = I + B [w] + C [w]^2,  [w]^2 = w w' - |w|^2 I.
 template <class T>
 VESTA_HD Camera<T> MakeCamera(const T* parameters) {
   const T* w = parameters;
@@ -94,6 +96,7 @@ VESTA_HD Camera<T> MakeCamera(const T* parameters) {
   return camera;
 }
 
+// Projects the world point X.
 template <class T>
 VESTA_HD Projection<T> Project(const Camera<T>& camera, const T X[3]) {
   Projection<T> out;
@@ -111,7 +114,7 @@ VESTA_HD Projection<T> Project(const Camera<T>& camera, const T X[3]) {
   return out;
 }
 
-// jacobian[12 * i + c]: derivative of predicted[i] by the point (c = 0..2), w, t, f, k1, k2.
+// jacobian[12 * i + c]: derivative of predicted[i] with respect to entry c of (X, w, t, f, k1, k2). at: from Project.
 template <class T>
 VESTA_HD void ProjectionJacobian(const Camera<T>& camera, const Projection<T>& at, T* jacobian) {
   // predicted = f d(p) p, so its derivative by p is f (d I + (2 k1 + 4 k2 |p|^2) p p').

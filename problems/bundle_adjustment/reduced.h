@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The damped system of a bundle adjustment with points eliminated, and the sparse Cholesky factor of its matrix.
+// The damped linear system of a bundle adjustment after elimination of the points: the reduced system, for the camera
+// parameters only (docs/guide/eliminated_group.md). Its matrix is a Schur complement. Also its sparse Cholesky factor.
 #pragma once
 
 #include <memory>
@@ -14,11 +15,12 @@
 
 namespace vesta::bundle::internal {
 
-// Data that all sparse Cholesky factors of one problem share: the elimination order, and memory.
+// The elimination order and the memory that all Cholesky factors of one problem share.
 class ReducedCholeskyPlan {
  public:
-  // Null if only the diagonal blocks are formed, or if factorising would take longer than about a hundred products with
-  // the matrix: conjugate gradients with the diagonal blocks usually need fewer.
+  // Returns null if the pattern has only diagonal blocks or the factor would exceed 4 GiB. Also returns null if a
+  // factorisation would take longer than about a hundred products with the matrix, because PCG with the diagonal blocks
+  // usually needs fewer products.
   static std::shared_ptr<ReducedCholeskyPlan> Make(const ReducedPattern& pattern);
 
   std::string description() const;
@@ -31,14 +33,15 @@ class ReducedCholeskyPlan {
   std::shared_ptr<SparseCholesky> cholesky_;
 };
 
-// A factor of the reduced matrix. With it conjugate gradients take one or two iterations at any problem size.
+// A Cholesky factor of the reduced matrix, as a preconditioner: Apply solves with the factor. PCG then takes one or two
+// iterations at any problem size.
 class ReducedCholesky final : public LinearOperator<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
   explicit ReducedCholesky(const ReducedCholeskyPlan& plan);
 
-  // Factorises the matrix with these blocks, whose layout is described at SymmetricProduct (kernels.h). pattern must be
-  // the one that was planned for.
+  // Factorises the matrix with these blocks; SymmetricProduct (kernels.h) describes their layout. `pattern` must be the
+  // pattern from which the plan was made.
   void Factorize(const ReducedPattern& pattern, const double* blocks);
   Index size() const override { return matrix_.size(); }
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
@@ -49,13 +52,14 @@ class ReducedCholesky final : public LinearOperator<CpuBackend<double>> {
   std::shared_ptr<BlockCholesky> factor_;
 };
 
-// Nine consecutive parameters per camera.
+// The block structure of the camera parameters: nine consecutive parameters per camera.
 inline BlockGroup CameraBlocks(const Structure& structure) {
   return {kCameraSize, structure.num_cameras(), 0, 1, kCameraSize};
 }
 
-// References the context and the arrays. If the context's pattern has all blocks, the matrix is formed at the first use
-// after SetDamping. Otherwise only its diagonal blocks are formed, and a product is one pass over the observations.
+// The reduced system at one x. Refers to the context and the arrays, which must outlive it. If the context's pattern
+// has all blocks, the matrix is formed at the first use after SetDamping. Otherwise only its diagonal blocks are
+// formed, and a product with the matrix is one pass over the observations.
 template <class S>
 class BundleReducedSystem final : public ReducedSystem<Cpu> {
  public:
@@ -76,10 +80,10 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   Index End(Index chunk) const { return structure_.chunk_first(chunk + 1); }
   bool explicit_form() const { return !context_.pattern.diagonal_only; }
   void InvertPointBlocks(double lambda, ConstVectorView metric);
-  // The pass that ReduceRhs and Apply use (kernels.h).
+  // Runs Kernels::reduce (kernels.h) for ReduceRhs and Apply, then finish(camera, nine sums) for all cameras.
   template <class Finish>
   void Reduce(const double* cameras, const double* b, const Finish& finish);
-  // Writes camera i's Gram matrix plus damping into a padded block.
+  // Writes Jc' Jc + damping of camera i to `block`, in the padded layout of kernels.h.
   void StartDiagonalBlock(Index i, double* block) const;
   void FormBlocks();
 
@@ -89,8 +93,8 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   const Kernels<S>& kernels_;
   TrackOrder<S> order_;
   BlockDiagonal<Cpu> point_blocks_;
-  HostBuffer<double> inverse_;  // inverses of the points' blocks, kPointGramSize each
-  HostBuffer<double> damping_;  // lambda D of the cameras
+  HostBuffer<double> inverse_;  // inverse of the damped block of each point, kPointGramSize entries
+  HostBuffer<double> damping_;  // lambda D for the camera parameters
   HostBuffer<double> padded_, scratch_;
   CameraSums camera_sums_;
   HostBuffer<double> blocks_;  // blocks of the matrix, in the order of the pattern

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the reduced matrix S = B - E C^-1 E', and its blocks (kernels.h).
+// The passes of kernels.h for the reduced matrix S = B - E C^-1 E': reduce, back_substitute, reduced_row and
+// SymmetricProduct.
 #pragma once
 
 #include "problems/bundle_adjustment/point_passes.h"
@@ -7,7 +8,7 @@
 namespace vesta::bundle {
 inline namespace VESTA_ISA {
 
-// A symmetric 3 x 3 matrix, packed lower triangle, times v; the fourth lane of the result is 0.
+// Returns m v, where m is a symmetric 3 x 3 matrix as a packed lower triangle; the fourth lane of the result is 0.
 inline Quad MultiplyPacked(const double* m, const double v[3]) {
   return Quad(m[0] * v[0] + m[1] * v[1] + m[3] * v[2], m[1] * v[0] + m[2] * v[1] + m[4] * v[2],
               m[3] * v[0] + m[4] * v[1] + m[5] * v[2], 0.0);
@@ -58,13 +59,14 @@ void BackSubstitute(const TrackOrder<S>& order, Index begin, Index end, const do
   }
 }
 
-// Factors of one pair's contribution a' t to a block, where a holds the camera columns of the pair's own observation.
+// The contribution of a pair of observations to a block is a' t. `own` is the record of its own observation, whose
+// camera columns are a (2 x 9). t is 2 x 9, padded to rows of 12.
 struct PairProduct {
   double own[kRecordSize];
   double t[kRecordSize];
 };
 
-// block += sum of a' t, three rows at a time so that they stay in registers.
+// block += the sum of a' t over `count` pairs, three rows of the block at a time so that they stay in registers.
 inline void AddProducts(const PairProduct* pairs, int count, double* block) {
   constexpr int kRows = 3;
   for (int first = 0; first < kCameraSize; first += kRows) {
@@ -87,7 +89,7 @@ inline void AddProducts(const PairProduct* pairs, int count, double* block) {
 template <class S>
 void ReducedRow(const TrackOrder<S>& order, const CameraSlice& own, const double* inverse, Index num_blocks,
                 const Index* pair_first, const ObservationPair* pairs, double* scratch, double* blocks) {
-  // Z = -C^-1 Jp' of each observation, 3 x 2.
+  // scratch: Z = -C^-1 Jp' of each own observation, a 3 x 2 matrix.
   for (Index i = 0; i < own.count; ++i) {
     const S* record = order.records + kRecordSize * static_cast<Index>(own.position[i]);
     for (int k = 0; k < 2; ++k) {
@@ -103,7 +105,7 @@ void ReducedRow(const TrackOrder<S>& order, const CameraSlice& own, const double
     for (Index first = pair_first[b]; first < pair_first[b + 1]; first += kBatch) {
       const int count = static_cast<int>(pair_first[b + 1] - first < kBatch ? pair_first[b + 1] - first : kBatch);
       for (int i = 0; i < count; ++i) {
-        // With K for the rows of the other observation, the block gets -Jc' (Jp C^-1 Kp') Kc = Jc' t, t = (Z' Kp') Kc.
+        // K: Jacobian of the other observation. The contribution is -Jc' Jp C^-1 Kp' Kc = Jc' t with t = (Z' Kp') Kc.
         const ObservationPair& pair = pairs[first + i];
         const Record other = LoadRecord(order, pair.other);
         const Quad z0 = Quad::Load(scratch + 8 * pair.own), z1 = Quad::Load(scratch + 8 * pair.own + 4);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The observations in the two orders that the passes use: by camera and by track.
+// The observations of a bundle adjustment in the two orders that the passes use: camera order and track order
+// (kernels.h).
 #pragma once
 
 #include <cstdint>
@@ -12,13 +13,13 @@
 
 namespace vesta::bundle {
 
-// Blocks of the reduced matrix on and right of the diagonal: (i, j), i <= j, exists if both cameras observe a common
-// point.
+// The nonzero blocks (i, j), i <= j, of the reduced matrix of the cameras: cameras i and j observe a common point.
 struct ReducedPattern {
-  bool diagonal_only = true;
-  HostBuffer<Index> row_first;      // row i: row_first[i]..row_first[i + 1] - 1, the diagonal first, then ascending
+  bool diagonal_only = true;        // contains only the blocks (i, i)
+  HostBuffer<Index> row_first;      // row i has the blocks row_first[i]..row_first[i + 1] - 1, columns ascending from i
   HostBuffer<std::int32_t> column;  // column of each block
-  // Block k is a sum over the pairs of observations pair_first[k]..pair_first[k + 1] - 1, numbered across all rows.
+  // Block k is the sum over the pairs pair_first[k]..pair_first[k + 1] - 1, in the numbering of all pairs. A pair is
+  // two observations of one point, one by each camera.
   HostBuffer<Index> pair_first;
 };
 
@@ -36,29 +37,30 @@ class Structure {
   // Sum of k (k + 1) / 2 over the points, where k is the number of observations of the point.
   Index num_pairs() const { return num_pairs_; }
 
-  // Track order.
+  // Track order: track k has the observations track_first()[k]..track_first()[k + 1] - 1, all of the point
+  // track_point()[k]; camera()[o] is the camera of observation o.
   const Index* track_first() const { return track_first_.data(); }
   const std::int32_t* track_point() const { return track_point_.data(); }
   const std::int32_t* camera() const { return camera_.data(); }
-  // Chunks of tracks with about the same number of observations. Chunk k has tracks chunk_first(k)..chunk_first(k + 1)
-  // - 1. The number of chunks does not depend on the number of threads.
+  // Tracks are divided into chunks with about the same number of observations. Chunk k has the tracks
+  // chunk_first(k)..chunk_first(k + 1) - 1. The chunks do not depend on the number of threads.
   Index num_chunks() const { return static_cast<Index>(chunk_first_.size()) - 1; }
   Index chunk_first(Index chunk) const { return chunk_first_[static_cast<std::size_t>(chunk)]; }
 
-  // Camera order: slices of at most kSliceSize observations; slices of one camera are consecutive.
+  // Camera order: the observations of each camera are divided into slices of at most kSliceSize.
   static constexpr Index kSliceSize = 1024;
   Index num_slices() const { return static_cast<Index>(slice_camera_.size()); }
   Index slice_camera(Index slice) const { return slice_camera_[static_cast<std::size_t>(slice)]; }
   CameraSlice slice(Index slice) const;
-  // Camera i has slices first_slice(i)..first_slice(i + 1) - 1.
+  // Camera i has the slices first_slice(i)..first_slice(i + 1) - 1.
   Index first_slice(Index camera) const { return first_slice_[static_cast<std::size_t>(camera)]; }
   // All observations of a camera.
   CameraSlice camera_observations(Index camera) const;
 
-  // The block pattern of the reduced matrix, or only its diagonal. Costs about num_pairs() steps.
+  // Computes the block pattern of the reduced matrix, or only its diagonal. Takes about num_pairs() steps.
   ReducedPattern MakeReducedPattern(bool diagonal_only) const;
-  // Lists the pairs of observations for row `camera` of the matrix: two observations of one point, the first by this
-  // camera. Block k of the pattern has the pairs first[b]..first[b + 1] - 1, where b = k - row_first[camera].
+  // Lists the pairs of observations for row `camera` of the matrix, block by block. Block k of the pattern has the
+  // pairs first[b]..first[b + 1] - 1, where b = k - row_first[camera].
   void ListPairs(Index camera, const ReducedPattern& pattern, std::vector<Index>& first,
                  std::vector<ObservationPair>& pairs) const;
 
@@ -66,7 +68,7 @@ class Structure {
   CameraSlice Range(Index begin, Index end) const;
   // block_of_camera[j] = index, within row `camera`, of the block in column j.
   void NumberBlocks(Index camera, const ReducedPattern& pattern, std::vector<std::int32_t>& block_of_camera) const;
-  // Calls body(index in the camera's slice, position) for each pair of row `camera`.
+  // Calls body(own, other) (ObservationPair) for each pair of row `camera`.
   template <class Body>
   void ForEachPair(Index camera, bool diagonal_only, const Body& body) const;
 

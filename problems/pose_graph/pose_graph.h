@@ -9,10 +9,10 @@
 
 namespace vesta::pose_graph {
 
-// How poses are stored and updated: problems/pose_graph/poses.h.
+// 2D or 3D poses. problems/pose_graph/poses.h defines their steps and residuals.
 enum class PoseSpace { kSe2, kSe3 };
 
-// Number of values of a pose: (x, y, yaw), or position (x, y, z) and unit quaternion (w, x, y, z).
+// Number of values of a pose: (x, y, yaw) in 2D; position (x, y, z) and unit quaternion (w, x, y, z) in 3D.
 constexpr int PoseSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 3 : 7; }
 // Dimension of a pose's step, and of an edge's residual.
 constexpr int TangentSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 3 : 6; }
@@ -20,13 +20,13 @@ constexpr int TangentSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 3
 constexpr int InformationSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 6 : 21; }
 
 struct PoseGraph {
-  // Indices into the poses.
+  // A measurement of pose `to` relative to pose `from`, as indices of poses.
   struct Edge {
     Index from = 0, to = 0;
   };
 
   PoseSpace space = PoseSpace::kSe2;
-  std::vector<Index> ids = {};     // vertex ids of the poses in the file
+  std::vector<Index> ids = {};     // vertex id of each pose in the file
   std::vector<double> poses = {};  // PoseSize values per pose, in the world frame
   std::vector<Index> fixed = {};   // indices of the fixed poses, ascending, unique
   std::vector<Edge> edges = {};

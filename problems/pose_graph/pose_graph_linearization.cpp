@@ -95,11 +95,11 @@ void AccumulateCounts(std::vector<std::size_t>* counts) {
 
 }  // namespace
 
-PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> held) {
+PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> fixed) {
   PoseGraphLayout layout;
   layout.terms = std::move(terms);
   layout.row_of_pose.assign(At(num_poses), 0);
-  for (const Index pose : held) layout.row_of_pose[At(pose)] = -1;
+  for (const Index pose : fixed) layout.row_of_pose[At(pose)] = -1;
   for (Index pose = 0; pose < num_poses; ++pose) {
     if (layout.row_of_pose[At(pose)] < 0) continue;
     layout.row_of_pose[At(pose)] = static_cast<Index>(layout.pose_of_row.size());

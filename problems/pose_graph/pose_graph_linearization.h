@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linearization of a pose graph at one x: whitened residuals, Jacobian blocks, and H = J^T J as a sparse block matrix.
+// Linearization of a pose graph at one x: residuals, Jacobian blocks, and H = J^T J as a sparse matrix of blocks. A
+// residual is whitened: multiplied by a square root of its information matrix, so that it has unit covariance.
 #pragma once
 
 #include <memory>
@@ -14,21 +15,22 @@
 
 namespace vesta::pose_graph {
 
-// The edges of a pose graph in the form that the solver evaluates: whitened residuals and Jacobian blocks.
+// Computes the whitened residuals and Jacobian blocks of the edges of a pose graph. x: the values of all poses, as in
+// PoseGraph::poses.
 struct EdgeTerms {
   PoseSpace space = PoseSpace::kSe2;
   std::vector<PoseGraph::Edge> edges;
-  std::vector<double> measurements;
-  std::vector<double> whitening;  // row-major TangentSize x TangentSize per edge
-  std::shared_ptr<const Loss> loss;
+  std::vector<double> measurements;  // as PoseGraph::measurements
+  std::vector<double> whitening;     // row-major TangentSize x TangentSize per edge
+  std::shared_ptr<const Loss> loss;  // null: plain least squares
 
   Index num_edges() const { return static_cast<Index>(edges.size()); }
   int tangent() const { return TangentSize(space); }
 
   // 1/2 rho(|whitened residual|^2) of one edge.
   double Cost(Index edge, const double* x) const;
-  // The whitened residual (TangentSize values) and its Jacobian with respect to the steps of both poses (row-major,
-  // TangentSize x 2 TangentSize). Both are corrected for the loss.
+  // Writes the whitened residual (TangentSize values) and its Jacobian with respect to the steps of poses `from` and
+  // `to` (row-major, TangentSize x 2 TangentSize). Both are corrected for the loss (solver/loss.h).
   void Linearize(Index edge, const double* x, double* residual, double* jacobian) const;
 };
 
@@ -38,20 +40,22 @@ struct EdgeEnd {
   int side;
 };
 
-// Positions of poses and edges in vectors and matrices, computed once per problem.
+// The places of poses and edges in vectors and matrices, computed once per problem. A row is a block row of H: one pose
+// that is not fixed.
 struct PoseGraphLayout {
   EdgeTerms terms;
-  std::vector<Index> row_of_pose;  // block row in the tangent space, -1 for fixed poses
-  std::vector<Index> pose_of_row;
+  std::vector<Index> row_of_pose;               // by pose; -1 for fixed poses
+  std::vector<Index> pose_of_row;               // the inverse
   std::shared_ptr<const BlockPattern> pattern;  // block pattern of H
-  std::vector<std::size_t> first_end;           // offsets into ends, per row, and the end
-  std::vector<EdgeEnd> ends;                    // the edges at each row, ascending
-  std::vector<std::size_t> first_edge;          // offsets into edges_of_block, per block of the pattern, and the end
-  std::vector<Index> edges_of_block;            // ascending
+  std::vector<std::size_t> first_end;           // row r has the entries first_end[r]..first_end[r + 1] - 1 of `ends`
+  std::vector<EdgeEnd> ends;                    // the edges of each row's pose, ascending
+  std::vector<std::size_t> first_edge;          // likewise for edges_of_block, per block of the pattern
+  std::vector<Index> edges_of_block;            // the edges that contribute to each block, ascending
 
   int tangent() const { return terms.tangent(); }
+  // Number of entries of a step of all poses.
   Index num_tangent() const { return static_cast<Index>(pose_of_row.size()) * tangent(); }
-  // The row of one end of an edge, or -1.
+  // The row of the pose at one end of an edge; -1 if it is fixed.
   Index Row(Index edge, int side) const {
     const PoseGraph::Edge& e = terms.edges[static_cast<std::size_t>(edge)];
     return row_of_pose[static_cast<std::size_t>(side == 0 ? e.from : e.to)];
@@ -66,8 +70,8 @@ struct PoseGraphLayout {
   }
 };
 
-// held: indices of the fixed poses.
-PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> held);
+// fixed: indices of the fixed poses.
+PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> fixed);
 
 class PoseGraphLinearization final : public Linearization<CpuBackend<double>>,
                                      public WithProductH<CpuBackend<double>>,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses in 2D and 3D, and the residual of a relative measurement between two poses.
+// Poses in 2D and 3D, their steps, and the residual of a measured relative pose, with its Jacobian. R is the rotation
+// matrix of a pose and p its position; angles are in radians.
 #pragma once
 
 #include <cmath>
@@ -10,12 +11,12 @@
 
 namespace vesta::pose_graph {
 
-// 2D poses: (x, y, yaw).
+// 2D poses: (x, y, yaw). A step is a change of each.
 struct Se2 {
   static constexpr int kPose = 3;
   static constexpr int kTangent = 3;
 
-  // The equivalent angle in [-pi, pi).
+  // Adds a multiple of 2 pi so that the angle is in [-pi, pi).
   template <class T>
   static T NormalizeAngle(const T& angle) {
     using std::floor;
@@ -59,13 +60,14 @@ struct Se2 {
   }
 };
 
-// 3D poses: position and unit quaternion (w, x, y, z).
+// 3D poses: position (x, y, z) and unit quaternion (w, x, y, z). A step has six values: three of the position, then
+// three of the rotation.
 struct Se3 {
   static constexpr int kPose = 7;
   static constexpr int kTangent = 6;
 
-  // out = x (+) delta: adds delta[0..3) to the position. Rotates the orientation in the world frame by twice the vector
-  // d = delta[3..6): q' = (cos |d|, d sin |d| / |d|) q, normalised against rounding.
+  // out = x (+) delta: adds delta[0..3) to the position. Rotates the orientation in the world frame by the angle 2 |d|
+  // about the axis d, which is delta[3..6): q' = (cos |d|, d sin |d| / |d|) q, then normalises q' because of rounding.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     for (int i = 0; i < 3; ++i) out[i] = x[i] + delta[i];

@@ -10,7 +10,7 @@
 
 namespace vesta {
 
-// Residuals of the fit, for DeviceBlockProblem. All functors read the same two parameters.
+// Residuals of the curve fit for DeviceBlockProblem. All samples depend on the same two parameters.
 std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<ExponentialFit>& samples);
 
 }  // namespace vesta

@@ -11,7 +11,7 @@
 
 namespace vesta {
 
-// Fits exp(m t + c) to a sample of a noisy exponential. The residual of one sample is in units of y.
+// The residual of one sample (t, y) for the curve y = exp(m t + c).
 struct ExponentialFit {
   static constexpr int kResiduals = 1;
   static constexpr int kParameters = 2;  // m, c
@@ -45,7 +45,7 @@ inline std::vector<ExponentialFit> ExponentialSamples(int count, int outlier_per
   return samples;
 }
 
-// Powell's singular function (1962): minimum 0 at the origin, where the Jacobian has rank 2 of 4.
+// Powell's singular function (1962). The minimum is 0 at the origin, where the Jacobian has rank 2 instead of 4.
 struct Powell {
   static constexpr int kResiduals = 4;
   static constexpr int kParameters = 4;
@@ -61,7 +61,7 @@ struct Powell {
   }
 };
 
-// Rosenbrock's curved valley (1960) as residuals 10 (x2 - x1^2), 1 - x1, and its chain over many variables.
+// Rosenbrock's curved valley (1960) as residuals 10 (x2 - x1^2) and 1 - x1. The minimum is 0 at (1, 1).
 struct Rosenbrock {
   static constexpr int kResiduals = 2;
   static constexpr int kParameters = 2;
@@ -74,7 +74,8 @@ struct Rosenbrock {
   }
 };
 
-// Index map of a chain over n variables: functor i reads x_i and x_{i+1}. The minimum is 0, at all ones.
+// Parameter indices of a chain of n - 1 Rosenbrock functors over n variables: functor i depends on x_i and x_{i+1}. The
+// minimum is 0, where all variables are 1.
 inline std::vector<Index> RosenbrockChain(Index n) {
   std::vector<Index> index;
   for (Index i = 0; i + 1 < n; ++i) {

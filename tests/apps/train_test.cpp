@@ -32,8 +32,8 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_EQ(output.err, "");
   EXPECT_THAT(output.out, HasSubstr("8 training views, 2 test views; 60 points"));
-  EXPECT_THAT(output.out, HasSubstr("adam 40/40  cost "));
-  EXPECT_THAT(output.out, HasSubstr("lm   2/2  cost "));
+  EXPECT_THAT(output.out, HasSubstr("adam 40/40  training loss "));
+  EXPECT_THAT(output.out, HasSubstr("lm   2/2  training loss "));
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
 
   const gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
@@ -218,7 +218,7 @@ TEST_F(TinyTraining, RefineBySingleViewsKeepsTheGaussians) {
   EXPECT_EQ(history.back()["iteration"], 60);
   EXPECT_LT(history.back()["cost"], history[0]["cost"]);
   EXPECT_EQ(metrics["gaussians"], Metrics(out_)["gaussians"]);
-  EXPECT_THAT(output.out, HasSubstr("refined: cost -"));
+  EXPECT_THAT(output.out, HasSubstr("refined: training loss -"));
   ExpectEvalReproduces(refined);
 }
 
@@ -286,7 +286,7 @@ TEST_F(TinyTraining, RefineLowersTheCost) {
   const json metrics = Metrics(refined);
   EXPECT_EQ(metrics["train"]["psnr"], history[2]["train_psnr"]);
   EXPECT_THAT(output.out,
-              HasSubstr(fmt::format("refined: cost {:+.1f} %, train PSNR {:+.3f} dB",
+              HasSubstr(fmt::format("refined: training loss {:+.1f} %, train PSNR {:+.3f} dB",
                                     100 * (history[2]["cost"].get<double>() / history[0]["cost"].get<double>() - 1),
                                     history[2]["train_psnr"].get<double>() - history[0]["train_psnr"].get<double>())));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks that results do not depend on the number of threads.
+// Checks that a result does not depend on the number of threads.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 namespace vesta::test {
 
-// Calls make() with one, two and three threads and expects equal results. Equal numbers other than NaN have equal bits,
-// except for the sign of zero.
+// Calls make() with one, two and three threads and expects that the results are equal (==). This compares all bits of
+// numbers except the sign of zero; NaN fails.
 template <class Make>
 void ExpectSameForAnyThreads(const Make& make) {
   const int before = NumThreads();

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts memory as it is allocated. Linking it replaces operator new and delete, so such tests are separate programs.
-// Not for sanitizers, which replace the allocator themselves.
+// Measures the peak of allocated memory. A test that uses it replaces operator new and delete and is therefore a
+// program of its own. Not for sanitizers, which replace the allocator themselves.
 #pragma once
 
 namespace vesta::test {
 
-// Counts from its construction. Only one may exist at a time.
+// Measures from its construction on. Only one object may exist at a time.
 class CountedMemory {
  public:
   CountedMemory();
-  // The peak of additional memory since construction, bytes.
+  // The peak of the allocated memory since construction minus the memory allocated at construction, bytes.
   double peak_bytes() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instruction sets that tests can call directly on this machine.
+// The instruction sets that this CPU supports. Tests call the code that is compiled for each of them.
 #pragma once
 
 #include <vector>

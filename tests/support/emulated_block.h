@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs block kernels (kernels/core/block_kernel.h) on the host, with one fiber per thread that switches only at
-// barriers. The caller chooses the order of threads between barriers. If a barrier is missing,
-// two orders give different results.
+// Runs the GPU kernels of kernels/core/block_kernel.h on the CPU. Each thread of a block is a fiber (fiber.h), which
+// runs until its next barrier. The caller chooses the order of the threads between barriers. If a kernel lacks a
+// barrier, the results differ between two orders.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace vesta::test {
 
 enum class ThreadOrder { kForward, kBackward, kShuffled };
 
-// The threads of one block.
+// The threads of one block, reusable for many blocks.
 class FiberBlock {
  public:
   FiberBlock(int threads, ThreadOrder order, std::uint64_t seed) : fibers_(static_cast<std::size_t>(threads)) {
@@ -36,11 +36,11 @@ class FiberBlock {
     }
   }
 
-  // Calls body(thread) in every fiber until all have returned. Throws if some fibers wait at a barrier that others
-  // never reach. Rethrows exceptions of the body.
+  // Calls body(thread) once in every fiber, and returns when all calls have returned. Throws std::logic_error if some
+  // threads wait at a barrier that others never reach. Rethrows exceptions of the body.
   void Run(const std::function<void(int)>& body) {
     for (Fiber& fiber : fibers_) {
-      if (!fiber.done) Prepare(fiber);  // new, or stopped at a barrier when a body failed
+      if (!fiber.done) Prepare(fiber);  // new, or at a barrier because a body has thrown
       fiber.done = false;
     }
     body_ = &body;
@@ -59,7 +59,7 @@ class FiberBlock {
       if (done > 0) throw std::logic_error("a barrier that some threads of the block never reach");
     }
   }
-  // A barrier. Returns the number of threads with `vote` true.
+  // A barrier, for the body. Returns the number of threads that called it with vote = true.
   int Wait(bool vote) {
     next_votes_ += vote ? 1 : 0;
     Fiber& fiber = fibers_[current_];
@@ -104,7 +104,7 @@ class FiberBlock {
   std::exception_ptr failure_;
 };
 
-// The Block of block_kernel.h.
+// The argument `block` of a kernel (block_kernel.h).
 class EmulatedBlock {
  public:
   EmulatedBlock(FiberBlock& fibers, int thread, Index id) : fibers_(fibers), thread_(thread), id_(id) {}
@@ -119,7 +119,8 @@ class EmulatedBlock {
   Index id_;
 };
 
-// Runs the blocks of a kernel one after the other, with one fiber per thread. Shared memory starts as NaNs.
+// Runs the blocks 0 .. blocks - 1 of a kernel one after the other. Shared memory initially has all bits 1 (NaN), so
+// that reading it before writing shows.
 template <class Kernel>
 void Emulate(const Kernel& kernel, Index blocks, FiberBlock& fibers) {
   auto shared = std::make_unique<typename Kernel::Shared>();
@@ -137,7 +138,7 @@ void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder
   Emulate(kernel, blocks, fibers);
 }
 
-// In reverse order, because the steps must not depend on the order of indices.
+// Calls f(i) for all i in reverse order, because results must not depend on the order.
 template <class F>
 void ForEachBackwards(Index count, const F& f) {
   for (Index i = count - 1; i >= 0; --i) f(i);

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// A GPU emulated on the host for tests. The device libraries run their kernels thread by thread (emulated_block.h).
-// Memory is counted and can be limited. Programs link a library test_emulated_* instead of vesta::*_cuda. It is some
-// thousand times slower than a GPU and suits scenes of a few tiles. Each host thread has its own device with its own
-// memory.
+// A GPU emulated on the CPU, for tests on machines without a GPU. Test programs link libraries test_emulated_* instead
+// of vesta::*_cuda. These run the kernels of the GPU code thread by thread (emulated_block.h). GPU memory is counted
+// and can be limited. Each CPU thread has an emulated device with its own memory. The emulation is some thousand times
+// slower than a GPU, so scenes should have only a few tiles.
 #pragma once
 
 #include <cstddef>
 
 namespace vesta::test {
 
-// Sets the memory of the device in bytes; existing allocations remain.
+// Sets the total memory of the device, bytes. Existing allocations remain.
 void SetDeviceMemory(std::size_t bytes);
 // More than any test needs.
 inline constexpr std::size_t kAmpleDeviceMemory = std::size_t{1} << 40;
 
-// After `skipped` more launches, the next `attempts` attempts to launch fail for lack of memory.
+// Lets kernel launches fail: after the next `skipped` launches, the following `attempts` fail for lack of memory.
 void FailLaunches(int skipped, int attempts);
-// Registers an attempt to launch; returns false if it fails for lack of memory.
+// For Launch (launch.cuh): counts an attempt to launch. Returns false if it must fail for lack of memory.
 bool LaunchFindsMemory();
-// How often unused memory was returned to the driver.
+// Number of times that unused memory was returned to the driver.
 int NumTrims();
 
-// While it exists, the program has no code for the device.
+// While an object exists, the program behaves as if it had no code for this type of GPU.
 class WithoutDeviceCode {
  public:
   WithoutDeviceCode();
@@ -30,7 +30,7 @@ class WithoutDeviceCode {
   WithoutDeviceCode& operator=(const WithoutDeviceCode&) = delete;
 };
 
-// While it exists, the device has this much memory; before and after, ample memory.
+// While an object exists, the device has this much memory, bytes. The destructor sets kAmpleDeviceMemory.
 class LimitedDeviceMemory {
  public:
   explicit LimitedDeviceMemory(std::size_t bytes) { SetDeviceMemory(bytes); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes with extreme Gaussians, images and cameras, and the expected accuracy.
+// Scenes with extreme Gaussians, image sizes or cameras, and the accuracy to expect from rendering them.
 #pragma once
 
 #include <ostream>
@@ -13,15 +13,15 @@ namespace vesta::test {
 struct ExtremeScene {
   std::string name;
   Scene scene;
-  Index seen;              // number of visible Gaussians, in any precision
-  double tolerance;        // of the image in double, relative to the brightest colour or 1
-  double float_tolerance;  // the same in float, and of J v relative to its largest entry
+  Index seen;              // expected number of visible Gaussians, in float and double
+  double tolerance;        // bound for errors of the image in double, relative to the brightest colour, at least 1
+  double float_tolerance;  // the same in float; also for errors of J v, relative to its largest entry
 };
 inline std::ostream& operator<<(std::ostream& os, const ExtremeScene& extreme) { return os << extreme.name; }
 
-// Four ordinary Gaussians and the extreme ones of the case. The camera is at the origin and looks along z.
+// Scenes with four ordinary Gaussians and one or more extreme ones. The camera is at the origin and looks along z.
 std::vector<ExtremeScene> ExtremeGaussians();
-// Ordinary Gaussians with extreme images and lenses.
+// Scenes with ordinary Gaussians and an extreme image size or lens.
 std::vector<ExtremeScene> ExtremeCameras();
 
 // A camera at the origin that looks along z, with the principal point in the centre.

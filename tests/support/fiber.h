@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fiber: a function with its own stack that can be left and resumed.
+// Fibers: functions with their own stacks, between which a thread switches. They emulate the threads of a GPU block.
 #pragma once
 
 #include <ucontext.h>
@@ -9,14 +9,14 @@
 
 namespace vesta::test {
 
-// The point where a fiber, or the thread that runs fibers, stopped.
+// The state of a fiber, or of the thread that runs fibers, while it does not run.
 struct FiberContext {
   ucontext_t context{};
   void* resume[5]{};
   bool begun = true;
 };
 
-// The function of a fiber must not return: at its end it switches to another fiber forever.
+// The function of a fiber must not return. When its work is done, it must switch to another fiber.
 using FiberFunction = void (*)(std::uintptr_t argument);
 
 namespace fiber_internal {
@@ -29,7 +29,8 @@ inline void Enter(unsigned function_high, unsigned function_low, unsigned argume
 
 }  // namespace fiber_internal
 
-// Prepares `fiber` to start function(argument) on this stack.
+// Prepares `fiber` so that the first SwitchFiber to it calls function(argument) on this stack. The stack must outlive
+// the fiber.
 inline void PrepareFiber(FiberContext& fiber, char* stack, std::size_t stack_bytes, FiberFunction function,
                          std::uintptr_t argument) {
   getcontext(&fiber.context);
@@ -45,14 +46,14 @@ inline void PrepareFiber(FiberContext& fiber, char* stack, std::size_t stack_byt
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// Sanitizers can follow this call to another stack.
+// Leaves `from` and continues in `to`. Sanitizers need swapcontext, which tells them about the other stack.
 inline void SwitchFiber(FiberContext& from, FiberContext& to) { swapcontext(&from.context, &to.context); }
 
 #else
 
 namespace fiber_internal {
 
-// Not inlined, because a function must not longjmp to itself.
+// Not inlined, because __builtin_longjmp must not jump within one function.
 [[gnu::noinline, noreturn]] inline void Resume(FiberContext& to) {
   if (!to.begun) {
     to.begun = true;
@@ -63,8 +64,8 @@ namespace fiber_internal {
 
 }  // namespace fiber_internal
 
-// Leaves `from` and continues in `to`. A jump costs tens of nanoseconds. swapcontext costs microseconds, because it
-// calls the system for the signal mask.
+// Leaves `from` and continues in `to`. This takes tens of nanoseconds; swapcontext would take microseconds, because it
+// makes a system call for the signal mask.
 [[gnu::noinline]] inline void SwitchFiber(FiberContext& from, FiberContext& to) {
   if (__builtin_setjmp(from.resume) == 0) fiber_internal::Resume(to);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random test data from a seed, identical on every machine.
+// Random numbers for tests, identical on every machine.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,8 @@
 
 namespace vesta::test {
 
-// The standard specifies the engine exactly but not the distributions, so these are implemented here.
+// Uses std::mt19937_64, whose numbers the C++ standard specifies. It does not specify the distributions of the standard
+// library, so this class has its own.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

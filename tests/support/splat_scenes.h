@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random splat models in front of random views.
+// Random splats in front of random cameras, for tests of the rasteriser.
 #pragma once
 
 #include <algorithm>
@@ -15,30 +15,32 @@
 
 namespace vesta::test {
 
-// A view with a random pose and its principal point off the centre.
+// Returns a camera with a random pose and a principal point that is not in the centre of the image.
 splat::PosedCamera RandomView(Random& random, int width, int height);
 
-// How a random model looks. Lengths are in pixels of the view it is made for.
+// Options of a random scene. Lengths are in pixels of its image.
 struct SceneOptions {
   std::string name = {};
   int width = 37, height = 21;
   int count = 40;
   int sh_degree = 3;
-  double sigma_min = 0.7, sigma_max = 6;  // longest standard deviation
-  double aspect_max = 4;                  // longest over the other two
+  double sigma_min = 0.7, sigma_max = 6;  // range of the largest standard deviation
+  double aspect_max = 4;                  // largest ratio of the largest standard deviation to the others
   double opacity_min = 0.1, opacity_max = 0.9;
-  double border = 0.2;   // the means may lie outside the image by this fraction of it
-  double behind = 0;     // fraction of the Gaussians behind the camera
-  bool extreme = false;  // sums over all Gaussians are ill-conditioned too
+  double border = 0.2;  // means may lie outside the image by this fraction of its size
+  double behind = 0;    // fraction of the Gaussians behind the camera
+  // True if sums over all Gaussians are ill-conditioned too, so that tests need larger tolerances.
+  bool extreme = false;
 };
 inline std::ostream& operator<<(std::ostream& os, const SceneOptions& options) { return os << options.name; }
 
-// A model and a view. Parameters are exact in float, so both precisions use the same model.
+// A model and a camera. All parameters are representable in float, so float and double use the same model.
 struct Scene {
   splat::PosedCamera view;
   int count = 0, sh_degree = 0, active_sh_degree = 0;
   std::int64_t lacking[splat::kMaxShDegree] = {};  // as in ModelLayout
-  std::vector<double> x;                           // layout.h
+  std::vector<double> x;                           // parameters in the layout of formulas/layout.h
+
   double background[3] = {0.2, 0.5, 0.9};
 
   splat::ModelLayout layout() const { return {count, sh_degree, {lacking[0], lacking[1], lacking[2]}}; }
@@ -46,13 +48,15 @@ struct Scene {
   double At(int attribute, int i) const { return x[static_cast<std::size_t>(layout().Offset(attribute) + i)]; }
 };
 
-// A scene whose Gaussians are still unset.
+// Returns a scene with `count` Gaussians whose parameters are zero.
 Scene EmptyScene(const splat::PosedCamera& view, int count, int sh_degree);
-// In front of the given view, whose size overrides the options, or of a random view.
+// Returns a random scene in front of the given camera, whose image size replaces the size in the options, or of a
+// random one.
 Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, Random& random);
 Scene RandomScene(const SceneOptions& options, std::uint64_t seed);
 
-// Removes the values of SH bands that the layout lacks. `values` has the layout of a model with one degree.
+// Returns `values`, which has all SH bands for all Gaussians, without the values of the bands that Gaussians lack in
+// `layout`.
 template <class S>
 std::vector<S> RemoveMissingBands(const std::vector<S>& values, const splat::ModelLayout& layout) {
   std::vector<S> rest;
@@ -62,7 +66,7 @@ std::vector<S> RemoveMissingBands(const std::vector<S>& values, const splat::Mod
   }
   return rest;
 }
-// The inverse: inserts zeros for the SH bands that the layout lacks.
+// The inverse of RemoveMissingBands: inserts zeros for the missing bands.
 template <class S>
 std::vector<S> WithZeros(const std::vector<S>& values, const splat::ModelLayout& layout) {
   std::vector<S> all(static_cast<std::size_t>(splat::NumAttributes(layout.sh_degree) * layout.count));
@@ -71,14 +75,15 @@ std::vector<S> WithZeros(const std::vector<S>& values, const splat::ModelLayout&
   }
   return all;
 }
-// The scene with band b only for its first with_band[b] Gaussians. The given scene has one degree.
+// Returns the scene with SH band b only for the first with_band[b] Gaussians. In `scene`, all Gaussians have all bands.
 Scene WithBands(const Scene& scene, const std::int64_t (&with_band)[splat::kMaxShDegree + 1]);
 
-// The kinds of scene for tests of the operators: sizes that are not multiples of the tile, needles, splats smaller than
-// a pixel or larger than the image, capped alphas, saturated pixels, means behind the camera and beyond the clamp.
+// The kinds of scenes for tests of J v, J^T u and the Gram matrices: image sizes that are not multiples of the tile,
+// needles, splats smaller than a pixel or larger than the image, alphas at their maximum, opaque pixels, and means
+// behind the camera or so far outside the image that their Jacobian is clamped.
 std::vector<SceneOptions> SceneKinds();
 
-// A scene rendered by a View of precision S.
+// A scene rendered by SplatView in precision S, float or double, and products with its Jacobian J.
 template <class S>
 struct RenderedView {
   using Scalar = S;
@@ -104,7 +109,7 @@ struct RenderedView {
     view.AddJT(model, image.data(), u.data(), g.data(), workspace);
     return g;
   }
-  // The blocks of the geometry, followed by the diagonal of the colours.
+  // The Gram matrices J^T diag(omega) J: the blocks of the geometry, followed by the diagonal of the colours (AddGram).
   std::vector<S> Gram(const std::vector<S>& omega) {
     const auto blocks = static_cast<std::size_t>(splat::kGeometry * (splat::kGeometry + 1) / 2 * model.count);
     std::vector<S> gram(blocks + x.size() - static_cast<std::size_t>(splat::kSh * model.count));

@@ -12,7 +12,8 @@
 
 namespace vesta {
 
-// Removed with the object. Placed in TMPDIR if it is set.
+// A folder in TMPDIR if that is set, otherwise in /dev/shm or the system's folder for temporary files. The destructor
+// removes it.
 class TempFolder {
  public:
   TempFolder() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matchers for errors. They compare the code of an Error and the data in its message, not its wording.
+// Matchers for errors. They compare the code of an Error and data in its message, such as file names, but not its
+// words.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -15,7 +16,7 @@
 
 namespace vesta {
 
-// The Error thrown by `call`, if any. Any other exception fails the test.
+// Returns the Error that call() throws, or nullopt. Another exception fails the test, also a message of several lines.
 template <class Call>
 std::optional<Error> ErrorOf(const Call& call) {
   try {
@@ -29,7 +30,7 @@ std::optional<Error> ErrorOf(const Call& call) {
   return std::nullopt;
 }
 
-// Whether the text contains the token as a whole word or number: "3" is not in "line 13".
+// Whether the text contains the token as a whole word or number; "line 13" does not contain "3".
 inline bool HasToken(std::string_view text, std::string_view token) {
   const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
   if (token.empty()) return true;
@@ -41,7 +42,8 @@ inline bool HasToken(std::string_view text, std::string_view token) {
   return false;
 }
 
-// HasToken for all tokens. A token is data without spaces, such as a file name, a flag, a key or a number.
+// Matches a text that contains each token (HasToken). A token is data without spaces, such as a file name, a flag, a
+// key or a number.
 MATCHER_P(HasEachToken, tokens, "has each of " + testing::PrintToString(tokens)) {
   for (const std::string& token : std::vector<std::string>(tokens)) {
     EXPECT_EQ(token.find(' '), std::string::npos) << "words of a message may change: " << token;
@@ -56,13 +58,14 @@ auto HasTokens(const Tokens&... tokens) {
   return HasEachToken(std::vector<std::string>{tokens...});
 }
 
-// Matches one line with these tokens.
+// Matches a text without line breaks that contains these tokens.
 template <class... Tokens>
 auto IsLineWith(const Tokens&... tokens) {
   return testing::AllOf(testing::Not(testing::HasSubstr("\n")), HasTokens(tokens...));
 }
 
-// For a call without arguments: EXPECT_THAT([&] { ReadBal(path); }, ThrowsError(kBadFile, "a.txt", "17")).
+// Matches a function that throws an Error with this code and tokens:
+//   EXPECT_THAT([&] { ReadBal(path); }, ThrowsError(kBadFile, "a.txt", "17"));
 MATCHER_P2(ThrowsErrorWith, code, tokens,
            "throws code " + std::to_string(static_cast<int>(code)) + " with " + testing::PrintToString(tokens)) {
   const std::optional<Error> error = ErrorOf(arg);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shrinks the entries of a gradient on which the views disagree. For both memory spaces.
+// Shrinks the entries of a gradient on which the training views disagree. Runs on host and device.
 //
-// The gradient g = sum_i g_i of n views is a sum of samples. Its variance is estimated from the same samples:
-// v = n / (n - 1) (sum_i g_i^2 - g^2 / n). Where g^2 is hardly above v, the gradients of the views nearly cancel, and
-// the remainder is noise: following it lowers the cost of these views and raises the cost of others. Each entry of the
-// right-hand side is therefore multiplied by max(0, 1 - strength v / g^2), the positive-part rule of James and Stein
-// (1961). Mahsereci et al. 2017, "Early stopping without a validation set", use the variance of gradients between
-// samples to detect when no more can be learnt.
+// All formulas are per entry. The gradient g = sum_i g_i of the cost is a sum over n views. Its variance is estimated
+// from the gradients g_i of the views: v = n / (n - 1) (sum_i g_i^2 - g^2 / n). If g^2 is hardly above v, the gradients
+// of the views nearly cancel, and g is mostly noise. A step along such an entry would lower the cost of these views and
+// raise the cost of other views. Each entry of the right-hand side -g is therefore multiplied by
+//   max(0, 1 - strength v / g^2),
+// the positive-part rule of James and Stein (1961). Mahsereci et al. 2017, "Early stopping without a validation set",
+// use the same variance to decide when to end a training.
 #pragma once
 
 #include "kernels/core/hd.h"
@@ -14,21 +15,22 @@
 
 namespace vesta::gs {
 
-// For each entry: sum += one, squares += one^2, one = 0.
+// Adds the gradient of one view, for each entry: sum += view, squares += view^2, view = 0. All arrays have one entry
+// per parameter.
 template <class S>
 struct AddViewGradient {
-  S *one, *sum, *squares;
+  S *view, *sum, *squares;
 
   VESTA_HD void operator()(Index j) const {
-    sum[j] += one[j];
-    squares[j] += one[j] * one[j];
-    one[j] = 0;
+    sum[j] += view[j];
+    squares[j] += view[j] * view[j];
+    view[j] = 0;
   }
 };
 
-// On input, `squares` is the sum of squared gradients of `views` views and `sum` the sum of their gradients. On output,
-// `squares` is the right-hand side: minus the sum, shrunk. strength > 0; with strength 1, an entry becomes zero unless
-// it exceeds its standard deviation. With one view there is no shrinkage.
+// On input, `sum` is the sum of the gradients of `views` views, and `squares` the sum of their squares. On output,
+// `squares` is the right-hand side: -sum, shrunk. strength > 0 (lm.gradient_shrinkage); with strength 1, an entry
+// becomes zero if its absolute value is at most its standard deviation sqrt(v). With one view there is no shrinkage.
 template <class S>
 struct ShrunkGradient {
   S strength, views;

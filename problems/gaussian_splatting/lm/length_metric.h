@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The length-based part of the damping metric: how far means move, and how far the ends of turning splats move. For
-// both memory spaces.
+// The damping metric D for means and rotations, so that LM damps lengths: how far means move, and how far rotations
+// move the ends of the splats. D is the diagonal of the system (H + lambda D) step = -gradient. Runs on host and
+// device.
 #pragma once
 
 #include <cmath>
@@ -11,16 +12,19 @@
 
 namespace vesta::gs {
 
-// Completes D for the mean and the quaternion of Gaussian i (layout.h; `count` Gaussians at x).
-// On input, D of the mean assumes a unit of length of 1; it is divided by the square of the Gaussian's unit.
-// A quaternion step dq turns the splat by up to 2 |dq| / |q|. This moves its ends, one standard deviation from the
-// mean, by up to 2 sigma_max |dq| / |q|. Therefore D_q += D_mean (2 sigma_max / |q|)^2, so that moving the ends is
-// penalised like moving the mean. A small round splat can turn freely. A long needle cannot: a small rotation would
-// sweep it across views far from those it was fitted to.
+// Changes D of Gaussian i for its mean and quaternion. x and D have the layout of layout.h, for `count` Gaussians.
+//
+// * Mean: D is divided by the square of the Gaussian's unit of length (model/length_units.h).
+// * Quaternion q: D_q += D_mean (2 sigma_max / |q|)^2, where D_mean is the new D of the mean and sigma_max the largest
+//   standard deviation.
+// Reason for the second rule: a step dq rotates the splat by an angle of up to 2 |dq| / |q|. This moves the ends of the
+// splat, at sigma_max from the mean, by up to 2 sigma_max |dq| / |q|. So LM damps the motion of the ends like the
+// motion of the mean. The rotation of a small splat is hardly damped. The rotation of a long needle is, because a small
+// angle would move its ends into views that do not see it now.
 template <class S>
 struct LengthMetric {
   Index count;
-  const float* units;  // [count], lengths; null: all 1
+  const float* units;  // unit of length of each Gaussian; null: all 1
   const S* x;
   S* D;
 

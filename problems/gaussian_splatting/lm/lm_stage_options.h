@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of the LM stage.
+// Options of the LM stage of a training: Levenberg-Marquardt (LM) on all training views, after Adam. Each step solves
+// (H + lambda D) step = right-hand side by PCG, where H approximates J^T W J summed over the views
+// (docs/mathematics.md).
 #pragma once
 
 #include "kernels/core/schema.h"
@@ -17,13 +19,14 @@ namespace vesta::gs {
 
 struct SplatProblemOptions;
 
-// How products with J evaluate their raster part.
+// The data stored for products with the Jacobian J, the derivatives of the pixels with respect to the parameters.
 enum class JacobianKind {
-  kCachedViews,  // recomputed from the cached splats of each view
-  kCache32,      // entries of J stored as floats (doubles in double precision), see cache/jacobian_cache.h
-  kCache16,      // entries of J stored in 16 bits
-  // Like kCachedViews, but each product projects, sorts, renders and linearises the views again. The numbers are the
-  // same; memory holds one view instead of all. On a device this is the same as kCachedViews.
+  kCachedViews,  // projected and sorted splats, image and loss fields of each view; products recompute entries of J
+  kCache32,      // also entries of J as floats (doubles in double precision), see cache/jacobian_cache.h
+  kCache16,      // also entries of J in 16 bits
+  // Nothing: each product projects, sorts, renders and linearises the views again, one after the other. The results are
+  // bit-identical to kCachedViews. On a GPU with enough memory the training uses kCachedViews instead
+  // (splatting/memory/memory_plan.h).
   kOnTheFly,
 };
 inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind::kCachedViews, "cached_views"},
@@ -33,18 +36,18 @@ inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind:
 // True if entries of J are stored.
 inline bool IsCached(JacobianKind kind) { return kind == JacobianKind::kCache32 || kind == JacobianKind::kCache16; }
 
-// The damping metric D, by which lambda is multiplied.
+// The diagonal matrix D, the damping metric.
 enum class LmDamping {
   kLearningRates,  // from Adam's learning rates (lm/splat_blocks.h)
   kDiagonal,       // diag(JtJ)
 };
 
 enum class LmPreconditioner {
-  kBlock,  // one block per Gaussian for its geometry, the diagonal for spherical harmonics
-  kJacobi,
+  kBlock,   // of H: one 11 x 11 block per Gaussian for its geometry, the diagonal for spherical harmonics
+  kJacobi,  // the diagonal of H
 };
 
-// Damping inside the preconditioner: the lambda of the system, or 1 (3DGS-LM).
+// Factor of D inside the preconditioner: lambda as in the system, or 1 (3DGS-LM).
 enum class PreconditionerDamping { kLambda, kOne };
 
 // Options that change the right-hand side and the damping.
@@ -55,34 +58,36 @@ struct SplatMetricOptions {
   double gradient_shrinkage = 0.3;
 };
 
-// Options of Levenberg-Marquardt on all training views (solver/), which starts where Adam stopped.
+// The option lm.NAME is the member NAME. Help for all: `vesta help train --all`.
 struct LmStageOptions : SplatMetricOptions {
-  int iterations = 0;
+  int iterations = 0;  // at most; 0: no LM stage
   // The stage ends when an iteration lowers the cost by less than this fraction. On some scenes Adam leaves almost
   // nothing to gain (docs/decisions/lm-is-optional.md).
   double function_tolerance = 0.006;
   int pcg_iterations = 4;
-  int batches = 1;
+  int batches = 1;     // number of batches of views per iteration
   int batch_size = 0;  // views per batch; 0: all views are divided among the batches
   BatchChoice batch_choice = BatchChoice::kStrided;
-  // Several batches are solved together in one PCG, or one by one and then merged (3DGS-LM, eq. 7).
+  // True: each batch is solved alone, and the steps are averaged (3DGS-LM, eq. 7). False: PCG solves one system, the
+  // sum over the batches.
   bool merge_batches = false;
   LmPreconditioner preconditioner = LmPreconditioner::kBlock;
   PreconditionerDamping preconditioner_damping = PreconditionerDamping::kLambda;
   PcgStart pcg_start = PcgStart::kZero;
-  // PCG stops when |residual| <= pcg_tolerance |b|; 0: when the quadratic model hardly decreases any more.
+  // PCG stops when |residual| <= pcg_tolerance |right-hand side|; 0: when an iteration hardly lowers the quadratic
+  // model of the cost.
   double pcg_tolerance = 0;
   StepRule damping_update = StepRule::kCeres;
-  // Caching the views shortens an iteration by a quarter but takes several times the memory of everything else
+  // kCachedViews makes an iteration a quarter shorter but needs several times the memory of everything else
   // (docs/decisions/lm-jacobian-on-the-fly.md).
   JacobianKind jacobian = JacobianKind::kOnTheFly;
   bool line_search = false;
-  double line_search_views = 0.3;
+  double line_search_views = 0.3;  // fraction of the views that the line search evaluates
   double initial_lambda = 0.02;
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
-  // Range of diag(JtJ) in LmDamping::kDiagonal. 0: the minimum is 1e-6 of the median over the same parameter; no
-  // maximum.
+  // Limits of the entries of D for LmDamping::kDiagonal. min_diagonal = 0: 1e-6 of the median entry of the same kind of
+  // parameter. max_diagonal = 0: no limit.
   double min_diagonal = 0, max_diagonal = 0;
   // The cost and its quadratic model: kernels/image/loss_options.h.
   PixelLinearization loss_linearization = PhotometricWeights{}.pixel;
@@ -98,7 +103,7 @@ void ValidateCombination(const LmStageOptions& lm);
 
 // Conversions of the options for the loss, the problem (splat_problem.h) and the solver.
 PhotometricWeights LossOf(const LmStageOptions& lm);
-// For a model with this layout; the caller still sets batches, background, lr and units.
+// For a model with this layout. Batches, background, lr and units keep their defaults; the caller sets them.
 SplatProblemOptions SplatProblemOptionsOf(const LmStageOptions& lm, const splat::ModelLayout& layout);
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linearization of the splatting problem at one x, for one batch of views.
+// Linearization of the splatting problem at one x, for one batch of views (lm/splat_problem.h). Its Jacobian J has a
+// row per pixel and channel of the batch and a column per parameter of the Gaussians.
 #pragma once
 
 #include <memory>
@@ -25,29 +26,33 @@ class SplatLinearization final : public Linearization<B>,
   using Loss = typename SplatBackend<B>::Loss;
   using Workspace = typename SplatBackend<B>::Workspace;
 
-  // Gradient and curvature are `scale` times the sum over the views. The problem and all its linearizations share loss
-  // and workspace, one call at a time. They may also share scratch with JacobianKind::kOnTheFly, which keeps nothing in
-  // it between calls; null: this linearization has its own.
+  // Gradient and curvature are `scale` times the sums over `views`. loss, workspace and scratch are work memory. The
+  // problem and all its linearizations share loss and workspace, so only one of them may be called at a time. scratch
+  // may be shared only with JacobianKind::kOnTheFly, which stores nothing there between calls; null: the linearization
+  // allocates its own.
   SplatLinearization(const SplatProblemOptions& options, ConstVectorView x, std::vector<const TargetView<B>*> views,
                      double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
                      std::shared_ptr<SplatScratch<B>> scratch = nullptr);
 
-  // Residuals are the colour differences e = rendered - truth: view after view, 3 planes each.
+  // Residuals are the colour differences e = rendered image - photograph: view after view, 3 planes (red, green, blue)
+  // each. Masked pixels have residual 0.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return options_.Size(); }
   ConstVectorView residuals() const override;
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
   void ApplyW(ConstVectorView u, VectorView Wu) override;
-  // One view at a time, so that only one image is in memory.
+  // Computes H v = J^T W J v view by view, so that J v of only one view is in memory.
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
-  // The gradient, shrunk where the views disagree (lm/gradient_shrinkage.h).
+  // The negative gradient, shrunk where the views disagree (lm/gradient_shrinkage.h).
   bool has_own_right_hand_side() const override { return options_.gradient_shrinkage > 0; }
   void RightHandSide(VectorView d) override;
+  // The sum over the views of the squared gradient of each view, per entry. Only for options.is_part.
   void SquaredGradients(VectorView squares) override;
+  // gradient, and on input squares: summed over all parts, which have `units` views. Output: the right-hand side.
   void RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const override;
-  // Exact for the pointwise part of W, which replaces W here (docs/mathematics.md).
+  // Uses a simpler, diagonal matrix instead of W (docs/mathematics.md, section 4). BlockGram does the same.
   void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
@@ -56,20 +61,20 @@ class SplatLinearization final : public Linearization<B>,
  private:
   using Vector = typename B::Vector;
   using Unit = typename SplatScratch<B>::Unit;
-  // Builds all views and sums their gradients. Also computes the right-hand side (for a part: only the squared
-  // gradients) and caches the Jacobian, depending on the options.
+  // Renders and linearises all views and sums their gradients. With gradient shrinkage it also computes the right-hand
+  // side, or for a part only the squared gradients. With kCache16 and kCache32 it stores the Jacobian.
   void BuildViews();
   // Projects, renders and linearises one view of the batch. image_gradient: gradient of the loss.
   void Build(const TargetView<B>& target, Unit& unit, VectorView image_gradient) const;
   // The first and the last step of Build.
   void Project(const TargetView<B>& target, Unit& unit) const;
   void LinearizeLoss(Unit& unit, VectorView image_gradient) const;
-  // Calls body(unit) for each view of the batch in turn. The views are cached, or each is built again for the call.
+  // Calls body(unit) for each view of the batch in turn. With kOnTheFly each view is built again before its call.
   template <class Body>
   void ForEachView(const Body& body) const;
-  // Hv += J^T W d_image for one view. weighted: work space.
+  // Hv += scale_ J^T W d_image for one view. d_image: a product J v; it and `weighted` are overwritten.
   void AddJTW(const Unit& unit, VectorView d_image, VectorView weighted, VectorView Hv);
-  // Adds the Gram matrices of all views to blocks and sh_diagonal.
+  // Adds the diagonal blocks of H of all views to blocks and sh_diagonal (SplatGrams).
   void AddGram(S* blocks, S* sh_diagonal);
   static constexpr Index kGrain = 16384;
 
@@ -84,8 +89,9 @@ class SplatLinearization final : public Linearization<B>,
   Index num_residuals_ = 0;
   std::shared_ptr<Loss> loss_;
   std::shared_ptr<Workspace> workspace_;
-  Vector gradient_, rhs_;  // freed once requested; rhs_: with shrinkage only (for a part: the squares)
-  SplatGrams<B> grams_;    // computed for the diagonal, kept for the preconditioner
+  Vector gradient_;      // of the cost; freed once requested
+  Vector rhs_;           // right-hand side, for a part the squared gradients; freed once requested
+  SplatGrams<B> grams_;  // computed by DiagJTJ, freed by BlockGram
   mutable Vector residuals_;
 };
 

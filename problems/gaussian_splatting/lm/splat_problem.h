@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// 3D Gaussian splatting as a least-squares problem. x holds the parameters of the Gaussians
-// (kernels/gaussian_splatting/formulas/layout.h). A unit is a training view. The cost is the photometric loss summed
-// over views, pixels and channels.
+// 3D Gaussian splatting as a least-squares problem for the solver (solver/problem.h). x contains the parameters of the
+// Gaussians (kernels/gaussian_splatting/formulas/layout.h). The residuals are the colour errors of the training views;
+// in the terms of solver/problem_interfaces.h, a unit is a view. The cost is the photometric loss summed over views,
+// pixels and channels.
 //
-// J = J_raster J_project; s and W come from the loss (kernels/image/photometric_loss.h). By default the Jacobian is not
-// stored; products recompute its entries from x. Only the sorted splats, the image and the loss fields of each view are
-// stored.
+// The Jacobian is J = J_raster J_project: parameters to projected splats to pixels. The derivative s of the loss with
+// respect to the pixels and its curvature W come from kernels/image/photometric_loss.h. JacobianKind selects the data
+// stored for products with J.
 #pragma once
 
 #include <array>
@@ -24,7 +25,7 @@
 
 namespace vesta::gs {
 
-// The views in the form that the linearizations use, and work space.
+// The rendered views of a linearization, and work memory.
 template <class B>
 struct SplatScratch {
   using Vector = typename B::Vector;
@@ -36,10 +37,10 @@ struct SplatScratch {
     Vector image;
     typename SplatBackend<B>::Loss::Linearization loss;
   };
-  std::vector<Unit> units;  // all views; with JacobianKind::kOnTheFly a single one, reused for each view
+  std::vector<Unit> units;  // one per view; with JacobianKind::kOnTheFly a single one, reused for each view
   Vector image_work, weighted_work;
 
-  // Allocates `views` units and work space for images of up to `values` values.
+  // Grows to at least `views` units and work memory for images of `values` numbers.
   void Fit(std::size_t views, Index values) {
     if (units.size() < views) units.resize(views);
     for (Vector* work : {&image_work, &weighted_work}) {
@@ -48,22 +49,24 @@ struct SplatScratch {
   }
 };
 
-// Options for a model with the layout of the base class.
+// The layout of the model is in the base class.
 struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights;
-  // For merged batches choose views that are not neighbours: neighbouring views bias the merge.
+  // If the steps of several batches are merged, each batch should contain views from all sides (BatchChoice::kStrided
+  // or kRandom): the step of neighbouring views fits only these.
   ViewBatchOptions batches;
   JacobianKind jacobian = JacobianKind::kCachedViews;
   LearningRates lr;
   // Unit of length of each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
-  // True for one part of a problem distributed over ranks. Its linearization returns squared gradients; RightHandSideOf
-  // then needs the sums over all parts.
+  // True for one part of a problem that is distributed over ranks. The right-hand side with gradient shrinkage needs
+  // sums over all parts: the linearization of a part returns SquaredGradients instead, and RightHandSideOf combines
+  // them.
   bool is_part = false;
 };
 
-// Works in any memory space: SplatBackend<B> provides everything that depends on it.
+// B is the backend: CPU or GPU. SplatBackend<B> provides all types that depend on it.
 template <Backend B>
 class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, public WithDampingMetric<B> {
  public:
@@ -71,9 +74,9 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   using typename Base::ConstVectorView;
   using typename Base::VectorView;
 
-  // views must outlive the problem. Throws Error if a truth image does not match the size of its view, or if the number
-  // of units of length is neither 0 nor the number of Gaussians. The truth may be missing for views that only the parts
-  // of other ranks use.
+  // views must outlive the problem. Throws Error if a photograph does not match the size of its view, or if
+  // options.units does not have one value per Gaussian. Photographs (TargetView::truth) may be missing for views that
+  // only the parts of other ranks use; using such a view throws Error.
   SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views);
 
   Index num_parameters() const override;
@@ -88,15 +91,16 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
 
   const SplatProblemOptions& options() const { return options_; }
   std::span<const TargetView<B>> views() const { return views_; }
-  // The same problem on a subset of the views. It shares work memory with this one: only one call at a time.
+  // The same problem on a subset of the views, with is_part set and one batch. It shares work memory with this problem,
+  // so only one of them may be called at a time. `views` must outlive the result.
   std::unique_ptr<SplatProblem> MakePart(std::span<const TargetView<B>> views) const;
 
-  // Work space of the passes; others may use it between calls.
+  // Work memory of the renderer. The caller may use it between calls of this object.
   typename SplatBackend<B>::Workspace& workspace() { return *workspace_; }
 
  private:
   SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views);
-  // The view, after checking that its truth is there.
+  // The view. Throws Error if its photograph is missing.
   const TargetView<B>& ViewAt(Index unit) const;
 
   SplatProblemOptions options_;

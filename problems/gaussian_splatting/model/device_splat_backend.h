@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SplatBackend for GPU memory.
+// SplatBackend (splat_backend.h) for GPU memory. Photographs and masks are copied there.
 #pragma once
 
 #include "kernels/core/cuda_backend.h"
@@ -15,7 +15,7 @@ struct SplatBackend<CudaBackend<float>> {
   using Workspace = splat::DeviceViewWorkspace;
   using Loss = DevicePhotometricLoss;
   using QualityMeter = DeviceImageQualityMeter;
-  // The photograph of the view (the truth), copied to the GPU.
+  // The photograph of a view, three planes.
   using Truth = DeviceBuffer<float>;
   static Truth MakeTruth(HostSpan<const float> truth) {
     Truth copy;

@@ -7,21 +7,22 @@
 
 namespace vesta::gs {
 
-// Adam's learning rates by class of parameter, for the mean photometric loss of one view (Kerbl et al. 2023, the
-// authors' code; opacity as in later versions of that code). Positions are in units of length (length_units.h). LM uses
-// the rates as its damping metric.
+// Adam's learning rates, for the photometric loss of one view as a mean over pixels and channels. Defaults as in the
+// code of Kerbl et al. 2023 (3D Gaussian Splatting); opacity as in later versions of that code. The rate of positions
+// is relative to each Gaussian's unit of length (length_units.h). LM derives its damping from the rates
+// (lm/splat_blocks.h).
 struct LearningRates {
   double position = 1.6e-4;
-  double log_scale = 5e-3;
+  double log_scale = 5e-3;  // logarithms of the standard deviations
   double quaternion = 1e-3;
-  double opacity = 0.025;
-  double sh_dc = 2.5e-3;
-  double sh_rest = 1.25e-4;
+  double opacity = 0.025;    // logit
+  double sh_dc = 2.5e-3;     // spherical harmonics of degree 0
+  double sh_rest = 1.25e-4;  // of higher degrees
 };
 
 const schema::Table<LearningRates>& LearningRateFields();
 
-// Learning rate of attribute a (kernels/gaussian_splatting/formulas/layout.h); for positions in units of length.
+// Learning rate of an attribute of layout.h; of a position relative to the unit of length.
 inline double RateOf(const LearningRates& rates, int attribute) {
   if (attribute < splat::kLogScale) return rates.position;
   if (attribute < splat::kQuaternion) return rates.log_scale;

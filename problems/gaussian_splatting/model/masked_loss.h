@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The photometric loss of a view in which a mask excludes some pixels.
 //
-// Before the loss is evaluated, the excluded pixels of the rendered image are replaced by pixels of the photograph (the
-// truth). With the mask m (1: pixel included), the loss is evaluated at
+// Before the loss is evaluated, the excluded pixels of the rendered image are replaced by pixels of the photograph, the
+// truth. With the mask m (1: pixel included, 0: excluded) and the elementwise product o, the loss is evaluated at
 //   m o rendered + (1 - m) o truth.
-// So an excluded pixel has no error of its own, and SSIM windows that cross the border of the mask see complete images.
-// The sums of the loss run over all pixels, because the SSIM window around an excluded pixel may contain included
-// pixels with errors.
+// So an excluded pixel has no error, and SSIM windows that contain excluded pixels are complete. The sums of the loss
+// run over all pixels, because the SSIM window around an excluded pixel may contain included pixels with errors.
 //
-// Derivatives are exact: the gradient with respect to the rendered image is m o the gradient of the loss. The curvature
-// is M W M with M = diag(m), which stays positive semidefinite. Without a mask the result is bit-identical to the plain
-// loss.
+// Derivatives are exact: the gradient with respect to the rendered image is m o (gradient of the loss). The curvature
+// is M W M with M = diag(m) and W the curvature of the loss; it stays positive semidefinite. Without a mask the result
+// is bit-identical to the plain loss.
 #pragma once
 
 #include "kernels/core/check.h"
@@ -20,7 +19,7 @@
 
 namespace vesta::gs {
 
-inline constexpr Index kMaskGrain = 1 << 15;
+inline constexpr Index kMaskGrain = 1 << 15;  // pixels per parallel task
 
 // Throws Error if the truth is missing or does not match the size of its view.
 template <class B>
@@ -30,8 +29,8 @@ void CheckTruth(const TargetView<B>& view) {
               view.camera.height);
 }
 
-// FillMasked copies the excluded pixels of the truth to the image. ClearMasked sets them to zero. mask: one byte per
-// pixel, in the memory of B, or empty. image: three planes.
+// FillMasked copies the excluded pixels of `truth` to `image`; ClearMasked sets them to zero. mask: one byte per pixel,
+// 0 excludes it (Image::mask), in the memory of B; empty: nothing changes. image and truth: three planes.
 template <class B, class Mask>
 void FillMasked(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
   if (mask.size() == 0) return;
@@ -46,7 +45,8 @@ void ClearMasked(const Mask& mask, typename B::VectorView image) {
                              ClearMaskedPixels<typename B::Scalar>{mask.data(), image.data(), mask.size()});
 }
 
-// The functions of the loss for one view. They overwrite the excluded pixels of `rendered` with the photograph.
+// The functions of the loss (kernels/image/photometric_loss.h) with the mask of the view. They replace the excluded
+// pixels of `rendered`. Images are three planes; `gradient` is with respect to the rendered image.
 template <class B>
 PhotometricValue EvaluateLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target,
                               typename B::VectorView rendered) {
@@ -60,8 +60,8 @@ void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& tar
   loss.Gradient(rendered, target.truth, target.shape(), gradient);
   ClearMasked<B>(target.mask, gradient);
 }
-// `linearization` represents W, not M W M: callers apply ClearMasked before and after each product with it. Only its
-// diagonal includes the mask: it is the diagonal of M W M.
+// Computes the gradient and `linearization`, which represents W, not M W M: the caller must call ClearMasked before and
+// after each product with W. Only linearization.diagonal is masked: it belongs to M W M.
 template <class B>
 void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
                    typename B::VectorView gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {

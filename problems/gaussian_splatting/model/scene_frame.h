@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The local frame of a scene. Positions of points and Gaussians are floats, which are coarse far from the origin. A
-// georeferenced scene is therefore trained about a local origin.
+// The frame of a scene. Positions of points and Gaussians are floats, which are coarse far from the origin. If the
+// coordinates in the files are large, as in georeferenced scenes, the frame of the scene is therefore shifted: its
+// origin is near the points. In this file, world means the frame of the files.
 #pragma once
 
 #include <array>
@@ -17,20 +18,21 @@ struct WorldPoints {
   std::vector<std::array<float, 3>> colors;      // r, g, b in 0..1; one per position
 };
 
-// Sets the points and the extent of the scene, whose views are in the frame of the files. The centre of the points is
-// the median of each coordinate. Their size is the median distance from it, by the largest coordinate; if all points
-// coincide, of the camera centres. If the centre is farther from the origin than 100 times the size, a point near it
-// becomes Scene::origin, and the views are moved accordingly. Otherwise nothing moves: floats then resolve the size to
-// five digits.
+// Sets the origin, the points and the extent of the scene. On input, its views are in the world frame. The centre of
+// the points is the median of each coordinate. Their size is the median of their distances from the centre, by the
+// largest coordinate; if that is 0, the median distance of the camera centres from it. If the centre is farther from
+// the world's origin than 100 times the size, a point near the centre becomes Scene::origin, and the views are moved to
+// the new frame. Otherwise the origin is 0 and nothing moves: floats then resolve the size to five digits.
 void PlaceInScene(const WorldPoints& points, Scene* scene);
 
-// Moves a model from any frame to the scene's frame, or from there to the world. If the scene's origin is more than
-// 1000 extents from the world's, floats could not represent the result. The model then keeps the scene's origin, in
-// SplatModel::origin.
+// MoveToScene moves a model to the scene's frame, from the frame given by SplatModel::origin. MoveToWorld moves it from
+// the scene's frame to the world and sets SplatModel::origin to 0. If the scene's origin is more than 1000 extents from
+// the world's, floats could not represent the positions: MoveToWorld then leaves the model in the scene's frame, and
+// SplatModel::origin is the scene's origin.
 void MoveToScene(const Scene& scene, SplatModel* model);
 void MoveToWorld(const Scene& scene, SplatModel* model);
 
-// The same for a view, between the world of the files and the scene's frame.
+// Move a view from the world to the scene's frame, and back.
 void MoveToScene(const Scene& scene, View* view);
 void MoveToWorld(const Scene& scene, View* view);
 

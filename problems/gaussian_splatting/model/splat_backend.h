@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The types that the trainer needs in a memory space, in addition to vectors (kernels/core/vector_backend.h). The
-// problem, the stages and the evaluation are templates over a vector backend B and take everything else from
-// SplatBackend<B>. The host's is here, the GPU's in device_splat_backend.h.
+// The types that depend on the memory space: CPU or GPU. The problem, the training stages and the evaluation are
+// templates on a backend B of kernels/core/vector_backend.h, which provides vectors. SplatBackend<B> provides the other
+// types. This file has SplatBackend for the CPU, device_splat_backend.h for the GPU.
 #pragma once
 
 #include <cstdint>
@@ -24,18 +24,20 @@ struct SplatBackend<CpuBackend<S>> {
   using Workspace = splat::ViewWorkspace<S>;
   using Loss = PhotometricLoss<S>;
   using QualityMeter = ImageQualityMeter;
-  // The truth image of a view. A reference to the scene's own image, which must outlive its users.
+  // The photograph of a view, which the rendered image should match: three planes. A reference to the image in the
+  // scene, which must outlive it.
   using Truth = HostSpan<const S>;
   static Truth MakeTruth(HostSpan<const S> truth) { return truth; }
+  // Additional memory of the truth of a view.
   static double TruthBytes(double /*pixels*/) { return 0; }
-  // Sets `to` to `from`. On the device this is a copy, because the quality meter there may write into it.
+  // Sets `to` to `from`. On the GPU this copies the pixels, because the quality meter there may change them.
   static void CopyTruth(HostSpan<const S> from, Truth& to) { to = from; }
-  // The pixel mask, as Image::mask: also a reference into the scene.
+  // The pixel mask (Image::mask), also a reference to the image in the scene.
   using Mask = HostSpan<const std::uint8_t>;
   static Mask MakeMask(HostSpan<const std::uint8_t> mask) { return mask; }
 };
 
-// One view to fit.
+// One view: its camera, and the photograph that the rendered image should match.
 template <class B>
 struct TargetView {
   splat::PosedCamera camera;
@@ -45,7 +47,8 @@ struct TargetView {
   ImageShape shape() const { return {camera.width, camera.height}; }
 };
 
-// Host views in the memory of B. If B is the host, the result refers to the images of `views`, which must outlive it.
+// Converts views in CPU memory to the memory of B. If B is a CPU backend, the result refers to the same images, which
+// must outlive it; otherwise it has copies.
 template <class B>
 std::vector<TargetView<B>> TargetsIn(const std::vector<TargetView<CpuBackend<typename B::Scalar>>>& views) {
   std::vector<TargetView<B>> targets;

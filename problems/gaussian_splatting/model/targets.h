@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts views and models to the form of the kernels, and photographs to targets in any memory space.
+// Converts the views and the model of a scene to the types of the kernels, on CPU or GPU.
 #pragma once
 
 #include <memory>
@@ -15,14 +15,15 @@
 
 namespace vesta::gs {
 
-// Distance of the near plane in world units: 1 % of the scene extent. Training, refining and evaluation use the same
-// rule, so that a saved model reproduces the metrics of its training.
+// Distance of the near plane in world units: 1 % of Scene::extent. Training, refining and evaluation use the same
+// distance, so that a saved model reproduces the metrics of its training.
 double NearPlane(const Scene& scene);
 
-// Conversions to the types of the kernels.
+// The camera of a view with this near plane, and the parameters of a model. The result of ToKernelModel refers to
+// `model`.
 splat::PosedCamera ToPosedCamera(const View& view, double near);
 splat::Model<float> ToKernelModel(const SplatModel& model);
-// Copies a model in host memory; background, eps2d and origin keep their defaults.
+// Copies the parameters of a model in CPU memory; background, eps2d and origin keep their defaults.
 SplatModel CopyOf(const splat::Model<float>& model);
 
 inline HostSpan<const float> ValuesOf(const Image& image) {
@@ -32,8 +33,9 @@ inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
   return {image.mask.data(), static_cast<Index>(image.mask.size())};
 }
 
-// Targets from views and their images. Host truths refer to the images, which must outlive the result. near: distance
-// of the near plane. photographs: receives the images that come from a store; it must outlive the result too.
+// Makes a TargetView of each view and its photograph. near: distance of the near plane. On the CPU the result refers to
+// the photographs of `views`, which must outlive it. Photographs that come from a store (View::stored) are appended to
+// `photographs`, which must outlive the result too.
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near,
                                        std::vector<std::shared_ptr<const Image>>* photographs) {
@@ -47,7 +49,7 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
   }
   return targets;
 }
-// The same. On the host it throws Error if a photograph is not in memory.
+// The same for photographs in memory. On the CPU it throws Error if a photograph comes from a store.
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near) {
   std::vector<std::shared_ptr<const Image>> photographs;

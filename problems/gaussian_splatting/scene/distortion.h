@@ -4,7 +4,8 @@
 //
 // Formulas: COLMAP, src/colmap/sensor/models.h (SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE and the
 // SIMPLE_RADIAL_FISHEYE and RADIAL_FISHEYE within it); OpenCV's documentation, "Camera Calibration and 3D
-// Reconstruction" and "Fisheye camera model". A model with fewer coefficients is one of the two models here with zeros.
+// Reconstruction" and "Fisheye camera model". A COLMAP model with fewer coefficients is one of these two models,
+// FULL_OPENCV or OPENCV_FISHEYE, with zeros.
 #pragma once
 
 #include <algorithm>
@@ -15,14 +16,15 @@
 
 namespace vesta::gs {
 
-// Dimensionless coefficients, for x/z and y/z. All zeros without is_fisheye: no distortion.
+// Dimensionless coefficients, which apply to x/z and y/z in camera coordinates. The default is a pinhole: no
+// distortion.
 struct Distortion {
   bool is_fisheye = false;
-  std::array<double, 6> radial{};      // k1 .. k6; fisheye: k1 .. k4, coefficients of powers of the angle
+  std::array<double, 6> radial{};      // k1 .. k6; fisheye: k1 .. k4, for powers of the angle from the axis
   std::array<double, 2> tangential{};  // p1, p2; not used by fisheye
 
   bool operator==(const Distortion&) const = default;
-  // True for a pinhole.
+  // True if there is no distortion. A fisheye is never a pinhole, also with zeros.
   bool is_none() const { return *this == Distortion{}; }
   bool is_finite() const {
     const auto finite = [](double value) { return std::isfinite(value); };
@@ -31,7 +33,8 @@ struct Distortion {
   }
 };
 
-// Maps (x, y) = (x/z, y/z), where a pinhole of focal length 1 sees a direction, to where this lens sees it.
+// Returns the image position of the direction (x, y, 1) in camera coordinates for this lens with focal length 1,
+// relative to the principal point. A pinhole would return (x, y).
 template <class T>
 std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   using std::atan;

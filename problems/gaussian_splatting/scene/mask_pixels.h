@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Per-pixel functors for masked pixels (masked_loss.h), for every memory space.
+// Functors that change the pixels excluded by a mask (model/masked_loss.h). Run on host and device.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@
 
 namespace vesta::gs {
 
-// For pixel i of an image with three planes: if the mask excludes it, copies it from the other image.
+// Copies pixel i of `from` to `image` if the mask excludes it (mask[i] is 0). Images have three planes of `plane`
+// pixels.
 template <class S>
 struct FillMaskedPixels {
   const std::uint8_t* mask;
@@ -22,7 +23,7 @@ struct FillMaskedPixels {
     for (int c = 0; c < 3; ++c) image[c * plane + i] = from[c * plane + i];
   }
 };
-// The same, but sets the pixel to zero.
+// Sets pixel i of `image` to zero if the mask excludes it.
 template <class S>
 struct ClearMaskedPixels {
   const std::uint8_t* mask;

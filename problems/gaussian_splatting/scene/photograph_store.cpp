@@ -28,15 +28,15 @@ void PhotographStore::Remove(Index number) {
   Lock lock(mutex_);
   entry = Find(number);
   decoded_.wait(lock, [&] { return !entry->is_decoding; });
-  if (entry->image) taken_ -= entry->source.bytes;
+  if (entry->image) used_bytes_ -= entry->source.bytes;
   entries_.erase(number);
 }
 
 void PhotographStore::Offer(Index number, Image image) {
   const Lock lock(mutex_);
   const std::shared_ptr<Entry> entry = Find(number);
-  if (entry->image || taken_ + entry->source.bytes > budget_) return;
-  taken_ += entry->source.bytes;
+  if (entry->image || used_bytes_ + entry->source.bytes > budget_) return;
+  used_bytes_ += entry->source.bytes;
   entry->image = std::make_shared<const Image>(std::move(image));
   entry->used = ++clock_;
 }
@@ -53,7 +53,7 @@ std::shared_ptr<const Image> PhotographStore::Get(Index number) {
   }
   std::shared_ptr<const Image> image = entry->image;
   entry->used = ++clock_;
-  Follow(number);
+  UpdateExpected(number);
   // Decoding ahead needs space for that photograph and for any other one requested meanwhile.
   if (!is_ahead_ && budget_ >= 2 * most_bytes_) {
     is_ahead_ = true;
@@ -74,12 +74,12 @@ std::shared_ptr<const Image> PhotographStore::Read(Index number) const {
 void PhotographStore::Expect(const std::vector<Index>& numbers) {
   const Lock lock(mutex_);
   expected_.assign(numbers.begin(), numbers.end());
-  is_told_ = true;
+  is_announced_ = true;
 }
 
 double PhotographStore::kept_bytes() const {
   const Lock lock(mutex_);
-  return taken_;
+  return used_bytes_;
 }
 
 double PhotographStore::MostBytes() const {
@@ -99,7 +99,7 @@ std::shared_ptr<PhotographStore::Entry> PhotographStore::Find(Index number) cons
 }
 
 bool PhotographStore::MakeRoom(double bytes, bool spares_expected) {
-  while (taken_ + bytes > budget_) {
+  while (used_bytes_ + bytes > budget_) {
     // Views are used in cycles, so the most recently used photograph is needed last.
     Entry* last = nullptr;
     for (const auto& [number, entry] : entries_) {
@@ -109,14 +109,14 @@ bool PhotographStore::MakeRoom(double bytes, bool spares_expected) {
     }
     if (last == nullptr) return false;
     last->image = nullptr;
-    taken_ -= last->source.bytes;
+    used_bytes_ -= last->source.bytes;
   }
   return true;
 }
 
 void PhotographStore::DecodeInto(Entry& entry, Lock& lock) {
   entry.is_decoding = true;
-  taken_ += entry.source.bytes;
+  used_bytes_ += entry.source.bytes;
   ++decodings_;
   lock.unlock();
   std::shared_ptr<const Image> image;
@@ -130,14 +130,14 @@ void PhotographStore::DecodeInto(Entry& entry, Lock& lock) {
   entry.is_decoding = false;
   entry.image = std::move(image);
   entry.used = ++clock_;
-  if (failure) taken_ -= entry.source.bytes;
+  if (failure) used_bytes_ -= entry.source.bytes;
   decoded_.notify_all();
   if (failure) std::rethrow_exception(failure);
 }
 
-void PhotographStore::Follow(Index number) {
-  if (is_told_ && !expected_.empty() && expected_.front() == number) return expected_.pop_front();
-  is_told_ = false;
+void PhotographStore::UpdateExpected(Index number) {
+  if (is_announced_ && !expected_.empty() && expected_.front() == number) return expected_.pop_front();
+  is_announced_ = false;
   expected_.clear();
   for (auto next = entries_.upper_bound(number); next != entries_.end() && std::ssize(expected_) < kAhead; ++next) {
     expected_.push_back(next->first);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A store for photographs that do not all fit into memory. It decodes them on demand, or ahead of demand if their order
-// is known, and keeps them within a memory budget. Decoding always gives the same image, so the budget affects only
-// speed.
+// A cache for photographs that do not all fit into memory. It decodes a photograph when it is requested, or ahead of
+// the request if the order of the requests is known. Decoded images stay in memory up to a limit, the budget. Decoding
+// always gives the same image, so the budget affects only speed.
 #pragma once
 
 #include <condition_variable>
@@ -22,39 +22,43 @@ namespace vesta::gs {
 // A photograph that can be decoded on demand.
 struct PhotographSource {
   std::function<Image()> decode;  // called from any thread; throws Error if the file can no longer be read
-  double bytes = 0;               // size of the decoded image
-  double work_bytes = 0;          // extra memory while decoding
+  double bytes = 0;               // size of the decoded image, bytes
+  double work_bytes = 0;          // extra memory while decoding, bytes
 };
 
 class PhotographStore {
  public:
-  // Number of photographs decoded ahead. Decoding one takes less time than a training iteration on it.
+  // Number of photographs to decode ahead. It is small because decoding one takes less time than a training iteration.
   static constexpr Index kAhead = 2;
 
-  // budget_bytes: limit for all images kept or in use. The store decodes ahead only if two of the largest images fit.
+  // budget_bytes: limit for all decoded images, in use or not. The store decodes ahead only if twice the largest image
+  // is within the limit.
   explicit PhotographStore(double budget_bytes) : budget_(budget_bytes) {}
   ~PhotographStore();
   PhotographStore(const PhotographStore&) = delete;
   PhotographStore& operator=(const PhotographStore&) = delete;
 
-  // Photographs are numbered in the order in which they are added.
+  // Adds a photograph and returns its number: 0, 1, 2, ... in the order of the calls.
   Index Add(PhotographSource source);
   void Remove(Index number);
-  // Keeps a photograph that is already decoded, if it fits into the budget.
+  // Stores a photograph that the caller has decoded already, if it fits into the budget; otherwise does nothing.
   void Offer(Index number, Image image);
 
-  // Returns the photograph, which stays in memory while the result is held. Release the previous one first, or the
-  // budget must hold both. Throws the exceptions of decode.
+  // Returns the photograph; waits until it is decoded. It stays in memory as long as the result exists. Destroy the
+  // previous result first, because otherwise both count towards the budget. If only images in use are left to evict,
+  // the budget is exceeded. Throws the exceptions of PhotographSource::decode.
   std::shared_ptr<const Image> Get(Index number);
-  // The same for a single use: the store does not keep the image.
+  // The same for a single use: if the store has to decode the image, it does not store it.
   std::shared_ptr<const Image> Read(Index number) const;
-  // Announces the next calls of Get, in order. Without it, the photographs with the next numbers are expected.
+  // Announces the next calls of Get, in their order: these photographs are decoded ahead. Without an announcement, or
+  // after another number was requested, the store expects the kAhead numbers after the latest one.
   void Expect(const std::vector<Index>& numbers);
 
   double budget_bytes() const { return budget_; }
+  // Size of the images that are decoded or being decoded.
   double kept_bytes() const;
-  // Peak memory of a full store, including decoding: one photograph may be decoded ahead while an unexpected one is
-  // requested.
+  // Peak memory of a full store with the memory for decoding: a photograph may be decoded ahead while Get decodes
+  // another.
   double MostBytes() const;
   // Number of decodings so far.
   std::int64_t decodings() const;
@@ -69,22 +73,27 @@ class PhotographStore {
   using Lock = std::unique_lock<std::mutex>;
 
   std::shared_ptr<Entry> Find(Index number) const;
-  // Evicts photographs until `bytes` bytes are free; returns false if that is not possible. With spares_expected,
-  // expected photographs are not evicted.
+  // Evicts photographs that are not in use until `bytes` bytes of the budget are free. Returns false if that is not
+  // possible. With spares_expected, announced or expected photographs are not evicted.
   bool MakeRoom(double bytes, bool spares_expected);
+  // Decodes the photograph, unlocked meanwhile.
   void DecodeInto(Entry& entry, Lock& lock);
-  void Follow(Index number);
+  // Updates expected_ after a request.
+  void UpdateExpected(Index number);
   void DecodeAhead();
 
   const double budget_;
   mutable std::mutex mutex_;
   std::condition_variable decoded_;
   std::map<Index, std::shared_ptr<Entry>> entries_;
-  std::deque<Index> expected_;
+  std::deque<Index> expected_;  // numbers of the next requests, in order
   Index next_number_ = 0;
-  double taken_ = 0, most_bytes_ = 0, most_work_ = 0;
+  double used_bytes_ = 0;                  // see kept_bytes
+  double most_bytes_ = 0, most_work_ = 0;  // maxima of PhotographSource::bytes and work_bytes
   std::int64_t clock_ = 0, decodings_ = 0;
-  bool is_told_ = false, is_ahead_ = false, ends_ = false;
+  bool is_announced_ = false;  // true if expected_ comes from Expect
+  bool is_ahead_ = false;      // true while DecodeAhead runs
+  bool ends_ = false;
   Background background_;  // declared last, so that it ends before the members it uses
 };
 

@@ -36,11 +36,13 @@ inline constexpr char kAdamWithoutMean[] = "Adam returns its last parameters ins
 inline constexpr char kLmWithCamerasIsPlain[] =
     "LM with camera refinement uses all views as one batch, no cached Jacobian and no line search";
 inline constexpr char kLmInFewerBatches[] = "LM uses {} of the lm.batches={} requested: there are {} training views";
-inline constexpr char kLmLowersNothing[] = "LM has no cost to minimise: lm.l1_weight and lm.ssim_weight are both 0";
+inline constexpr char kLmLowersNothing[] =
+    "LM has no training loss to minimise: lm.l1_weight and lm.ssim_weight are both 0";
 inline constexpr char kLmEliminatesNothing[] = "LM does not eliminate the cameras: there is too little memory";
 inline constexpr char kLmWithOtherJacobian[] = "LM uses lm.jacobian={} instead of {}";
 inline constexpr char kLmGainsLittle[] =
-    "LM ended after {} of {} iterations: the last one lowered the cost by a fraction below lm.function_tolerance={:g}";
+    "LM ended after {} of {} iterations: the last one lowered the training loss by a fraction below "
+    "lm.function_tolerance={:g}";
 inline constexpr char kLmEnds[] = "LM ends after {} iterations: {}";
 inline constexpr char kLmByOneView[] = "LM continues with one view at a time: {}";
 

@@ -82,7 +82,7 @@ TEST(ProgressLine, IsPlainLinesInAFile) {
   std::rewind(file);
   text.resize(std::fread(text.data(), 1, text.size(), file));
   std::fclose(file);
-  EXPECT_THAT(text, HasSubstr("adam  50/100  cost 0.12500  PSNR 21.50  12345 Gaussians  0:50 left\n"));
+  EXPECT_THAT(text, HasSubstr("adam  50/100  training loss 0.12500  PSNR 21.50  12345 Gaussians  0:50 left\n"));
   EXPECT_THAT(text, Not(HasSubstr("\r")));
   EXPECT_THAT(text, Not(HasSubstr("[")));
 }

@@ -73,11 +73,11 @@ TEST(ErrorMap, IsBlackWhereThereIsNone) {
 
 TEST(ErrorMap, KnowsInHowFewPixelsHalfOfItIs) {
   gs::Image render = Grey(0.5f);
-  EXPECT_EQ(PartWithHalfOfError(render, Grey(0.5f)), 0);
-  EXPECT_NEAR(PartWithHalfOfError(render, Grey(0.6f)), 0.5, 1e-12) << "the same error everywhere";
+  EXPECT_EQ(FractionWithHalfOfError(render, Grey(0.5f)), 0);
+  EXPECT_NEAR(FractionWithHalfOfError(render, Grey(0.6f)), 0.5, 1e-12) << "the same error everywhere";
   const gs::Image truth = render;
   render.plane(1)[3] = 0.9f;
-  EXPECT_NEAR(PartWithHalfOfError(render, truth), 0.005, 1e-12) << "half of one pixel out of 100";
+  EXPECT_NEAR(FractionWithHalfOfError(render, truth), 0.005, 1e-12) << "half of one pixel out of 100";
 }
 
 // With masks, the report has the same figures as the training's evaluation, and the error uses only unmasked pixels.
@@ -103,7 +103,7 @@ TEST(ViewErrors, AreOfThePixelsThatCount) {
   const gs::Image compared = gs::ToCompare(renderer.Render(model, scene.views[0]), photograph);
   EXPECT_EQ(compared.plane(0)[30], photograph.plane(0)[30]);
   EXPECT_NE(compared.plane(0)[48 * 16 + 12], photograph.plane(0)[48 * 16 + 12]);
-  EXPECT_DOUBLE_EQ(errors[0].half_in, 2 * PartWithHalfOfError(compared, photograph));
+  EXPECT_DOUBLE_EQ(errors[0].half_error_fraction, 2 * FractionWithHalfOfError(compared, photograph));
 }
 
 TEST(SvgChart, MarksAreRoundAndWithin) {

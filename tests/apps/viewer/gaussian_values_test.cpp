@@ -39,8 +39,8 @@ class GaussianValuesTest : public testing::Test {
   // Requests the values until they belong to the current model.
   std::vector<float> Wait(GaussianValue value) {
     for (;;) {
-      const auto measured = values_->Ask(value, shown_.Look());
-      if (measured && measured->of.version == shown_.Look().version) return measured->places;
+      const auto measured = values_->Get(value, shown_.Get());
+      if (measured && measured->of.version == shown_.Get().version) return measured->scale_positions;
       std::this_thread::yield();
     }
   }
@@ -63,7 +63,7 @@ class GaussianValuesTest : public testing::Test {
 };
 
 TEST_F(GaussianValuesTest, AreThoseOfTheTrainingViews) {
-  EXPECT_EQ(values_->Ask(GaussianValue::kRemovalCost, shown_.Look()), nullptr);
+  EXPECT_EQ(values_->Get(GaussianValue::kRemovalCost, shown_.Get()), nullptr);
   const std::vector<float> worth = Wait(GaussianValue::kRemovalCost), support = Wait(GaussianValue::kCoverage);
   const splat::Model<float> model = gs::ToKernelModel(model_);
   EXPECT_EQ(worth, RemovalCostColors(gs::MeasureRemovalCost(model, MakeScoringViews()).rise));
@@ -78,9 +78,9 @@ TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
   const std::vector<float> before = Wait(GaussianValue::kCoverage);
   model_.attribute(splat::kMean + 1)[0] = 50;
   Put();
-  const auto meanwhile = values_->Ask(GaussianValue::kCoverage, shown_.Look());
+  const auto meanwhile = values_->Get(GaussianValue::kCoverage, shown_.Get());
   ASSERT_NE(meanwhile, nullptr) << "values of the earlier model";
-  EXPECT_EQ(meanwhile->places.size(), static_cast<std::size_t>(meanwhile->of.model->count));
+  EXPECT_EQ(meanwhile->scale_positions.size(), static_cast<std::size_t>(meanwhile->of.model->count));
   EXPECT_GT(before[0], 0);
   EXPECT_EQ(Wait(GaussianValue::kCoverage)[0], 0);
 }
@@ -140,7 +140,7 @@ TEST_F(GaussianValuesTest, AreBrokenOff) {
     while (!is_over) std::this_thread::yield();
     return image;
   });
-  values_->Ask(GaussianValue::kRemovalCost, shown_.Look());
+  values_->Get(GaussianValue::kRemovalCost, shown_.Get());
   while (read == 0) std::this_thread::yield();
   is_over = true;
   values_.reset();

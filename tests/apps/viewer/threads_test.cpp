@@ -35,8 +35,8 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
     const FrameRequest request =
         ParseFrameRequest({{"kind", "difference"}, {"photo", "1"}, {"width", "40"}, {"height", "30"}}, scene);
     while (!is_over) {
-      const ShownModel::Shown now = shown.Look();
-      if (now.model) values.Ask(GaussianValue::kRemovalCost, now);
+      const ShownModel::Shown now = shown.Get();
+      if (now.model) values.Get(GaussianValue::kRemovalCost, now);
       if (now.model && !renderer.Jpeg(*now.model, request).empty()) ++drawn;
       EXPECT_FALSE(monitor.StateJson().empty());
     }

@@ -133,7 +133,7 @@ TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
   const std::pair<const char*, std::vector<float>> kinds[] = {
       {"removal_cost", RemovalCostColors(gs::MeasureRemovalCost(kernel_model, scoring_views).rise)},
       {"coverage", CoverageColors(gs::MeasureCoverage(kernel_model, scoring_views))}};
-  for (const auto& [kind, places] : kinds) {
+  for (const auto& [kind, scale_positions] : kinds) {
     const std::string query = fmt::format("/frame?width=40&height=30&photo=1&kind={}", kind);
     test::Reply reply = Get(query);
     while (reply.status == 202) {
@@ -142,7 +142,7 @@ TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
     }
     gs::SplatModel colored = model_;
     for (Index i = 0; i < model_.count; ++i) {
-      const auto color = gs::OnScale(gs::kVioletToYellow, places[static_cast<std::size_t>(i)]);
+      const auto color = gs::OnScale(gs::kVioletToYellow, scale_positions[static_cast<std::size_t>(i)]);
       for (int k = 0; k < 12; ++k) colored.attribute(splat::kSh + k)[i] = 0;
       for (int c = 0; c < 3; ++c) {
         colored.attribute(splat::kSh + c)[i] = (color[static_cast<std::size_t>(c)] - 0.5f) / 0.28209479f;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces kernels/core/launch.cuh if files for nvcc are compiled as plain C++. Kernels run on the host thread by
-// thread (tests/support/emulated_device.h).
+// Replaces kernels/core/launch.cuh in builds that compile the .cu files as plain C++ for the emulated GPU
+// (tests/support/emulated_device.h). Kernels run on the CPU.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -16,14 +16,14 @@ namespace vesta::device {
 template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
-  // One for all launches, because creating its stacks takes longer than most kernels.
+  // One object for all launches with this number of threads, because making its stacks takes longer than most kernels.
   thread_local test::FiberBlock fibers(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
   if (blocks == 0) return;
   LaunchOrThrow(test::LaunchFindsMemory, name);
   test::Emulate(kernel, blocks, fibers);
 }
 
-// In reverse order, to reveal dependence on the order.
+// Reverse order, so that tests reveal a dependence on the order.
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
