@@ -82,7 +82,7 @@ gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files
   *said += fmt::format(
       "clean: kept {} of {} Gaussians; removed {} too faint, {} that enclose the scene, {} without neighbours",
       found.kept.size(), model.count, found.faint, found.huge, found.isolated);
-  *said += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.unsupported);
+  *said += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.under_observed);
   return gs::InOrder(std::move(model), found.kept);
 }
 

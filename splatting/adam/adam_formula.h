@@ -94,13 +94,17 @@ constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Each basis is rotated once in kTurnEvery views, a chunk of kTurnChunk Gaussians at a time. After view n of the
-// training, the chunks FirstTurned(n), FirstTurned(n) + kTurnEvery, and so on are rotated.
-inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
-VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
+// Each basis is rotated once in kRotationInterval views, a chunk of kRotationChunk Gaussians at a time. After view n of
+// the training, the chunks FirstRotatedChunk(n), FirstRotatedChunk(n) + kRotationInterval, and so on are rotated.
+inline constexpr Index kRotationChunk = 256, kRotationInterval = 25;
+VESTA_HD constexpr Index FirstRotatedChunk(Index view) {
+  return (kRotationInterval - view % kRotationInterval) % kRotationInterval;
+}
 // Returns whether the chunk is rotated after a step with this many views. seen: number of views of all steps, including
 // this one.
-constexpr bool IsTurned(Index chunk, Index seen, Index views) { return (chunk + seen) % kTurnEvery < views; }
+constexpr bool IsChunkRotated(Index chunk, Index seen, Index views) {
+  return (chunk + seen) % kRotationInterval < views;
+}
 
 // Entry (i, j) of a symmetric matrix in its packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? PackedLower(i, j) : PackedLower(j, i); }
@@ -139,30 +143,30 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
     }
   }
 
-  V g_turned[kBlockSize], m_turned[kBlockSize];
-  for (int b = 0; b < kBlockSize; ++b) g_turned[b] = m_turned[b] = V(0);
+  V g_rotated[kBlockSize], m_rotated[kBlockSize];
+  for (int b = 0; b < kBlockSize; ++b) g_rotated[b] = m_rotated[b] = V(0);
   for (int k = 0; k < kBlockSize; ++k) {
     for (int b = 0; b < kBlockSize; ++b) {
       const V q = L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin));
-      g_turned[b] = Fma(q, g[k], g_turned[b]);
-      m_turned[b] = Fma(q, m[k], m_turned[b]);
+      g_rotated[b] = Fma(q, g[k], g_rotated[b]);
+      m_rotated[b] = Fma(q, m[k], m_rotated[b]);
     }
   }
   V second[kBlockSize], sum(0);
   for (int b = 0; b < kBlockSize; ++b) {
     float* s = a.second + b * a.count + i;
     const V old = L::Load(s);
-    second[b] = Select(moves, NextSecondMoment(a.beta2, old, g_turned[b]), old);
+    second[b] = Select(moves, NextSecondMoment(a.beta2, old, g_rotated[b]), old);
     L::Store(s, second[b]);
     sum = sum + second[b];
   }
   for (int b = 0; b < kBlockSize; ++b) {
-    m_turned[b] = m_turned[b] / (sqrt(Fma(V(kBlockFloor), sum, second[b])) * V(a.root_correction2));
+    m_rotated[b] = m_rotated[b] / (sqrt(Fma(V(kBlockFloor), sum, second[b])) * V(a.root_correction2));
   }
   for (int k = 0; k < kBlockSize; ++k) {
     V step(0);
     for (int b = 0; b < kBlockSize; ++b) {
-      step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin)), m_turned[b], step);
+      step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin)), m_rotated[b], step);
     }
     float* x = a.parameters + k * a.count + i;
     L::Store(x, L::Load(x) - Select(moves, V(a.step) * rate[k] * step, V(0)));
@@ -207,14 +211,14 @@ VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
       B[PackedEntry(p, p)] = Fnma(t, b, B[PackedEntry(p, p)]);
       B[PackedEntry(q, q)] = Fma(t, b, B[PackedEntry(q, q)]);
       B[PackedEntry(q, p)] = V(0);
-      const auto turn = [&](V& x, V& y) {
+      const auto rotate = [&](V& x, V& y) {
         const V old = x;
         x = Fnma(s, y, c * x);
         y = Fma(s, old, c * y);
       };
       for (int k = 0; k < n; ++k) {
-        if (k != p && k != q) turn(B[PackedEntry(k, p)], B[PackedEntry(k, q)]);
-        turn(Q[n * k + p], Q[n * k + q]);
+        if (k != p && k != q) rotate(B[PackedEntry(k, p)], B[PackedEntry(k, q)]);
+        rotate(Q[n * k + p], Q[n * k + q]);
       }
     }
   }

@@ -24,7 +24,7 @@ struct AdamKernels {
   void (*step)(const AdamRange& range);
   // BlockAdamStep and RotateBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);
-  void (*turn_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
+  void (*rotate_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
 };
 
 // The kernels for an instruction set. The CPU must support it.

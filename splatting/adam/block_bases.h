@@ -15,8 +15,8 @@ namespace vesta::gs {
 template <class Space>
 class BlockBases;
 
-// Stored in pieces of kTurnChunk Gaussians. The bases take three times as much memory as a vector of parameters. Pieces
-// avoid a second full copy while Gaussians are rearranged.
+// Stored in pieces of kRotationChunk Gaussians. The bases take three times as much memory as a vector of parameters.
+// Pieces avoid a second full copy while Gaussians are rearranged.
 template <>
 class BlockBases<Host> {
  public:
@@ -33,11 +33,11 @@ class BlockBases<Host> {
     for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
     return size;
   }
-  // BlockAdamArrays::bases for the Gaussians from piece * kTurnChunk on.
+  // BlockAdamArrays::bases for the Gaussians from piece * kRotationChunk on.
   float* piece(Index piece) { return pieces_[static_cast<std::size_t>(piece)].data(); }
   float At(int number, Index i) const {
-    return pieces_[static_cast<std::size_t>(i / kTurnChunk)]
-                  [static_cast<std::size_t>(BlockEntry(number, i % kTurnChunk))];
+    return pieces_[static_cast<std::size_t>(i / kRotationChunk)]
+                  [static_cast<std::size_t>(BlockEntry(number, i % kRotationChunk))];
   }
   // Gaussian i becomes a copy of source[i], with C = 0 where kept[i] is 0. Each old piece is freed as soon as it is no
   // longer needed.
@@ -53,7 +53,7 @@ class BlockBases<Host> {
     if constexpr (Archive::kReads) {
       pieces_.clear();
       for (Index rest = all; rest > 0; rest -= static_cast<Index>(pieces_.back().size())) {
-        pieces_.emplace_back(static_cast<std::size_t>(std::min(rest, BlockArraySize(kTurnChunk))));
+        pieces_.emplace_back(static_cast<std::size_t>(std::min(rest, BlockArraySize(kRotationChunk))));
         archive.Bytes(pieces_.back().data(), pieces_.back().size() * sizeof(float));
       }
     } else {
@@ -62,7 +62,7 @@ class BlockBases<Host> {
   }
 
  private:
-  // Zeros for the Gaussians [begin, begin + kTurnChunk) of `count`.
+  // Zeros for the Gaussians [begin, begin + kRotationChunk) of `count`.
   static std::vector<float> NewPiece(Index begin, Index count);
   std::vector<std::vector<float>> pieces_;
 };

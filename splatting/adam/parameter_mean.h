@@ -43,7 +43,7 @@ class ParameterMean {
   // Whether the state read from a checkpoint fits a model with this many parameters.
   bool IsOf(Index parameters) const { return terms_ == 0 || (terms_ > 0 && mean_.size() == parameters); }
   // Clears the mean and frees its memory, for use with other Gaussians.
-  void StartAnew() {
+  void Clear() {
     terms_ = 0;
     mean_ = typename B::Vector();
   }

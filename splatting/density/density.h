@@ -35,7 +35,7 @@ class DensityControl {
   // Limits the number of Gaussians, in addition to the limit in the options.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
   // Clears the statistics, for a model of `count` Gaussians.
-  void Forget(Index count) {
+  void ResetStatistics(Index count) {
     grad2d_sum_.Resize(count);
     seen_.Resize(count);
   }
@@ -63,7 +63,7 @@ class DensityControl {
   // lower index). On a device it waits for several counts and throws OutOfDeviceMemory.
   DensityPlan<Space> Decide(const float* x, Index count) const;
   // Turns the copies into clones and splits. x: the new model; iteration: key of the random offsets.
-  void Renew(const DensityPlan<Space>& plan, int iteration, float* x) const {
+  void InitChildren(const DensityPlan<Space>& plan, int iteration, float* x) const {
     ForEach<Space>(plan.count, kGrain,
                    density::InitChild{plan.count, plan.source.data(), plan.action.data(), seed_, iteration, x});
   }

@@ -117,7 +117,7 @@ VESTA_HD inline float LogitOfEachOfTwo(float logit) {
 }
 
 // Moves Gaussian i to a random sample of its own distribution, and shrinks it.
-VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom random) {
+VESTA_HD inline void MoveToSample(float* x, Index count, Index i, CounterRandom random) {
   using std::exp, std::log;
   float q[4], R[9];
   for (int k = 0; k < 4; ++k) q[k] = x[(splat::kQuaternion + k) * count + i];
@@ -134,12 +134,13 @@ VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom 
 }
 
 // Applies an action to Gaussian i of the new model, which is still a copy of its source.
-VESTA_HD inline void Renew(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed, int iteration) {
+VESTA_HD inline void ApplyAction(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed,
+                                 int iteration) {
   if (action == DensifyAction::kClone) {
     float& logit = x[splat::kOpacity * count + i];
     logit = LogitOfEachOfTwo(logit);
   } else if (action == DensifyAction::kSplit) {
-    BecomeSample(x, count, i,
+    MoveToSample(x, count, i,
                  CounterRandom(seed, static_cast<std::uint64_t>(iteration), static_cast<std::uint64_t>(i)));
   }
 }
@@ -247,7 +248,7 @@ struct PlaceChildren {
   }
 };
 
-// Renew for Gaussian i of the `count` of the new model; action: by Gaussian of the old model.
+// ApplyAction for Gaussian i of the `count` of the new model; action: by Gaussian of the old model.
 struct InitChild {
   Index count;
   const std::uint32_t* source;
@@ -255,7 +256,7 @@ struct InitChild {
   std::uint64_t seed;
   int iteration;
   float* x;
-  VESTA_HD void operator()(Index i) const { Renew(x, count, i, action[source[i]], seed, iteration); }
+  VESTA_HD void operator()(Index i) const { ApplyAction(x, count, i, action[source[i]], seed, iteration); }
 };
 
 struct LowerLogit {

@@ -46,7 +46,7 @@ class ViewGradient {
   }
 
   // Allocates this many blocks and rows, uninitialised.
-  void Lay(Index blocks, Index rows) {
+  void Allocate(Index blocks, Index rows) {
     header_.blocks = blocks, header_.rows = rows;
     Reserve(term::SizeOf(header_));
     bytes_.ResizeForOverwrite(term::SizeOf(header_));
@@ -80,11 +80,11 @@ class ViewGradientPool {
   // Moves the gradient of one view out of `gradient`, which has the layout of the model and is zero afterwards. Before
   // the call it must be zero for Gaussians outside the view. grad2d_view: image-space gradients of the view, copied to
   // the term if needs_grad2d.
-  Term Take(const term::Layout& layout, const density::Grad2dView& grad2d_view, bool needs_grad2d, float* gradient) {
+  Term Extract(const term::Layout& layout, const density::Grad2dView& grad2d_view, bool needs_grad2d, float* gradient) {
     counts_.ResizeForOverwrite(layout.Blocks() + 1);
     ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountVisible{layout, grad2d_view.rank_of, counts_.data()});
     Term term = TermOfCounted(layout);
-    ForEachRow(layout, term, term::TakeRow{{layout, term.block()}, term.begin(), gradient, term.numbers()});
+    ForEachRow(layout, term, term::ExtractRow{{layout, term.block()}, term.begin(), gradient, term.numbers()});
     ForEach<Space>(
         term.blocks(), kGrain,
         term::ObserveBlock{grad2d_view, needs_grad2d, layout.model.count, term.block(), term.begin(), term.numbers()});
@@ -120,12 +120,12 @@ class ViewGradientPool {
   }
 
   // Copies the gradient in `term` to an array with the layout of the model.
-  void Give(const term::Layout& layout, Term& term, float* to) const {
-    ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), to});
+  void CopyTo(const term::Layout& layout, Term& term, float* to) const {
+    ForEachRow(layout, term, term::CopyRow{{layout, term.block()}, term.arrays(), to});
   }
   // Adds the density statistics of the term: the sum of image-space gradients and the number of views per Gaussian.
-  void GiveGrad2d(const term::Layout& layout, Term& term, float* grad2d, int* seen) const {
-    ForEach<Space>(term.blocks(), kGrain, term::GiveGrad2d{term.arrays(), layout.model.count, grad2d, seen});
+  void AddGrad2d(const term::Layout& layout, Term& term, float* grad2d, int* seen) const {
+    ForEach<Space>(term.blocks(), kGrain, term::AddGrad2d{term.arrays(), layout.model.count, grad2d, seen});
   }
   void Recycle(Term term) {
     if (term.has_memory()) spare_.push_back(std::move(term));
@@ -146,7 +146,7 @@ class ViewGradientPool {
     sums_.ResizeForOverwrite(layout.Blocks() + 1);
     const Index all = Sorting<Space>::RunningSum(counts_, sums_);
     Term term = TakeSpare();
-    term.Lay(term::BlocksOf(all), term::RowsOf(all));
+    term.Allocate(term::BlocksOf(all), term::RowsOf(all));
     ForEach<Space>(layout.Blocks(), kGrain, term::ListBlocks{counts_.data(), sums_.data(), term.block(), term.begin()});
     return term;
   }
@@ -177,8 +177,8 @@ class SumOfViews {
   }
   Index num_gaussians() const { return layout_.model.count; }
   // Adds view k of the iteration. Its gradient is in `gradient`, which has the layout of the model and was zero before
-  // the view. If the iteration has several views, the gradient is moved out (ViewGradientPool::Take). cost() is called
-  // last.
+  // the view. If the iteration has several views, the gradient is moved out (ViewGradientPool::Extract). cost() is
+  // called last.
   template <class Cost>
   void Add(Index k, const density::Grad2dView& grad2d_view, float* gradient, const Cost& cost) {
     if (views_ == 1) {
@@ -186,7 +186,7 @@ class SumOfViews {
       cost_ = cost();
       return;
     }
-    Term term = terms_.Take(layout_, grad2d_view, density_ != nullptr, gradient);
+    Term term = terms_.Extract(layout_, grad2d_view, density_ != nullptr, gradient);
     term.SetCost(cost());
     AddPart({TreeNode{k, k + 1}, std::move(term)});
   }
@@ -209,8 +209,8 @@ class SumOfViews {
   ViewCost Finish(float* gradient) {
     if (views_ == 1) return cost_;
     Term whole = tree_.TakeWhole();
-    terms_.Give(layout_, whole, gradient);
-    if (density_) terms_.GiveGrad2d(layout_, whole, density_->grad2d().data(), density_->seen().data());
+    terms_.CopyTo(layout_, whole, gradient);
+    if (density_) terms_.AddGrad2d(layout_, whole, density_->grad2d().data(), density_->seen().data());
     const ViewCost cost = whole.cost();
     terms_.Recycle(std::move(whole));
     return cost;

@@ -77,14 +77,14 @@ class TermExchange {
     const auto self = static_cast<std::size_t>(ranks.rank()), size = static_cast<std::size_t>(ranks.size());
     auto parts = sum->TakeParts();
     std::vector<HostSpan<const unsigned char>> pieces;
-    std::vector<Part> told;
+    std::vector<Part> all_parts;
     std::vector<std::size_t> sizes(size);
     for (auto& [node, term] : parts) {
       pieces.push_back(term.Bytes());
-      told.push_back({ranks.rank(), node.begin, node.end, sum->num_gaussians(), pieces.back().size()});
+      all_parts.push_back({ranks.rank(), node.begin, node.end, sum->num_gaussians(), pieces.back().size()});
     }
-    told = GatherValues(ranks, told);
-    for (const Part& part : told) {
+    all_parts = GatherValues(ranks, all_parts);
+    for (const Part& part : all_parts) {
       VESTA_CHECK(part.gaussians == sum->num_gaussians(), "processes have {} and {} Gaussians", part.gaussians,
                   sum->num_gaussians());
       sizes[static_cast<std::size_t>(part.rank)] += static_cast<std::size_t>(part.bytes);
@@ -100,7 +100,7 @@ class TermExchange {
     GatherInto(ranks, std::span(bytes_.data(), static_cast<std::size_t>(total)), sizes);
     for (auto& part : parts) sum->AddPart(std::move(part));
     const unsigned char* at = bytes_.data();
-    for (const Part& part : told) {
+    for (const Part& part : all_parts) {
       if (part.rank != ranks.rank()) sum->AddPart({part.begin, part.end}, {at, part.bytes});
       at += part.bytes;
     }

@@ -119,7 +119,7 @@ struct RowOfBlock {
 };
 
 // Moves gradients from an array with the layout of the model to the rows of a term. The array is zero afterwards.
-struct TakeRow {
+struct ExtractRow {
   RowOfBlock of;
   const std::uint32_t* begin;
   float *gradient, *rows;
@@ -138,7 +138,7 @@ struct TakeRow {
 // Fills the rows kGrad2d and kViews of block k for one view. The image-space gradients are 0 if not needed.
 struct ObserveBlock {
   density::Grad2dView grad2d_view;
-  bool is_asked_for;
+  bool needs_grad2d;
   Index count;  // number of Gaussians
   const std::uint32_t *block, *begin;
   float* rows;
@@ -148,7 +148,7 @@ struct ObserveBlock {
     for (Index lane = 0; lane < kLanes; ++lane) {
       const Index i = block[k] * kLanes + lane;
       const bool is_seen = i < count && grad2d_view.rank_of[i] >= 0;
-      grad2d[lane] = is_seen && is_asked_for ? grad2d_view.Of(i) : 0.0f;
+      grad2d[lane] = is_seen && needs_grad2d ? grad2d_view.Of(i) : 0.0f;
       views[lane] = is_seen ? 1.0f : 0.0f;
     }
   }
@@ -175,7 +175,7 @@ struct AddRow {
 };
 
 // Copies the rows of attributes to an array with the layout of the model.
-struct GiveRow {
+struct CopyRow {
   RowOfBlock of;
   Arrays term;
   float* values;
@@ -189,7 +189,7 @@ struct GiveRow {
 };
 
 // Adds the density statistics of block k.
-struct GiveGrad2d {
+struct AddGrad2d {
   Arrays term;
   Index count;  // number of Gaussians
   float* grad2d;

@@ -55,8 +55,8 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
 // evaluation, and a copy from before densification that the GPU may have no room for.
 double PredictedMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes);
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options);
-// Peak memory on the GPU. kept_bytes: the size of the copy from before densification, if it is on the GPU.
+// Peak memory on the GPU. snapshot_bytes: the size of the copy from before densification, if it is on the GPU.
 double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes,
-                          double kept_bytes = 0);
+                          double snapshot_bytes = 0);
 
 }  // namespace vesta::gs

@@ -53,10 +53,10 @@ struct FloaterCount {
   // its own longest standard deviations.
   Index isolated = 0;
   // Under-observed by the views (Coverage::IsUnderObserved).
-  Index unsupported = 0;
+  Index under_observed = 0;
 };
 
-// scoring_views: may be null; then `unsupported` is 0.
+// scoring_views: may be null; then `under_observed` is 0.
 FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* scoring_views);
 
 }  // namespace vesta::gs

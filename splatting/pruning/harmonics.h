@@ -34,7 +34,7 @@ class ShRemovalCost {
   // Takes the time of about five renderings of all views.
   ShRemovalCost(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-  double cost() const { return cost_; }      // loss of the views, as in RemovalCost
+  double loss() const { return loss_; }      // loss of the views, as in RemovalCost
   double values() const { return values_; }  // pixels of the views times channels
   // Rise of the loss if Gaussian i is lowered to this degree, 0..2. Negative: the loss falls. 0 if the Gaussian has no
   // higher degree.
@@ -50,7 +50,7 @@ class ShRemovalCost {
   void ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
   Index count_;
-  double cost_ = 0, values_ = 0;
+  double loss_ = 0, values_ = 0;
   std::vector<float> lower_;
   std::vector<splat::RecolorRises<double>> rises_;
 };

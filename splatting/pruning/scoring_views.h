@@ -186,7 +186,7 @@ class ScoringLoss {
 // predicted by kernels/gaussian_splatting/raster/loss_passes.h. The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over
 // views, pixels and channels.
 struct RemovalCost {
-  double cost = 0;           // loss of the views with all Gaussians
+  double loss = 0;           // loss of the views with all Gaussians
   double values = 0;         // pixels of the views times channels
   std::vector<double> rise;  // loss without this Gaussian minus loss with it, all others fixed
 };

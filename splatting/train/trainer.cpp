@@ -119,7 +119,7 @@ MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages
   }
   report.predicted_mib = plan.held_mib + PredictedMibBesideDevice(largest, options);
   report.device_predicted_mib =
-      PredictedDeviceMib(largest, options, plan.lm_memory.bytes, session.memory().kept_on_device());
+      PredictedDeviceMib(largest, options, plan.lm_memory.bytes, session.memory().device_snapshot_bytes());
   report.device_peak_mib = stages.device_memory().peak_bytes / kMib;
   return report;
 }

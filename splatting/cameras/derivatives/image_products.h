@@ -62,8 +62,8 @@ class ImageProducts {
   // Returns the sums in the order in which they were queued.
   std::vector<double> Read() {
     if constexpr (kIsDevice) {
-      if (asked_ > 0) sums_ = B().Read(slots_);
-      sums_.resize(static_cast<std::size_t>(asked_));
+      if (queued_ > 0) sums_ = B().Read(slots_);
+      sums_.resize(static_cast<std::size_t>(queued_));
     }
     return std::move(sums_);
   }
@@ -72,14 +72,14 @@ class ImageProducts {
   static constexpr bool kIsDevice = !std::is_same_v<Space, Host>;
 
   typename B::Slot Next() {
-    VESTA_CHECK(asked_ < slots_.size(), "more than {} products", slots_.size());
-    return B().SlotOf(slots_, asked_++);
+    VESTA_CHECK(queued_ < slots_.size(), "more than {} products", slots_.size());
+    return B().SlotOf(slots_, queued_++);
   }
 
   std::vector<double> sums_;
   typename B::Slots slots_;
   typename B::Vector ones_;
-  int asked_ = 0;
+  int queued_ = 0;
 };
 
 // Queues the gradient of a cost with respect to an exposure: three gains, then three offsets.

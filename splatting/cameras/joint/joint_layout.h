@@ -72,13 +72,13 @@ class ConstHostTail {
   HostSpan<const typename B::Scalar> here_;
 };
 
-struct FromZero {};
+struct ZeroInitialized {};
 
 // Read and write access. On a device, changes reach the vector only after Store().
 template <class B>
-class Rest {
+class HostTail {
  public:
-  Rest(typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
+  HostTail(typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {
       here_ = there_;
     } else if (there_.size() > 0) {
@@ -88,7 +88,8 @@ class Rest {
     }
   }
   // Starts with zeros and does not read the vector.
-  Rest(FromZero, typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
+  HostTail(ZeroInitialized, typename B::VectorView vector, Index begin)
+      : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {
       here_ = there_;
       std::fill(here_.begin(), here_.end(), typename B::Scalar(0));

@@ -23,13 +23,13 @@ inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
 // The fraction of the stage until which the mean rotation of all cameras is fixed (SubtractMeanRotation). When the 2D
 // dilation blurs Gaussians more than the photographs are blurred, it biases the mean rotation. With a smaller eps2d the
 // rotation may therefore be free earlier (docs/decisions/mean-camera-rotation.md).
-inline double MeanTurnFree(double eps2d) {
+inline double MeanRotationFreeFrom(double eps2d) {
   constexpr double kSoonest = 0.45, kLater = 0.2;
   return kSoonest + kLater * std::min(eps2d / splat::kEps2d, 1.0);
 }
 
 // True for every eighth training view from the fourth on, at most eight in all.
-inline bool IsHeldBack(std::size_t view, std::size_t views) {
+inline bool IsHeldOutForDecision(std::size_t view, std::size_t views) {
   constexpr std::size_t kEvery = 8, kMost = 8, kFirst = 3;
   return view % std::max(kEvery, (views + kMost - 1) / kMost) == kFirst;
 }

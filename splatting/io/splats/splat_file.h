@@ -17,7 +17,7 @@ struct ReadSplatOptions {
 
 // Applies the options to a model as it is in a file. Throws Error, in one line with the file, if unusable Gaussians may
 // not be removed, or if no Gaussian is left.
-void TakeUsableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model);
+void RemoveUnusableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model);
 
 // Checks a model before it is written. Throws Error if it has unusable Gaussians, or if its number of values does not
 // fit its degree and count.

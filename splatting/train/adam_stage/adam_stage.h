@@ -53,7 +53,7 @@ class AdamStage {
   bool RollBack() {
     if (rollback_point_.empty()) return false;
     views_.FreePasses();
-    if constexpr (!kOnHost) rollback_point_.GoBack(&*state_);
+    if constexpr (!kOnHost) rollback_point_.Restore(&*state_);
     // The stored state is from before the opacity reset of that iteration, so the reset is repeated.
     if (session_.schedule().At(state_->span).resets_opacity) state_->model.ResetOpacity();
     return true;
@@ -217,7 +217,7 @@ class AdamStage {
     pruning_.Prune(*state_, plan, degree, [&] {
       views_.ReleasePhotographs();
       views_.FreePasses();
-      rollback_point_.Forget();  // the copy has more Gaussians than the pruned model
+      rollback_point_.Discard();  // the copy has more Gaussians than the pruned model
     });
   }
   void Densify() {
@@ -226,7 +226,7 @@ class AdamStage {
     const double begin = session_.Seconds();
     views_.FreePasses();  // the new arrays must fit beside the old ones
     state_->model.Densify(state_->iteration, [&] {
-      if constexpr (!kOnHost) rollback_point_.Keep(*state_);
+      if constexpr (!kOnHost) rollback_point_.Store(*state_);
     });
     planner_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
   }
@@ -237,7 +237,7 @@ class AdamStage {
     if (kind == StagePlanner::ForecastKind::kNothing) return;
     const bool is_first_guess = kind == StagePlanner::ForecastKind::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {
-      planner_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
+      planner_.timer().SetFullMinusCoarse(views_.MeasureFullMinusCoarse(degree, &state_->model));
     }
     const RemainingWork ahead = planner_.Ahead(Progress());
     session_.Predict(
@@ -249,7 +249,7 @@ class AdamStage {
     if constexpr (kOnHost) {
       return session_.plan().held_mib + PredictedMib(then, options_, 0);
     } else {
-      return PredictedDeviceMib(then, options_, 0, session_.memory().kept_on_device());
+      return PredictedDeviceMib(then, options_, 0, session_.memory().device_snapshot_bytes());
     }
   }
 
@@ -261,7 +261,7 @@ class AdamStage {
   StageViews<B> views_{session_};
   RollbackPoint<B> rollback_point_{session_};
   StagePlanner planner_{session_};
-  StagePruning<B> pruning_{session_, planner_.pace()};
+  StagePruning<B> pruning_{session_, planner_.timer()};
   int recorded_ = 0;
   bool finished_ = false;
 };

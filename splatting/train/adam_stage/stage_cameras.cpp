@@ -64,8 +64,8 @@ bool StageCameras::moves(const StageSpan& span, const StageCamerasState& state) 
   return Choice(state) != CameraChoice::kNone && span.HasReached(kCamerasMove);
 }
 
-bool StageCameras::HoldsBack(std::size_t view, const StageCamerasState& state) const {
-  return is_deciding(state) && IsHeldBack(view, session_.training_views().size());
+bool StageCameras::IsHeldOut(std::size_t view, const StageCamerasState& state) const {
+  return is_deciding(state) && IsHeldOutForDecision(view, session_.training_views().size());
 }
 
 bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state) const {
@@ -75,7 +75,7 @@ bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state
 void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) const {
   std::vector<const View*> scoring_views;
   for (std::size_t i = 0; i < session_.training_views().size(); ++i) {
-    if (HoldsBack(i, *state)) scoring_views.push_back(session_.training_views()[i]);
+    if (IsHeldOut(i, *state)) scoring_views.push_back(session_.training_views()[i]);
   }
   std::vector<View> views = CoarseViews(scoring_views);
   if (views.empty()) {
@@ -90,8 +90,8 @@ bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& 
   return own.age < CurvatureAge(session_.options().adam, span);
 }
 
-void StageCameras::NoteLackOfRoom(const std::string& why) {
-  if (std::exchange(lacked_room_, true)) return;
+void StageCameras::NoteOutOfMemory(const std::string& why) {
+  if (std::exchange(has_noted_memory_, true)) return;
   session_.Note(notes::kCamerasByOlderCurvatures, why);
 }
 
@@ -155,7 +155,7 @@ void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   // Not with free lenses: the principal point would drift to compensate for the fixed rotation.
   const bool holds = free.pose && !free.lens;
   const double eps2d = given.front()->camera.eps2d;
-  if (holds && !span.HasReached(MeanTurnFree(eps2d))) SubtractMeanRotation(&found);
+  if (holds && !span.HasReached(MeanRotationFreeFrom(eps2d))) SubtractMeanRotation(&found);
   if (free.color) FixExposureGauge(&found);
   for (std::size_t i = 0; i < found.size(); ++i) session_.cameras().Set(i, found[i]);
 }

@@ -47,7 +47,7 @@ class StageCameras {
   bool IsState(const StageCamerasState& state) const;
   bool moves(const StageSpan& span, const StageCamerasState& state) const;
   // True if a view is held out for now: it is used to decide whether cameras move.
-  bool HoldsBack(std::size_t view, const StageCamerasState& state) const;
+  bool IsHeldOut(std::size_t view, const StageCamerasState& state) const;
   // Decides is true if CameraChoice::kAuto must be decided before this iteration. Decide makes the decision and adds a
   // note.
   bool Decides(const StageSpan& span, const StageCamerasState& state) const;
@@ -68,7 +68,7 @@ class StageCameras {
         own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target);
         own.pixels = pixels;
       } catch (const OutOfDeviceMemory& error) {
-        NoteLackOfRoom(error.what());
+        NoteOutOfMemory(error.what());
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
@@ -106,7 +106,7 @@ class StageCameras {
   // True if the view's curvature must be measured now.
   bool IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const;
   // Adds the note once.
-  void NoteLackOfRoom(const std::string& why);
+  void NoteOutOfMemory(const std::string& why);
   // Moves the view by its gradient.
   void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
             StageCamerasState* state);
@@ -118,7 +118,7 @@ class StageCameras {
   double depth_;  // depth of the scene in front of the cameras, world units
   SharedLenses lenses_;
   std::uint64_t seen_before_ = 0;  // StageCamerasState::seen at the start of the iteration
-  bool lacked_room_ = false;
+  bool has_noted_memory_ = false;
 };
 
 }  // namespace vesta::gs

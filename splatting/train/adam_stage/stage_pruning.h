@@ -21,9 +21,9 @@ namespace vesta::gs {
 template <class B>
 class StagePruning {
  public:
-  // pace: receives the time that scoring takes.
-  StagePruning(TrainingSession& session, IterationTimer& pace)
-      : session_(session), options_(session.options().pruning), timer_(pace) {}
+  // timer: receives the time that scoring takes.
+  StagePruning(TrainingSession& session, IterationTimer& timer)
+      : session_(session), options_(session.options().pruning), timer_(timer) {}
 
   // Prunes after the iteration of `plan`, when densification is done. degree: the SH degree in use. before() is called
   // before scoring and may free the workspace of the iterations.
@@ -62,10 +62,10 @@ class StagePruning {
   bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
-    const double free = part * kScoringFraction * limit - state.judged_seconds;
-    const auto judged = static_cast<double>(state.model.count());
+    const double free = part * kScoringFraction * limit - state.scoring_seconds;
+    const auto gaussians = static_cast<double>(state.model.count());
     const bool fits =
-        timer_.is_known() && passes * timer_.ScoringSeconds(judged, session_.IterationsPerEpoch()) <= free;
+        timer_.is_known() && passes * timer_.ScoringSeconds(gaussians, session_.IterationsPerEpoch()) <= free;
     const bool has_time = session_.processes().OfFirst(fits ? 1 : 0) > 0;
     if (!has_time) ++state.scoring_skipped;
     return has_time;
@@ -75,8 +75,8 @@ class StagePruning {
   }
   void PruneByScore(AdamStageState<B>& state, int degree) {
     if (state.before_pruning == 0) state.before_pruning = state.model.count();
-    const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
-    if (options_.prunes_to_count() && left >= judged) return;
+    const Index scored = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
+    if (options_.prunes_to_count() && left >= scored) return;
     const double begin = session_.Seconds();
     const auto round = static_cast<std::uint64_t>(state.iteration);
     const splat::Model<float> model = OnHost(state, degree);
@@ -85,8 +85,8 @@ class StagePruning {
             ? SelectToKeep(model, MakeScoringViews(), options_.prune_unseen, left)
             : KeepByAic(model, MakeScoringViews(), AicWeightAt(options_, state.span), session_.options().seed, round);
     KeepOnly(kept, state);
-    timer_.ObserveScoring(judged, session_.Seconds() - begin);
-    state.judged_seconds += session_.Seconds() - begin;
+    timer_.ObserveScoring(scored, session_.Seconds() - begin);
+    state.scoring_seconds += session_.Seconds() - begin;
   }
   void LowerDegrees(AdamStageState<B>& state, int degree) {
     const double begin = session_.Seconds();
@@ -97,7 +97,7 @@ class StagePruning {
       state.model.SetAttribute(a, SubstituteCoefficients(model, removal, degrees, a));
     }
     state.model.SetDegrees(degrees);
-    state.judged_seconds += session_.Seconds() - begin;
+    state.scoring_seconds += session_.Seconds() - begin;
   }
   // One SH attribute for all Gaussians that have it. Gaussians whose degree is lowered get a substitute coefficient.
   static std::vector<float> SubstituteCoefficients(const splat::Model<float>& model, const ShRemovalCost& removal,

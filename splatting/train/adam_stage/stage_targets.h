@@ -24,7 +24,7 @@ class StageTargets {
   const splat::PosedCamera& camera(std::size_t i) const { return targets_[i].camera; }
   // The view with its photograph, valid until the next call with another index.
   const TargetView<B>& operator[](std::size_t i) {
-    if (!stored_.empty() && shown_ != i) Look(i);
+    if (!stored_.empty() && shown_ != i) ReadStored(i);
     return targets_[i];
   }
   // The device copies of the photographs; empty on the host, which uses the scene's images.
@@ -56,7 +56,7 @@ class StageTargets {
     }
   }
   // Takes ownership of photographs made for this stage.
-  void Hold(std::vector<View> views, double near) {
+  void LoadOwned(std::vector<View> views, double near) {
     views_ = std::move(views);
     std::vector<const View*> pointers;
     for (const View& view : views_) pointers.push_back(&view);
@@ -105,7 +105,7 @@ class StageTargets {
     targets_[i].truth = SplatBackend<B>::MakeTruth(ValuesOf(image));
     targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(image));
   }
-  void Look(std::size_t i) {
+  void ReadStored(std::size_t i) {
     Release();  // frees memory for the next one
     photograph_ = stored_[i]->Get();
     SetTruth(i, *photograph_);

@@ -65,7 +65,7 @@ class StageViews {
     if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
     std::vector<View> views = CoarseViews(session_.training_views());
     lacks_coarse_ = views.empty();
-    coarse_.Hold(std::move(views), near_);
+    coarse_.LoadOwned(std::move(views), near_);
   }
   // True if a camera state read from a file is valid.
   bool IsState(const StageCamerasState& cameras) const { return cameras_.IsState(cameras); }
@@ -111,7 +111,7 @@ class StageViews {
 
   // Measures on a few views how many seconds a full-size iteration takes more than a half-size one. Does not change the
   // training.
-  double MeasureFullBeyondCoarse(int degree, TrainedModel<B>* model) {
+  double MeasureFullMinusCoarse(int degree, TrainedModel<B>* model) {
     const ScopedPhase phase("forecast");
     const auto seconds = [&](StageTargets<B>& targets, std::size_t view) {
       const double begin = session_.Seconds();
@@ -127,7 +127,7 @@ class StageViews {
       coarse += seconds(coarse_, k * all / views) / static_cast<double>(views);
       full += seconds(full_, k * all / views) / static_cast<double>(views);
     }
-    model->ForgetGradient();
+    model->DiscardGradient();
     return options_.adam.batch_size * std::max(0.0, full - coarse);
   }
 
@@ -173,7 +173,7 @@ class StageViews {
   // The next view that is not held out.
   std::size_t NextView(ViewOrder& order, const AdamStageState<B>& state) const {
     std::size_t next = order.Next();
-    while (cameras_.HoldsBack(next, state.cameras)) next = order.Next();
+    while (cameras_.IsHeldOut(next, state.cameras)) next = order.Next();
     return next;
   }
   // Prefetches the photographs of the next views from the store.

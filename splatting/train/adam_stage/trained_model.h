@@ -33,7 +33,7 @@ class TrainedModel {
       : layout_(model), adam_(std::move(adam)), density_(std::move(density)), unit_(unit) {
     x_.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
     unit_views_.CopyFrom(HostSpan<const splat::PosedCamera>(unit_views.data(), static_cast<Index>(unit_views.size())));
-    StartAnew();
+    ResetStatisticsAndUnits();
   }
 
   const splat::ModelLayout& layout() const { return layout_; }
@@ -52,7 +52,7 @@ class TrainedModel {
     return gradient_.data();
   }
   // Discards the gradient accumulated since the last step.
-  void ForgetGradient() { gradient_ = Vector(); }
+  void DiscardGradient() { gradient_ = Vector(); }
   // Takes an Adam step.
   void Step(int attributes, double factor) { adam_.Step(layout_, x_, gradient(attributes), attributes, factor); }
   // Adds the current parameters to their average, which lasts until Gaussians change. On a device it may throw
@@ -65,19 +65,19 @@ class TrainedModel {
   // downloaded.
   template <class RollbackPoint>
   void Densify(int iteration, const RollbackPoint& rollback_point) {
-    average_.StartAnew();
+    average_.Clear();
     gradient_ = Vector();  // zero between steps; frees its memory
     const DensityPlan<Space> plan = density_.Decide(x_.data(), count());
     if (plan.count > count()) rollback_point();
-    if (plan.changes) Follow(plan, iteration);
-    StartAnew();
+    if (plan.changes) ApplyPlan(plan, iteration);
+    ResetStatisticsAndUnits();
   }
   // Keeps only the given Gaussians (ascending indices), with their moments and average. On a device it may throw
   // OutOfDeviceMemory; the old model can still be downloaded.
   void Keep(const std::vector<Index>& kept) {
     const std::vector<std::uint32_t> source(kept.begin(), kept.end());
-    Take({source, LayoutOfRows(layout_, source)});
-    StartAnew();
+    SelectRows({source, LayoutOfRows(layout_, source)});
+    ResetStatisticsAndUnits();
   }
   // Sets the SH degree of each Gaussian, at most its current degree. Higher bands are removed with their moments and
   // average. This reorders the Gaussians and their data (OrderByDegree). On a device it may throw OutOfDeviceMemory;
@@ -85,18 +85,18 @@ class TrainedModel {
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     const DegreeOrder order = OrderByDegree(layout_, degrees);
     if (order.layout == layout_) return;
-    const Buffer<std::uint32_t, Space> rows = Take(order);
+    const Buffer<std::uint32_t, Space> rows = SelectRows(order);
     density_.Reorder(rows);
     adam_.SetUnits(GatherNumbers(adam_.units(), rows));
   }
   // Sets one attribute of all Gaussians that have it, and restarts the average.
   void SetAttribute(int attribute, const std::vector<float>& values) {
-    average_.StartAnew();
+    average_.Clear();
     const Index rows = layout_.Rows(attribute);
     B().FromHost({values.data(), rows}, x_.view().subspan(layout_.Offset(attribute), rows));
   }
   void ResetOpacity() {
-    average_.StartAnew();
+    average_.Clear();
     DensityControl<Space>::LowerOpacities(x_.data(), count());
     adam_.Reset(layout_, splat::kOpacity);
   }
@@ -113,14 +113,14 @@ class TrainedModel {
   // Frees all that Visit reads.
   void Free() {
     x_ = Vector(), gradient_ = Vector();
-    average_.StartAnew();
+    average_.Clear();
     adam_.Free();
-    density_.Forget(0);
+    density_.ResetStatistics(0);
   }
   // Fixes the maximal number of Gaussians at the current one, and resets the density statistics.
-  void StayAsMany() {
+  void LimitToCurrentCount() {
     density_.LimitGaussians(count());
-    StartAnew();
+    ResetStatisticsAndUnits();
   }
 
   // True if a state read from a file is a consistent model.
@@ -135,9 +135,9 @@ class TrainedModel {
   }
 
  private:
-  void Follow(const DensityPlan<Space>& plan, int iteration) {
+  void ApplyPlan(const DensityPlan<Space>& plan, int iteration) {
     Rearrange(LayoutOf(plan.source), plan.source, plan.kept);
-    density_.Renew(plan, iteration, x_.data());
+    density_.InitChildren(plan, iteration, x_.data());
   }
   // The layout after selecting `source`, which is sorted by SH degree.
   splat::ModelLayout LayoutOf(const Buffer<std::uint32_t, Space>& source) const {
@@ -154,7 +154,7 @@ class TrainedModel {
     }
   }
   // Selects the rows of `order`, with their moments and average. Returns the source rows.
-  Buffer<std::uint32_t, Space> Take(const DegreeOrder& order) {
+  Buffer<std::uint32_t, Space> SelectRows(const DegreeOrder& order) {
     gradient_ = Vector();
     const std::vector<std::uint8_t> all(order.source.size(), 1);
     Buffer<std::uint32_t, Space> rows;
@@ -178,8 +178,8 @@ class TrainedModel {
     layout_ = layout;
   }
   // Resets what depends on the set of Gaussians: density statistics and length units.
-  void StartAnew() {
-    density_.Forget(count());
+  void ResetStatisticsAndUnits() {
+    density_.ResetStatistics(count());
     adam_.SetUnits(MeasureUnits<Space>(count(), x_.data(), unit_views_, unit_));
   }
   void Download(const Vector& x, SplatModel& model) const {
@@ -213,19 +213,19 @@ struct AdamStageState {
   Index before_pruning = 0;  // number of Gaussians before the first pruning; 0: not pruned yet
   StageCamerasState cameras = {};
   // Seconds spent on scoring, and scoring rounds skipped for lack of time (StagePruning).
-  double judged_seconds = 0;
+  double scoring_seconds = 0;
   int scoring_skipped = 0;
 
   // True if a state read from a file is valid.
   bool IsWhole() const {
     const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
     return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0 &&
-           judged_seconds >= 0 && scoring_skipped >= 0;
+           scoring_seconds >= 0 && scoring_skipped >= 0;
   }
   template <class Archive>
   void Visit(Archive& archive) {
     archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning, cameras,
-            judged_seconds, scoring_skipped);
+            scoring_seconds, scoring_skipped);
   }
 };
 

@@ -33,11 +33,11 @@ class IterationTimer {
   }
   // Records the time of one scoring round over all views with `gaussians` Gaussians.
   void ObserveScoring(Index gaussians, double seconds) {
-    judged_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
+    scored_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
   }
   // Sets the measured difference between a full-size and a half-size iteration for the same model. It is constant:
   // per-pixel work hardly depends on the number of Gaussians.
-  void SetFullBeyondCoarse(double seconds) { full_beyond_coarse_ = seconds; }
+  void SetFullMinusCoarse(double seconds) { full_minus_coarse_ = seconds; }
 
   bool is_known() const { return scales_[0].is_known() || scales_[1].is_known(); }
   // Needs is_known().
@@ -46,7 +46,7 @@ class IterationTimer {
     if (scales_[is_coarse].is_known()) return growth * scales_[is_coarse].mean;
     if (is_coarse) return growth * scales_[0].mean / kFullByCoarse;
     const double coarse = growth * scales_[1].mean;
-    return full_beyond_coarse_ ? coarse + *full_beyond_coarse_ : coarse * kFullByCoarse;
+    return full_minus_coarse_ ? coarse + *full_minus_coarse_ : coarse * kFullByCoarse;
   }
   // Proportional to the number of Gaussians; 0 before the first densification.
   double ChangeSeconds(double gaussians) const {
@@ -55,7 +55,7 @@ class IterationTimer {
   // Time of scoring over the views of `iterations` iterations. Before the first measurement, scoring a view is assumed
   // to cost the same as training on it.
   double ScoringSeconds(double gaussians, double iterations) const {
-    if (judged_gaussians_ > 0) return scoring_seconds_ / judged_gaussians_ * gaussians;
+    if (scored_gaussians_ > 0) return scoring_seconds_ / scored_gaussians_ * gaussians;
     return iterations * Seconds(false, gaussians);
   }
 
@@ -85,8 +85,8 @@ class IterationTimer {
     }
   };
 
-  std::optional<double> full_beyond_coarse_;
-  double changed_gaussians_ = 0, change_seconds_ = 0, judged_gaussians_ = 0, scoring_seconds_ = 0;
+  std::optional<double> full_minus_coarse_;
+  double changed_gaussians_ = 0, change_seconds_ = 0, scored_gaussians_ = 0, scoring_seconds_ = 0;
   std::array<Scale, 2> scales_;  // full size, half size
 };
 
@@ -144,10 +144,10 @@ struct RemainingWork {
   }
 };
 
-// Simulates the rest of the stage. judging: iterations that process as many views as one scoring pass. Requires
-// pace.is_known() and an unfinished stage.
-RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
-                            const StageProgress& now, double judging = 0);
+// Simulates the rest of the stage. iterations_per_scoring: iterations that process as many views as one scoring pass.
+// Requires timer.is_known() and an unfinished stage.
+RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& growth, const TrainingSchedule& schedule,
+                            const StageProgress& now, double iterations_per_scoring = 0);
 
 // Predicts the rest of the Adam stage from its measured iterations: the iterations that fit into the time limit, and
 // the forecast shown to the user.
@@ -156,7 +156,7 @@ class StagePlanner {
   explicit StagePlanner(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}
 
   // The iteration timer; other code that changes the model adds its times here.
-  IterationTimer& pace() { return timer_; }
+  IterationTimer& timer() { return timer_; }
   // Records one iteration on `pixels` pixels.
   void ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds);
   // Records one densification.
@@ -188,7 +188,7 @@ class StagePlanner {
   double begin_seconds_;
   IterationTimer timer_;
   GrowthForecast growth_;
-  bool has_guessed_ = false, has_foretold_ = false;
+  bool has_guessed_ = false, has_forecast_ = false;
   bool is_warm_ = false;
   double worked_seconds_ = 0, worked_pixels_ = 0;
 };

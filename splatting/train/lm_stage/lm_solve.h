@@ -71,7 +71,7 @@ class LmStart {
   bool saved() const { return saved_.has_value(); }
   // Constructs a stepper from `args` and the saved solver state; call at most once. Throws like the constructor.
   template <class Stepper, class... Args>
-  Stepper GoOn(Args&&... args) {
+  Stepper MakeStepper(Args&&... args) {
     return session_.saved().Validate([&] { return Stepper(std::forward<Args>(args)..., reader_); });
   }
   // Finished iterations of the saved solve; the stage begins with its best model.
@@ -199,7 +199,7 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
       if (!resumes) x = problem.Start(model);
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done, its x holds the model
       engine.max_iterations = std::max(0, session.plan().lm.iterations - done);
-      LmStepper<B> stepper = resumes ? start.template GoOn<LmStepper<B>>(engine, backend, solved)
+      LmStepper<B> stepper = resumes ? start.template MakeStepper<LmStepper<B>>(engine, backend, solved)
                                      : LmStepper<B>(engine, backend, solved, std::move(x));
       if (std::exchange(resumes, false)) problem.Resumed(stepper);
       LmModel<B> best(session, stepper, problem.copies(), problem.workspace(), model);
@@ -213,7 +213,7 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
     } catch (const OutOfDeviceMemory& error) {
       done += std::exchange(finished, 0);
       resumes = false;  // the model is the result of the saved solve
-      if (!problem.TakeLessMemory()) {
+      if (!problem.ReduceMemory()) {
         if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(notes::kLmEnds, done, error.what());
         return "";

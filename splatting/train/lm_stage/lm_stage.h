@@ -58,7 +58,7 @@ class SplatLm {
   void Moved(const LmStepper<B>&) {}
   // Stops caching views: each view is rebuilt when needed. The plan counts only some views, and other programs may use
   // the GPU's memory. Returns false if views are not cached already.
-  bool TakeLessMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
+  bool ReduceMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
 
  private:
   TrainingSession& session_;
@@ -107,7 +107,7 @@ class JointLm {
     for (std::size_t v = 0; v < views.size(); ++v) cameras().Set(v, views[v]);
     cameras().DevelopAll();
   }
-  bool TakeLessMemory() { return false; }
+  bool ReduceMemory() { return false; }
 
  private:
   TrainingCameras& cameras() { return session_.cameras(); }

@@ -42,12 +42,12 @@ class TrainingMemory {
   // Sizes of this model and the training views for memory planning. most, with_entries: see memory/stage_bytes.h.
   MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
 
-  // spare_device_bytes: GPU memory beyond the plan of the Adam stage. kept_on_device: the largest rollback copy that
-  // was kept on the GPU instead of the host.
+  // spare_device_bytes: GPU memory beyond the plan of the Adam stage. device_snapshot_bytes: the largest rollback copy
+  // that was kept on the GPU instead of the host.
   double spare_device_bytes() const { return spare_device_bytes_; }
   void SetSpareDeviceBytes(double bytes) { spare_device_bytes_ = bytes; }
-  double kept_on_device() const { return kept_on_device_; }
-  void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
+  double device_snapshot_bytes() const { return device_snapshot_bytes_; }
+  void NoteDeviceSnapshot(double bytes) { device_snapshot_bytes_ = std::max(device_snapshot_bytes_, bytes); }
 
   // The largest model passed to NoteModel: before each pruning round, and at the end of the training.
   const splat::ModelLayout& largest_model() const { return largest_model_; }
@@ -57,7 +57,7 @@ class TrainingMemory {
 
  private:
   const TrainingCameras& cameras_;
-  double spare_device_bytes_ = 0, kept_on_device_ = 0;
+  double spare_device_bytes_ = 0, device_snapshot_bytes_ = 0;
   splat::ModelLayout largest_model_;
 };
 

@@ -14,11 +14,11 @@ namespace vesta::gs {
 namespace {
 
 TEST(CameraSchedule, AMeanTurnIsFreeTheSoonerTheNarrowerTheFilter) {
-  EXPECT_EQ(MeanTurnFree(splat::kEps2d), 0.65);
-  EXPECT_EQ(MeanTurnFree(splat::kMaxEps2d), 0.65);
-  EXPECT_NEAR(MeanTurnFree(splat::kEps2d / 2), 0.55, 1e-12);
-  EXPECT_GT(MeanTurnFree(splat::kMinEps2d), 0.45);
-  EXPECT_LT(MeanTurnFree(splat::kMinEps2d), 0.46);
+  EXPECT_EQ(MeanRotationFreeFrom(splat::kEps2d), 0.65);
+  EXPECT_EQ(MeanRotationFreeFrom(splat::kMaxEps2d), 0.65);
+  EXPECT_NEAR(MeanRotationFreeFrom(splat::kEps2d / 2), 0.55, 1e-12);
+  EXPECT_GT(MeanRotationFreeFrom(splat::kMinEps2d), 0.45);
+  EXPECT_LT(MeanRotationFreeFrom(splat::kMinEps2d), 0.46);
 }
 
 constexpr FreeUnknowns kPose{.pose = true, .color = false};
