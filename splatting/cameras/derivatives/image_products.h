@@ -25,15 +25,15 @@ double SumOver(Index n, const Of& of) {
   });
 }
 
-// A queue of sums over images in the memory of B. Read() returns all at once, so a device synchronises only once. The
-// inputs may change after they are queued.
+// A queue of sums over images in the memory of backend B (host or GPU). Read() returns all sums, so the host waits for
+// a device only once. An image may be overwritten after the call that queues its sum.
 template <class B>
 class ImageProducts {
  public:
   using Space = typename B::Space;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // most: the maximal number of queued sums.
+  // most: on a device, the maximum number of queued sums.
   explicit ImageProducts(int most) {
     if constexpr (kIsDevice) slots_.Resize(most);
   }
@@ -82,7 +82,8 @@ class ImageProducts {
   int queued_ = 0;
 };
 
-// Queues the gradient of a cost with respect to an exposure: three gains, then three offsets.
+// Queues the gradient of a cost with respect to an exposure: three gains, then three offsets. image: before the
+// exposure. gradient: derivative of the cost with respect to the exposed image. Both have three planes.
 template <class B>
 void AddExposureProducts(typename B::ConstVectorView image, typename B::ConstVectorView gradient,
                          ImageProducts<B>& products) {
