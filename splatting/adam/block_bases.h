@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bases Q and covariances C of Adam's blocks.
+// The bases Q and the matrices C of Adam's blocks (adam_formula.h), in any memory space.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace vesta::gs {
 
-// Q and C of each Gaussian, indexed as in BlockEntry.
+// Q and C of each Gaussian: 187 numbers, interleaved as in BlockEntry.
 template <class Space>
 class BlockBases;
 
-// Stored in pieces of kRotationChunk Gaussians. The bases take three times as much memory as a vector of parameters.
-// Pieces avoid a second full copy while Gaussians are rearranged.
+// On the host they are stored in pieces of kRotationChunk Gaussians. They take three times as much memory as the
+// parameters, so a second full copy while Gaussians are rearranged would be costly. Pieces avoid it.
 template <>
 class BlockBases<Host> {
  public:
@@ -39,13 +39,13 @@ class BlockBases<Host> {
     return pieces_[static_cast<std::size_t>(i / kRotationChunk)]
                   [static_cast<std::size_t>(BlockEntry(number, i % kRotationChunk))];
   }
-  // Gaussian i becomes a copy of source[i], with C = 0 where kept[i] is 0. Each old piece is freed as soon as it is no
-  // longer needed.
+  // Gaussian i becomes a copy of Gaussian source[i]; if kept[i] is 0, with C = 0. Each old piece is freed as soon as it
+  // is no longer needed.
   void Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept);
   // All pieces in one array of BlockArraySize.
   HostBuffer<float> Flat() const;
 
-  // Writes the bytes of Flat(), as in every memory space.
+  // Saves or reads the bytes of Flat(), so that a file does not depend on the memory space.
   template <class Archive>
   void Visit(Archive& archive) {
     Index all = size();
