@@ -16,8 +16,8 @@
 
 namespace vesta::gs {
 
-// A copy of an archivable state (kernels/core/archive.h) whose arrays lie in device memory. The arrays are copied on
-// the device or to the host; all other members are copied to the host.
+// A copy of an object with arrays in device memory and a Visit function (kernels/core/archive.h). The arrays are copied
+// within the device or to the host; all other members are copied to the host.
 template <class Space>
 class StateSnapshot {
  public:
@@ -38,7 +38,8 @@ class StateSnapshot {
     return counter.bytes;
   }
 
-  // Moves the copy back into `state`. Frees the copy of each array in turn.
+  // Restores `state` from the copy, which is empty afterwards. Each array's copy is freed as soon as the array is
+  // restored.
   template <class State>
   void MoveTo(State& state) {
     Reader reader(*this);
@@ -50,7 +51,7 @@ class StateSnapshot {
   template <class T>
   using Array = Buffer<T, Space>;
 
-  // Visits members down to device arrays, and passes all other values to `other`.
+  // Calls on_array for each device array in `value`, including arrays of its members, and other for all other members.
   template <class OnArray, class Other, class Archive, class T>
   static void Dispatch(Archive& archive, T& value, const OnArray& on_array, const Other& other) {
     if constexpr (requires { value.Visit(archive); }) {
@@ -135,15 +136,16 @@ class StateSnapshot {
   std::vector<Array<unsigned char>> arrays_;
 };
 
-// The state of the Adam stage before its last densification. The stage restores it when a device has too little memory
-// for the added Gaussians.
+// The state of the Adam stage before the last densification that added Gaussians. The stage restores it if a device
+// then has too little memory.
 template <class B>
 class RollbackPoint {
  public:
   explicit RollbackPoint(TrainingSession& session) : session_(session) {}
 
   bool empty() const { return snapshot_.empty(); }
-  // Copies the state. The copy stays on the GPU if it fits beside the planned memory, else it is on the host.
+  // Replaces the stored copy by a copy of this state. The copy is on the GPU if it fits there beside the planned memory
+  // of the stage, else on the host.
   void Store(AdamStageState<B>& state) {
     snapshot_ = Snapshot();
     iteration_ = state.iteration;
@@ -159,13 +161,13 @@ class RollbackPoint {
     snapshot_ = Snapshot(state, false);
   }
   void Discard() { snapshot_ = Snapshot(); }
-  // Discards the copy after two passes over the views: then the memory suffices for the current Gaussians.
+  // Discards the copy after two passes over all views: the memory has then proved to suffice for the current Gaussians.
   void DropSnapshotIfMemoryLasts(int iteration) {
     const auto seen =
         static_cast<std::size_t>(iteration - iteration_) * static_cast<std::size_t>(session_.options().adam.batch_size);
     if (!empty() && seen >= 2 * session_.training_views().size()) Discard();
   }
-  // Restores the copy, which must exist, and fixes the number of Gaussians from then on.
+  // Restores the copy, which must exist, and stops the growth of the number of Gaussians.
   void Restore(AdamStageState<B>* state) {
     state->model.Free();
     // Cameras keep their current poses and refinement state.
@@ -180,7 +182,7 @@ class RollbackPoint {
 
   TrainingSession& session_;
   Snapshot snapshot_;
-  int iteration_ = 0;  // of the copy
+  int iteration_ = 0;  // iteration of the copied state
 };
 
 }  // namespace vesta::gs
