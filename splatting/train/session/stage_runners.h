@@ -20,7 +20,7 @@ struct DeviceMemoryUse {
 // The two stages in one memory space (RunAdamStage, RunLmStage). Each trains the given model in place and adds its last
 // evaluation to the history; lm returns the solver's full report.
 struct StageRunners {
-  std::string device;  // "cpu", or the name of the GPU
+  std::string device;  // "cpu" or "cuda"
   std::function<void(TrainingSession&, SplatModel&)> adam;
   std::function<std::string(TrainingSession&, SplatModel&)> lm;
   std::function<DeviceMemoryUse()> device_memory = {};  // empty if both run in host memory
