@@ -61,9 +61,9 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
 // (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C. C approximates
 // the curvature of the loss.
 //
-// The formulas use parameters divided by their learning rates, so gradients are multiplied by them: g * rate, and m *
-// rate. C and the second moments are stored with these factors. The gradient, the parameters and the first moments are
-// stored without them.
+// The formulas use parameters divided by their learning rates. Gradients g and their means m are therefore multiplied
+// by the learning rates. C and the second moments are stored with these factors; gradients, parameters and first
+// moments are stored without them.
 struct BlockAdamArrays {
   Index count;                    // number of Gaussians
   float *gradient, *parameters;   // [11 * count]: attribute a of Gaussian i at a * count + i

@@ -48,7 +48,7 @@ Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measu
 
 // The views that are measured, and the processes that share the work.
 struct MeasuredViews {
-  // Maximum number of training views, evenly spaced. All other views are measured.
+  // At most this many training views are measured, evenly spaced. All held-out and test views are measured.
   int most_trained = std::numeric_limits<int>::max();
   ProcessGroup processes = {};  // each measures its share of the views
 };

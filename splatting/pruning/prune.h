@@ -44,7 +44,7 @@ struct PruneOptions {
 
 struct PruneResult {
   SplatModel model;                        // the kept Gaussians, unchanged and in their order
-  double cost_before = 0, cost_after = 0;  // training loss (RemovalCost::cost)
+  double cost_before = 0, cost_after = 0;  // training loss (RemovalCost::loss)
   int rounds = 0;
 };
 

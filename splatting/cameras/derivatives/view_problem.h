@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera pose and exposure of one view as a least-squares problem of the engine.
+// Camera pose and exposure of one view as a least-squares problem for the solver.
 #pragma once
 
 #include <array>

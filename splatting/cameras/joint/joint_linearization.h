@@ -60,7 +60,8 @@ class JointLinearization final : public Linearization<B>,
   void ApplyW(ConstVectorView u, VectorView Wu) override;
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
-  // The negative gradient. The splat part is shrunk where the views disagree (lm/gradient_shrinkage.h).
+  // The negative gradient. Its entries for the Gaussians are reduced where the views disagree
+  // (lm/gradient_shrinkage.h).
   bool has_own_right_hand_side() const override { return options_.splats.gradient_shrinkage > 0; }
   void RightHandSide(VectorView d) override;
   // Exact for the unknowns of views. For Gaussians, W is replaced by its pointwise part (docs/mathematics.md).

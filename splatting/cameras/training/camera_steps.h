@@ -72,8 +72,8 @@ struct CameraSurroundings {
 };
 
 // The factor on the Gauss-Newton step. It is 1 until the fraction `done` of the stage is 0.8, then decreases
-// geometrically to 0.1 at the end. Gradients are noisy while Gaussians move. The decrease lets cameras converge, as the
-// averaged parameters of the Gaussians do.
+// geometrically to 0.1 at the end. Gradients are noisy while the Gaussians move; shorter steps let the cameras
+// converge.
 double GaussNewtonPart(double done);
 
 // The step of the view's own unknowns (pose and exposure); the lens part is zero (see LensStep). gradient: of the

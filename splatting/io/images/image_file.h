@@ -21,7 +21,7 @@ namespace vesta::gs {
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
                 double* work_bytes = nullptr);
 
-// Size of an image file, from its header. Throws Error as LoadImage.
+// Size of an image file, from its header. Throws Error like LoadImage.
 ImageSize ReadImageSize(const std::string& path);
 
 // Encodes a JPEG; values are clamped to 0..1 and rounded. quality: 1 to 100, as in libjpeg. Throws Error for an image

@@ -135,7 +135,7 @@ struct StageProgress {
   Index gaussians = 0;
   Index max_gaussians = std::numeric_limits<Index>::max();  // ResolvedPlan::max_gaussians
   Index before_pruning = 0;      // number of Gaussians before the first pruning; 0: not pruned yet
-  bool has_coarse_views = true;  // of half size
+  bool has_coarse_views = true;  // half-size views exist
 };
 
 // Prediction for the rest of the stage.
@@ -147,8 +147,8 @@ struct RemainingWork {
   double most_gaussians = 0;  // maximum over the rest of the stage
 
   // The number of iterations that fit into `available` seconds, beside the densifications and prunings. At most three
-  // quarters of the time are reserved for these. Before the first one their time is a guess; if it were too high,
-  // iterations would be skipped that cannot be made up for.
+  // quarters of the time are reserved for these. Before the first one their time is a guess. If the guess were too high
+  // and nothing limited it, the stage would run too few iterations.
   double IterationsIn(double available) const {
     return (available - std::min(change_seconds, 0.75 * available)) / seconds;
   }

@@ -28,7 +28,7 @@ struct RunState {
   // Text that the caller needs for resuming, such as the folder of the photographs and the options. Stored unchanged.
   std::string origin = {};
   Stage stage = Stage::kAdam;
-  int iteration = 0;                     // iterations of the stage done
+  int iteration = 0;                     // iterations done in the stage
   std::uint64_t scene = 0;               // FingerprintOf the scene
   double seconds = 0, eval_seconds = 0;  // time of the training without evaluations; time of evaluations
   std::vector<HistoryRow> history = {};
@@ -63,7 +63,7 @@ bool IsCheckpoint(const std::string& path);
 // damaged.
 Checkpoint ReadCheckpoint(const std::string& path);
 
-// The saved state from which a training resumes, if any. The stage of that name takes it once.
+// The saved state from which a training resumes, if any. The stage to which it belongs reads it once (Take).
 class SavedStage {
  public:
   // null: the training begins with Adam's first iteration. Must outlive this object.

@@ -32,7 +32,7 @@ namespace vesta::gs {
 
 // The memory that is available to the stages now, on the GPU or the host. held_mib: memory that the process already
 // uses.
-StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib);
+StageMemory MemoryForStages(const StageRunners& stages, const MemoryOptions& options, double held_mib);
 
 // Sizes for memory planning: of models and views, of rollback snapshots on the GPU, and of the largest model so far.
 class TrainingMemory {

@@ -43,7 +43,7 @@ struct TrainResult {
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // since the start or resume: stages, evaluations
   bool stopped = false;                                       // stopped early by the callback or the time limit
   bool saved = false;                                         // a checkpoint was written
-  std::string lm_report;                                      // the engine's full report, empty without LM
+  std::string lm_report;                                      // the solver's full report, empty without LM
   std::string lm_left_out;         // the reason if LM was requested but did not run; else empty
   std::vector<std::string> notes;  // deviations from the options, one line each
 };

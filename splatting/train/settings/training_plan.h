@@ -24,8 +24,8 @@ TrainOptions FitToScene(TrainOptions options, Index training_views);
 struct ResolvedPlan {
   explicit ResolvedPlan(const TrainOptions& options) : max_gaussians(options.density.max_gaussians), lm(options.lm) {}
 
-  double held_mib =
-      0;  // memory in MiB that the process uses beside the stages: program, photographs and copies of them
+  // Memory in MiB that the process uses besides the stages: program, photographs and copies of them.
+  double held_mib = 0;
   Index max_gaussians;  // density.max_gaussians, or fewer if memory is limited
   LmStageOptions lm;    // options of the LM stage as it runs; 0 iterations: skipped
   LmPlan lm_memory;     // how the LM stage fits into the memory
