@@ -65,7 +65,7 @@ struct CameraStepState {
 void RescaleCurvature(double pixels, CameraStepState* state);
 
 // The scale of a camera's scene, its step limit, and the progress of the training.
-struct CameraSurroundings {
+struct CameraStepContext {
   double depth = 1;  // depth of the scene in front of the camera, world units
   double most = 1;   // step limit: rotation in radians, translation in units of `depth`
   double done = 0;   // fraction of the stage
@@ -74,12 +74,12 @@ struct CameraSurroundings {
 // The factor on the Gauss-Newton step. It is 1 until the fraction `done` of the stage is 0.8, then decreases
 // geometrically to 0.1 at the end. Gradients are noisy while the Gaussians move; shorter steps let the cameras
 // converge.
-double GaussNewtonPart(double done);
+double GaussNewtonFactor(double done);
 
 // The step of the view's own unknowns (pose and exposure); the lens part is zero (see LensStep). gradient: of the
 // view's cost. curvature: CameraStepState::curvature.
 std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
-                               const std::vector<double>& curvature, const CameraSurroundings& around);
+                               const std::vector<double>& curvature, const CameraStepContext& around);
 
 // The 4 x 4 linear system for a step of one lens. It is a sum over the views processed since the last step, in which
 // the views' own unknowns are eliminated: Schur complement (row-major), gradient, and number of views.
@@ -98,8 +98,8 @@ void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, co
 splat::LensTangent LensStep(const LensSystem& system, double part, double most);
 // The whole step of a view for a given lens step: the view's own unknowns change so that its quadratic model is minimal
 // again. If their step would not be finite, it is zero. curvature: CameraStepState::curvature.
-std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
-                           const splat::LensTangent& lens);
+std::vector<double> FollowLensStep(const FreeUnknowns& free, const std::vector<double>& curvature,
+                                   const splat::LensTangent& lens);
 
 // Evidence for refining the cameras of a scene: the improvement of held-out views when their cameras are fitted to the
 // splat.
@@ -116,7 +116,7 @@ struct CameraEvidence {
   // exposure of the photographs, which is worse than the exposure of neighbouring views.
   CameraChoice Choice() const;
   // The evidence as text, for a note to the user.
-  std::string Words() const;
+  std::string Summary() const;
 };
 
 // Fits the cameras of `views`, on which the splat was not trained, and measures the improvement. background: 0..1.

@@ -83,7 +83,7 @@ void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) con
   }
   const CameraEvidence evidence = EvidenceOf(model, views, session_.options().background, NearPlane(session_.scene()));
   state->chosen = evidence.Choice();
-  session_.Note(notes::kCamerasChosen, schema::NameOf(*state->chosen, kCameraChoices), evidence.Words());
+  session_.Note(notes::kCamerasChosen, schema::NameOf(*state->chosen, kCameraChoices), evidence.Summary());
 }
 
 bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const {
@@ -100,7 +100,7 @@ void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Le
   const FreeUnknowns free = FreeBy(Choice(*state));
   const ViewUnknowns& found = session_.cameras().found()[view];
   const std::vector<double>& curvature = state->views[view].curvature;
-  const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
+  const CameraStepContext around{depth_, kMostPixels / lens.fx, span.before};
   if (free.lens) {
     state->lenses.resize(lenses_.size());
     AddToLens(free, gradient, curvature, &state->lenses[lenses_.of[view]]);
@@ -132,7 +132,7 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
   const std::size_t first = lenses_.First(lens);
   const FreeUnknowns free = FreeBy(Choice(*state));
   const Camera& camera = session_.cameras().given()[first]->camera;
-  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonPart(span.before), kMostPixels / camera.lens.fx);
+  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonFactor(span.before), kMostPixels / camera.lens.fx);
   if (!Compose(step, found[first].lens).is_sound()) step = {};  // reject an implausible lens
   state->lenses[lens] = {};
   for (std::size_t view = 0; view < lenses_.of.size(); ++view) {
@@ -140,7 +140,7 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
     ViewUnknowns now = found[view];
     const std::vector<double>& curvature = state->views[view].curvature;
     if (!curvature.empty()) {
-      const std::vector<double> all = Follow(free, curvature, step);
+      const std::vector<double> all = FollowLensStep(free, curvature, step);
       now.motion = Plus(now, free, {all.data(), static_cast<Index>(all.size())}).motion;
     }
     now.lens = Compose(step, now.lens);

@@ -9,7 +9,8 @@
 
 namespace vesta::gs {
 
-// Formats for TrainingSession::Note. In most formats that end with ": {}", the last argument is the message of an Error.
+// Formats for TrainingSession::Note. In most formats that end with ": {}", the last argument is the message of an
+// Error.
 namespace notes {
 
 inline constexpr char kEvaluatesSomeViews[] =
