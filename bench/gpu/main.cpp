@@ -177,7 +177,7 @@ class GpuBench {
     Add("Adam's step", "step of Adam", 0, 9 * parameters, step);
     bases = gs::BlockBases<Device>(count);
     arrays.first_diagonal = gs::kBlockSize;
-    const double turned = (gs::kBlockNumbers + gs::kBasisSize + gs::kBlockSize) / double{gs::kTurnEvery};
+    const double turned = (gs::kBlockNumbers + gs::kBasisSize + gs::kBlockSize) / double{gs::kRotationInterval};
     const double rest = 9.0 * (workload_.model.num_attributes() - gs::kBlockSize);
     Add("Adam's step in blocks", "step of Adam's blocks", 0,
         4 * (9 * gs::kBlockSize + gs::kBlockNumbers + gs::kCovarianceSize + turned + rest) * n, step);

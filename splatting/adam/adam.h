@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Adam optimiser (Kingma and Ba 2015) for a model, in any memory space. Each class of parameter has its own
-// learning rate. Parameters are scaled one by one, or the geometric parameters of each Gaussian jointly
-// (adam_formula.h).
+// The Adam optimiser (Kingma and Ba 2015) for a model in the memory of backend B (host or GPU). Each class of parameter
+// has its own learning rate. The second moments are per parameter or, in block mode, joint for the eleven geometric
+// parameters of a Gaussian: mean, log-scales, quaternion and opacity (adam_formula.h).
 #pragma once
 
 #include <utility>
@@ -20,18 +20,19 @@ class Adam {
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  // views: the number of views per step (AdamRule).
+  // rates: learning rates by class of parameter. metric: kBlock selects block mode. views: the number of views per step
+  // (AdamRule).
   explicit Adam(const LearningRates& rates, SecondMoment metric = SecondMoment::kDiagonal, int views = 1)
       : rule_(rates, metric, views) {}
 
-  // Sets the unit of length of each Gaussian (model/length_units.h); 1 if never called. Call it again when the units
-  // change.
+  // Sets the unit of length of each Gaussian (model/length_units.h): the learning rate of its mean is multiplied by it.
+  // 1 if never called. Call it again when the units change.
   void SetUnits(Vector units) { units_ = std::move(units); }
   const Vector& units() const { return units_; }
 
   // x -= step, for the attributes [0, attributes) of a model with this layout. All learning rates are multiplied by
-  // `factor`. The gradient has the layout of the model and is zero afterwards. The first call allocates the moments.
-  // Asynchronous on a device.
+  // `factor`. `gradient` has the layout of the model; the function sets it to zero. The first call allocates the
+  // moments. Asynchronous on a device.
   void Step(const splat::ModelLayout& layout, typename B::VectorView x, float* gradient, int attributes,
             double factor) {
     const ScopedPhase phase("Adam");
@@ -56,12 +57,14 @@ class Adam {
     AdamSteps<Space>::Run(arrays, bases_);
   }
 
-  // Follows a change of the model: Gaussian i of the new model (layout `to`) is source[i] of the old one. It keeps its
-  // moments where kept[i] is set; otherwise they become zero. On a device, throws OutOfDeviceMemory.
+  // Adapts the moments to a change of the model: Gaussian i of the new model (layout `to`) is Gaussian source[i] of the
+  // old one (layout `from`). It keeps its moments if kept[i] is 1; if 0, they become zero. On a device, throws
+  // OutOfDeviceMemory if memory runs out.
   void Rearrange(const splat::ModelLayout& from, const splat::ModelLayout& to, Span<const std::uint32_t, Space> source,
                  Span<const std::uint8_t, Space> kept) {
     if (first_.empty()) return;
-    // First the bases, the largest arrays: if they fit, so do the moments of a model that does not grow.
+    // First the bases, the largest arrays. If their copy fits, the copies of the moments do too, unless the model
+    // grows.
     if (rule_.has_blocks()) bases_.Rearrange(source, kept);
     for (Vector* moments : {&first_, &second_}) {
       Vector gathered;
@@ -78,7 +81,7 @@ class Adam {
       B().Fill(0, moments.view().subspan(layout.Offset(attribute), layout.Rows(attribute)));
     };
     clear(first_);
-    // In block mode, second moments belong to directions, not to attributes, so they are kept.
+    // In block mode the second moments belong to directions of the basis, not to attributes; they stay unchanged.
     if (attribute >= rule_.first_diagonal()) clear(second_);
   }
 
@@ -88,8 +91,9 @@ class Adam {
     bases_ = BlockBases<Space>();
   }
 
-  // The moments, in the layout of the model; in block mode, the second moments are in the basis. Empty before the first
-  // step. The bases are empty unless steps are taken in blocks.
+  // The first and second moments in the layout of the model, and the bases of block mode. In block mode, the second
+  // moments of the geometric parameters are in these bases. All are empty before the first step; bases also without
+  // block mode.
   const Vector& first() const { return first_; }
   const Vector& second() const { return second_; }
   const BlockBases<Space>& bases() const { return bases_; }
@@ -100,7 +104,7 @@ class Adam {
     if (first_.empty()) return true;
     return first_.size() == parameters && bases_.size() == (rule_.has_blocks() ? BlockArraySize(count) : 0);
   }
-  // Everything but the learning rates and the kind of second moment, which are options.
+  // Saves or reads all members except rule_, which follows from the options.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(steps_, units_, first_, second_, bases_);

@@ -2,9 +2,10 @@
 // The update of Adam (Kingma and Ba 2015, algorithm 1) for one parameter, and for the parameters of one Gaussian
 // jointly. Host and device call the same templates.
 //
-// If a gradient is zero, as for every Gaussian outside the views of the step, neither the parameter nor its moments are
-// written. The moments are therefore means over the steps with a gradient (the sparse Adam of Mallick et al., "Taming
-// 3DGS", 2024). This saves memory traffic, which limits the speed of a step.
+// A parameter with a zero gradient is not updated, nor are its moments. This is so for every Gaussian that no view of
+// the step shows. The moments are therefore means over the steps with a gradient (the sparse Adam of Mallick et al.,
+// "Taming 3DGS", 2024). This saves memory traffic, which limits the speed of a step.
+// V is float, or a vector of floats with one Gaussian or parameter per lane.
 #pragma once
 
 #include <cmath>
@@ -18,7 +19,8 @@ namespace vesta::gs {
 
 inline namespace VESTA_ISA {
 
-// The usual beta1 is 0.9. With sparse updates, a shorter mean works better (docs/decisions/sparse-adam.md).
+// Decay of the first and second moments per step. The usual kAdamBeta1 is 0.9. With sparse updates, a mean over fewer
+// steps works better (docs/decisions/sparse-adam.md).
 inline constexpr float kAdamBeta1 = 0.7f, kAdamBeta2 = 0.999f;
 // kAdamSecondFloor is the smallest second moment; it replaces Adam's epsilon. First moments whose magnitude is below
 // kAdamFirstFloor become zero. Both prevent denormal numbers, which are about a hundred times slower.
@@ -53,17 +55,19 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
 // Adam in the eigenbasis of each Gaussian's own gradients.
 //
 // Mean, log-scales, quaternion and opacity of a Gaussian change the same pixels, so their gradients are correlated.
-// Adam with one scale per parameter is slow in directions that mix several of them. Let m be the first moment of the
-// gradient g of these eleven parameters, and C the running mean of g g^T. Full-matrix Adam would step by C^{-1/2} m
-// (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means). Instead, as in SOAP (Vyas et
-// al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C. C approximates
-// curvature, as the blocks of J^T W J do that precondition LM's systems.
+// Adam with one scale per parameter is slow in directions that mix several of them. Let g be the gradient of these
+// eleven parameters, m its running mean (first moment), and C the running mean of g g^T. Full-matrix Adam would step by
+// C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means). Instead, as in SOAP
+// (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C. C approximates
+// the curvature of the loss.
 //
-// The formulas are in units of the learning rates: parameters x / rate, gradients g * rate, moments m * rate. C and the
-// second moments are stored in these units; the gradient, the parameters and the first moments are stored without them.
+// The formulas use parameters divided by their learning rates. Gradients g and their means m are therefore multiplied
+// by the learning rates. C and the second moments are stored with these factors; gradients, parameters and first
+// moments are stored without them.
 struct BlockAdamArrays {
-  Index count;                                    // number of Gaussians
-  float *gradient, *parameters, *first, *second;  // [11 * count]; first and second moments, the latter in the basis Q
+  Index count;                    // number of Gaussians
+  float *gradient, *parameters;   // [11 * count]: attribute a of Gaussian i at a * count + i
+  float *first, *second;          // [11 * count]: moments; direction b of Q instead of attribute a in `second`
   float* bases;                   // numbers of Q, row by row, then the lower triangle of C; layout: see BlockEntry
   Index bases_begin;              // first Gaussian of `bases`, a multiple of kBlockLanes
   const float* units;             // [count], factors on the learning rates of the means; null: 1
@@ -77,14 +81,14 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
-// Each second moment is raised by this fraction of their sum. This limits the step per unit of first moment. A
-// direction with few gradients can step at most about thirty times as far as the direction with the largest second
-// moment (docs/decisions/block-second-moments.md).
+// To each second moment, this fraction of the sum of all eleven is added. For equal first moments, a direction with
+// small gradients then steps at most about thirty times as far as the direction with the largest second moment
+// (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
-// Q and C of one Gaussian are 121 + 66 = 187 numbers. The matrices of 16 Gaussians are interleaved: number 0 of all 16,
-// then number 1 of all 16, and so on. So vector loads are contiguous and a step does not read 187 distant rows.
-// BlockEntry is the position of a number of Gaussian i.
+// Q and C of one Gaussian are 121 + 66 = 187 numbers (C is symmetric, so its lower triangle is stored). The numbers of
+// 16 Gaussians are interleaved: number 0 of all 16, then number 1 of all 16, and so on. Vector loads are then
+// contiguous. BlockEntry(number, i) is the position of that number of Gaussian i.
 inline constexpr int kBlockNumbers = kBasisSize + kCovarianceSize, kBlockLanes = 16;
 VESTA_HD constexpr Index BlockEntry(int number, Index i) {
   return (i / kBlockLanes * kBlockNumbers + number) * kBlockLanes + i % kBlockLanes;
@@ -94,15 +98,20 @@ constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Each basis is rotated once in kTurnEvery views, a chunk of kTurnChunk Gaussians at a time. After view n of the
-// training, the chunks FirstTurned(n), FirstTurned(n) + kTurnEvery, and so on are rotated.
-inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
-VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
-// Returns whether the chunk is rotated after a step with this many views. seen: number of views of all steps, including
+// Every basis is rotated towards the eigenvectors of C once in kRotationInterval views. Gaussians are rotated in chunks
+// of kRotationChunk neighbours. After view n of the training, the chunks FirstRotatedChunk(n), FirstRotatedChunk(n) +
+// kRotationInterval, FirstRotatedChunk(n) + 2 kRotationInterval, and so on are rotated.
+inline constexpr Index kRotationChunk = 256, kRotationInterval = 25;
+VESTA_HD constexpr Index FirstRotatedChunk(Index view) {
+  return (kRotationInterval - view % kRotationInterval) % kRotationInterval;
+}
+// Whether the chunk is rotated after a step with `views` views. seen: number of views in all steps so far, including
 // this one.
-constexpr bool IsTurned(Index chunk, Index seen, Index views) { return (chunk + seen) % kTurnEvery < views; }
+constexpr bool IsChunkRotated(Index chunk, Index seen, Index views) {
+  return (chunk + seen) % kRotationInterval < views;
+}
 
-// Entry (i, j) of a symmetric matrix in its packed lower triangle.
+// Index of entry (i, j) of a symmetric matrix in its packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? PackedLower(i, j) : PackedLower(j, i); }
 
 // One step of Adam for as many Gaussians as V has lanes, from Gaussian i on. Updates the moments and C, moves the
@@ -139,39 +148,40 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
     }
   }
 
-  V g_turned[kBlockSize], m_turned[kBlockSize];
-  for (int b = 0; b < kBlockSize; ++b) g_turned[b] = m_turned[b] = V(0);
+  V g_rotated[kBlockSize], m_rotated[kBlockSize];
+  for (int b = 0; b < kBlockSize; ++b) g_rotated[b] = m_rotated[b] = V(0);
   for (int k = 0; k < kBlockSize; ++k) {
     for (int b = 0; b < kBlockSize; ++b) {
       const V q = L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin));
-      g_turned[b] = Fma(q, g[k], g_turned[b]);
-      m_turned[b] = Fma(q, m[k], m_turned[b]);
+      g_rotated[b] = Fma(q, g[k], g_rotated[b]);
+      m_rotated[b] = Fma(q, m[k], m_rotated[b]);
     }
   }
   V second[kBlockSize], sum(0);
   for (int b = 0; b < kBlockSize; ++b) {
     float* s = a.second + b * a.count + i;
     const V old = L::Load(s);
-    second[b] = Select(moves, NextSecondMoment(a.beta2, old, g_turned[b]), old);
+    second[b] = Select(moves, NextSecondMoment(a.beta2, old, g_rotated[b]), old);
     L::Store(s, second[b]);
     sum = sum + second[b];
   }
   for (int b = 0; b < kBlockSize; ++b) {
-    m_turned[b] = m_turned[b] / (sqrt(Fma(V(kBlockFloor), sum, second[b])) * V(a.root_correction2));
+    m_rotated[b] = m_rotated[b] / (sqrt(Fma(V(kBlockFloor), sum, second[b])) * V(a.root_correction2));
   }
   for (int k = 0; k < kBlockSize; ++k) {
     V step(0);
     for (int b = 0; b < kBlockSize; ++b) {
-      step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin)), m_turned[b], step);
+      step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin)), m_rotated[b], step);
     }
     float* x = a.parameters + k * a.count + i;
     L::Store(x, L::Load(x) - Select(moves, V(a.step) * rate[k] * step, V(0)));
   }
 }
 
-// Rotates the bases of the same Gaussians towards the eigenvectors of C. One sweep of Jacobi's eigenvalue method,
-// starting from the present basis, sets each off-diagonal entry of Q^T C Q to zero once (Golub and Van Loan, Matrix
-// Computations, section 8.5.3). Then sets the second moments to the diagonal of Q^T C Q.
+// Rotates the bases Q of as many Gaussians as V has lanes, from Gaussian i on, towards the eigenvectors of C. One sweep
+// of Jacobi's eigenvalue method, starting from the present Q, sets each off-diagonal entry of Q^T C Q to zero once
+// (Golub and Van Loan, Matrix Computations, section 8.5.3). The function then sets the second moments to the diagonal
+// of Q^T C Q.
 template <class V>
 VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
   using std::sqrt;
@@ -207,14 +217,14 @@ VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
       B[PackedEntry(p, p)] = Fnma(t, b, B[PackedEntry(p, p)]);
       B[PackedEntry(q, q)] = Fma(t, b, B[PackedEntry(q, q)]);
       B[PackedEntry(q, p)] = V(0);
-      const auto turn = [&](V& x, V& y) {
+      const auto rotate = [&](V& x, V& y) {
         const V old = x;
         x = Fnma(s, y, c * x);
         y = Fma(s, old, c * y);
       };
       for (int k = 0; k < n; ++k) {
-        if (k != p && k != q) turn(B[PackedEntry(k, p)], B[PackedEntry(k, q)]);
-        turn(Q[n * k + p], Q[n * k + q]);
+        if (k != p && k != q) rotate(B[PackedEntry(k, p)], B[PackedEntry(k, q)]);
+        rotate(Q[n * k + p], Q[n * k + q]);
       }
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of the Adam stage, and their values at each point of the stage.
+// Options of the Adam stage, and functions for the values that depend on the progress of the stage (StageSpan).
 #pragma once
 
 #include <algorithm>
@@ -19,28 +19,28 @@ enum class SecondMoment {
 };
 
 struct AdamOptions {
-  // Length of the stage, in views processed (NumIterations). Empty: chosen from the scene (FitToScene), times
-  // `iterations_scale`.
+  // Length of the stage in processed views, which are batch_size per iteration (NumIterations). Empty: the default for
+  // the scene (FitToScene) times `iterations_scale`. 0: no Adam stage.
   std::optional<int> iterations = {};
   double iterations_scale = 1;
-  // Views per iteration, in the order of the epochs. Their gradients are summed.
+  // Views per iteration. Their gradients are summed.
   int batch_size = 1;
-  // Scaling of the gradient of a Gaussian's geometry: per parameter, or jointly for all eleven parameters in their
-  // eigenbasis (adam_formula.h).
+  // Second moments of the eleven geometric parameters of a Gaussian.
   SecondMoment second_moment = SecondMoment::kBlock;
-  // lr_scale: factor on all learning rates at the start. The rates of Kerbl et al. are made for 30,000 iterations;
-  // short runs need larger ones. lr_final_ratio: the factor by which they decay geometrically until the end.
+  // lr_scale: factor on all learning rates at the start. The learning rates of Kerbl et al. suit 30,000 iterations;
+  // shorter runs need larger ones. The factor decays geometrically to lr_scale * lr_final_ratio at the end.
   double lr_scale = 4.0;
   double lr_final_ratio = 0.5;
-  // Last fraction of the stage that returns a weighted mean of the parameters since the last densification
-  // (parameter_mean.h). High learning rates end in noise, which the mean removes. 0: the last parameters.
+  // The stage returns a weighted mean of the parameters over this last fraction of it, or since the last densification
+  // if that is later (parameter_mean.h). High learning rates leave noise in the parameters, which the mean removes. 0:
+  // the stage returns the last parameters.
   double averaging_fraction = 0.5;
   // First fraction of the stage that uses images of half the width and height (coarse_views.h).
   double half_resolution_until = 0.5;
-  // Fraction of the stage after which one more band of spherical harmonics becomes active. Twice as long if exposures
-  // are optimised as well (train/settings/training_plan.h).
+  // Each time this fraction of the stage has passed, one more band of spherical harmonics becomes active; 0: all are
+  // active from the start. The interval is twice as long if exposures are optimised.
   double sh_degree_interval = 0.08;
-  // Rows of the history, evenly spaced.
+  // Number of evaluations, evenly spaced; each adds a row to the history.
   int evaluations = 20;
 
   // Whether there is an Adam stage.
@@ -49,8 +49,7 @@ struct AdamOptions {
 
 const schema::Table<AdamOptions>& AdamFields();
 
-// Number of iterations. The length of the stage is given in views; each iteration takes batch_size of them, including
-// the last one.
+// Number of iterations: `iterations` (in views) divided by batch_size, rounded up.
 inline int NumIterations(const AdamOptions& adam) {
   const int views = adam.batch_size, all = adam.iterations.value_or(0);
   return all / views + (all % views > 0 ? 1 : 0);
@@ -66,14 +65,14 @@ inline double RateFactor(const AdamOptions& adam, const StageSpan& span) {
   return adam.lr_scale * std::pow(adam.lr_final_ratio, span.before);
 }
 
-// Whether the mean includes the parameters after iteration `it`: only those after every fifth view, since neighbours
-// are similar, and the last ones.
+// Whether the weighted mean includes the parameters after iteration `it`. It includes them about once in five views,
+// since consecutive parameters are similar, and after the last iteration.
 inline bool Averages(const AdamOptions& adam, const StageSpan& span, int it) {
   const int every = std::max(1, 5 / adam.batch_size);
   return !span.IsWithin(1 - adam.averaging_fraction) && (it % every == 0 || span.is_last());
 }
 
-// band_every: a fraction of the stage; 0: all bands are active.
+// Number of active SH bands above band 0, at most sh_degree. band_every: see sh_degree_interval.
 inline int ActiveShDegree(double band_every, int sh_degree, const StageSpan& span) {
   return band_every > 0 ? std::min(sh_degree, span.PartsBefore(band_every)) : sh_degree;
 }

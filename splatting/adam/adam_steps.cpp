@@ -41,14 +41,14 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
   const BlockAdamArrays& all = arrays.blocks;
   const Index count = arrays.layout.count;
   const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
-  ParallelFor((count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
-    const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, count);
+  ParallelFor((count + kRotationChunk - 1) / kRotationChunk, 1, [&](Index chunk) {
+    const Index begin = chunk * kRotationChunk, end = std::min(begin + kRotationChunk, count);
     if (arrays.first_diagonal > 0) {
       BlockAdamArrays piece = all;
       piece.bases = bases.piece(chunk);
       piece.bases_begin = begin;
       kernels.step_blocks(piece, begin, end);
-      if (IsTurned(chunk, arrays.seen, arrays.views)) kernels.turn_bases(piece, begin, end);
+      if (IsChunkRotated(chunk, arrays.seen, arrays.views)) kernels.rotate_bases(piece, begin, end);
     }
     Index first = arrays.layout.Offset(arrays.first_diagonal);  // where the attribute begins
     for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {

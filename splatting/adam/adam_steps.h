@@ -12,24 +12,24 @@ namespace vesta::gs {
 
 // The factors of a step of Adam, which are the same in every memory space.
 //
-// With K views per step, a step is longer by sqrt(K). If the gradients of views differ more than they agree, their sum
-// grows like K, but the root of its second moment only like sqrt(K). The longer step then moves as far as K steps with
-// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). A step
-// decays the second moments by beta_2^K, like K steps with one view each. It decays the first moments by beta_1, like
-// one such step (docs/decisions/batch-size.md).
+// With K views per step, the learning rate is multiplied by sqrt(K). If the gradients of views are mostly noise, their
+// mean direction grows like K in the sum, but the root of the second moment only like sqrt(K). A step with K views then
+// moves as far as K steps with one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient
+// algorithms"). A step decays the second moments by beta_2^K, like K steps with one view each, and the first moments by
+// beta_1, like one such step (docs/decisions/batch-size.md).
 class AdamRule {
  public:
   // views: the number of views per step.
   AdamRule(const LearningRates& rates, SecondMoment metric, int views);
 
   bool has_blocks() const { return blocks_; }
-  // Attributes below this one are stepped in blocks, the others parameter by parameter.
+  // Attributes below this index are stepped in blocks (BlockAdamArrays), the others parameter by parameter.
   int first_diagonal() const { return blocks_ ? kBlockSize : 0; }
 
   int views() const { return views_; }
-  // Factors of step number `steps`. StepFactor: the factor on all learning rates, divided by the first moment's bias
-  // correction. StepRate: the same times the learning rate of an attribute. RootCorrection2: the bias correction of the
-  // second moment.
+  // Factors of step number `steps` (from 1). factor: on all learning rates. StepFactor: factor * sqrt(views), divided
+  // by the first moment's bias correction 1 - beta_1^steps. StepRate: StepFactor times the learning rate of an
+  // attribute. RootCorrection2: 1 / sqrt(1 - beta_2^(K steps)), for the second moment.
   float StepFactor(double factor, int steps) const;
   float StepRate(int attribute, double factor, int steps) const;
   float RootCorrection2(int steps) const;

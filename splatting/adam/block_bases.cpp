@@ -9,20 +9,20 @@
 namespace vesta::gs {
 namespace {
 
-std::size_t NumPieces(Index count) { return static_cast<std::size_t>((count + kTurnChunk - 1) / kTurnChunk); }
+std::size_t NumPieces(Index count) { return static_cast<std::size_t>((count + kRotationChunk - 1) / kRotationChunk); }
 
 }  // namespace
 
-static_assert(kTurnChunk % kBlockLanes == 0);
+static_assert(kRotationChunk % kBlockLanes == 0);
 
 std::vector<float> BlockBases<Host>::NewPiece(Index begin, Index count) {
-  return std::vector<float>(static_cast<std::size_t>(BlockArraySize(std::min(kTurnChunk, count - begin))));
+  return std::vector<float>(static_cast<std::size_t>(BlockArraySize(std::min(kRotationChunk, count - begin))));
 }
 
 BlockBases<Host>::BlockBases(Index count) {
-  for (Index begin = 0; begin < count; begin += kTurnChunk) {
+  for (Index begin = 0; begin < count; begin += kRotationChunk) {
     std::vector<float>& piece = pieces_.emplace_back(NewPiece(begin, count));
-    for (Index i = 0; i < std::min(kTurnChunk, count - begin); ++i) {
+    for (Index i = 0; i < std::min(kRotationChunk, count - begin); ++i) {
       for (int k = 0; k < kBlockSize; ++k) piece[static_cast<std::size_t>(BlockEntry((kBlockSize + 1) * k, i))] = 1;
     }
   }
@@ -30,8 +30,8 @@ BlockBases<Host>::BlockBases(Index count) {
 
 BlockBases<Host>::BlockBases(Index count, HostSpan<const float> flat) {
   const float* next = flat.data();
-  for (Index begin = 0; begin < count; begin += kTurnChunk) {
-    const float* const end = next + BlockArraySize(std::min(kTurnChunk, count - begin));
+  for (Index begin = 0; begin < count; begin += kRotationChunk) {
+    const float* const end = next + BlockArraySize(std::min(kRotationChunk, count - begin));
     pieces_.emplace_back(next, end);
     next = end;
   }
@@ -51,19 +51,19 @@ void BlockBases<Host>::Rearrange(HostSpan<const std::uint32_t> source, HostSpan<
   constexpr Index kPiecesAtOnce = 16;
   std::vector<std::vector<float>> old = std::exchange(pieces_, {});
   const Index count = source.size();
-  const auto old_piece = [&](Index i) { return static_cast<std::size_t>(source[i] / kTurnChunk); };
+  const auto old_piece = [&](Index i) { return static_cast<std::size_t>(source[i] / kRotationChunk); };
   // The last new Gaussian that is copied from each old piece.
   std::vector<Index> last(old.size(), -1);
   for (Index i = 0; i < count; ++i) last[old_piece(i)] = i;
   pieces_.resize(NumPieces(count));
-  for (Index begin = 0; begin < count; begin += kPiecesAtOnce * kTurnChunk) {
-    const Index end = std::min(count, begin + kPiecesAtOnce * kTurnChunk);
+  for (Index begin = 0; begin < count; begin += kPiecesAtOnce * kRotationChunk) {
+    const Index end = std::min(count, begin + kPiecesAtOnce * kRotationChunk);
     ParallelFor(static_cast<Index>(NumPieces(end - begin)), 1, [&](Index k) {
-      const Index first = begin + k * kTurnChunk;
+      const Index first = begin + k * kRotationChunk;
       std::vector<float> piece = NewPiece(first, count);
-      for (Index i = first; i < std::min(first + kTurnChunk, count); ++i) {
+      for (Index i = first; i < std::min(first + kRotationChunk, count); ++i) {
         const std::vector<float>& from = old[old_piece(i)];
-        const Index from_i = source[i] % kTurnChunk;
+        const Index from_i = source[i] % kRotationChunk;
         // New Gaussians keep the basis of their source.
         const int numbers = kept[i] != 0 ? kBlockNumbers : kBasisSize;
         for (int number = 0; number < numbers; ++number) {
@@ -71,7 +71,7 @@ void BlockBases<Host>::Rearrange(HostSpan<const std::uint32_t> source, HostSpan<
               from[static_cast<std::size_t>(BlockEntry(number, from_i))];
         }
       }
-      pieces_[static_cast<std::size_t>(first / kTurnChunk)] = std::move(piece);
+      pieces_[static_cast<std::size_t>(first / kRotationChunk)] = std::move(piece);
     });
     for (std::size_t p = 0; p < old.size(); ++p) {
       if (last[p] < end) old[p] = std::vector<float>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bases Q and covariances C of Adam's blocks.
+// The bases Q and the matrices C of Adam's blocks (adam_formula.h), in any memory space.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace vesta::gs {
 
-// Q and C of each Gaussian, indexed as in BlockEntry.
+// Q and C of each Gaussian: 187 numbers, interleaved as in BlockEntry.
 template <class Space>
 class BlockBases;
 
-// Stored in pieces of kTurnChunk Gaussians. The bases take three times as much memory as a vector of parameters. Pieces
-// avoid a second full copy while Gaussians are rearranged.
+// On the host they are stored in pieces of kRotationChunk Gaussians. They take three times as much memory as the
+// parameters, so a second full copy while Gaussians are rearranged would be costly. Pieces avoid it.
 template <>
 class BlockBases<Host> {
  public:
@@ -33,19 +33,19 @@ class BlockBases<Host> {
     for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
     return size;
   }
-  // BlockAdamArrays::bases for the Gaussians from piece * kTurnChunk on.
+  // BlockAdamArrays::bases for the Gaussians from piece * kRotationChunk on.
   float* piece(Index piece) { return pieces_[static_cast<std::size_t>(piece)].data(); }
   float At(int number, Index i) const {
-    return pieces_[static_cast<std::size_t>(i / kTurnChunk)]
-                  [static_cast<std::size_t>(BlockEntry(number, i % kTurnChunk))];
+    return pieces_[static_cast<std::size_t>(i / kRotationChunk)]
+                  [static_cast<std::size_t>(BlockEntry(number, i % kRotationChunk))];
   }
-  // Gaussian i becomes a copy of source[i], with C = 0 where kept[i] is 0. Each old piece is freed as soon as it is no
-  // longer needed.
+  // Gaussian i becomes a copy of Gaussian source[i]; if kept[i] is 0, with C = 0. Each old piece is freed as soon as it
+  // is no longer needed.
   void Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept);
   // All pieces in one array of BlockArraySize.
   HostBuffer<float> Flat() const;
 
-  // Writes the bytes of Flat(), as in every memory space.
+  // Saves or reads the bytes of Flat(), so that a file does not depend on the memory space.
   template <class Archive>
   void Visit(Archive& archive) {
     Index all = size();
@@ -53,7 +53,7 @@ class BlockBases<Host> {
     if constexpr (Archive::kReads) {
       pieces_.clear();
       for (Index rest = all; rest > 0; rest -= static_cast<Index>(pieces_.back().size())) {
-        pieces_.emplace_back(static_cast<std::size_t>(std::min(rest, BlockArraySize(kTurnChunk))));
+        pieces_.emplace_back(static_cast<std::size_t>(std::min(rest, BlockArraySize(kRotationChunk))));
         archive.Bytes(pieces_.back().data(), pieces_.back().size() * sizeof(float));
       }
     } else {
@@ -62,7 +62,7 @@ class BlockBases<Host> {
   }
 
  private:
-  // Zeros for the Gaussians [begin, begin + kTurnChunk) of `count`.
+  // Zeros for the Gaussians [begin, begin + kRotationChunk) of `count`.
   static std::vector<float> NewPiece(Index begin, Index count);
   std::vector<std::vector<float>> pieces_;
 };

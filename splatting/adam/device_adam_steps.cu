@@ -36,12 +36,12 @@ struct StepBlock {
 };
 
 // Three matrices exceed the registers and are in local memory; only one Gaussian in 25 needs them.
-struct TurnOne {
+struct RotateOne {
   BlockAdamArrays a;
   Index first_chunk, end;
-  VESTA_HD void operator()(Index turned) const {
-    const Index chunk = first_chunk + turned / kTurnChunk * kTurnEvery;
-    const Index i = chunk * kTurnChunk + turned % kTurnChunk;
+  VESTA_HD void operator()(Index k) const {
+    const Index chunk = first_chunk + k / kRotationChunk * kRotationInterval;
+    const Index i = chunk * kRotationChunk + k % kRotationChunk;
     if (i < end) RotateBasis<float>(a, i);
   }
 };
@@ -87,11 +87,11 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
     BlockAdamArrays blocks = all;
     blocks.bases = bases.data();
     device::ForEach(count, StepBlock{blocks}, "step of Adam's blocks");
-    const Index chunks = (count + kTurnChunk - 1) / kTurnChunk;
-    const auto turns = [](Index chunks_to_go) { return (chunks_to_go + kTurnEvery - 1) / kTurnEvery; };
-    for (Index k = 0; k < std::min<Index>(arrays.views, kTurnEvery); ++k) {
-      const Index first = FirstTurned(arrays.seen - k);
-      device::ForEach(turns(std::max<Index>(chunks - first, 0)) * kTurnChunk, TurnOne{blocks, first, count},
+    const Index chunks = (count + kRotationChunk - 1) / kRotationChunk;
+    const auto rotated = [](Index chunks_to_go) { return (chunks_to_go + kRotationInterval - 1) / kRotationInterval; };
+    for (Index k = 0; k < std::min<Index>(arrays.views, kRotationInterval); ++k) {
+      const Index first = FirstRotatedChunk(arrays.seen - k);
+      device::ForEach(rotated(std::max<Index>(chunks - first, 0)) * kRotationChunk, RotateOne{blocks, first, count},
                       "rotation of Adam's bases");
     }
   }

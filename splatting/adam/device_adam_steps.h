@@ -7,7 +7,8 @@
 
 namespace vesta::gs {
 
-// One array. If GPU memory cannot hold it twice while Gaussians are rearranged, the stage continues without the change.
+// On a GPU, Q and C of all Gaussians are one array (BlockEntry). Rearrange needs memory for a second one. Without it,
+// the Adam stage restores an earlier state or ends (RunAdamStage).
 template <>
 class BlockBases<Device> {
  public:
@@ -17,7 +18,7 @@ class BlockBases<Device> {
   bool empty() const { return numbers_.empty(); }
   Index size() const { return numbers_.size(); }
   float* data() { return numbers_.data(); }
-  // As on the host. Throws OutOfDeviceMemory.
+  // As on the host. Throws OutOfDeviceMemory if memory runs out.
   void Rearrange(Span<const std::uint32_t, Device> source, Span<const std::uint8_t, Device> kept);
   BlockBases<Host> OnHost(Index count) const;
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mean of the parameters over the last part of the Adam stage, in any memory space (Polyak and Juditsky 1992,
-// "Acceleration of stochastic approximation by averaging"). At high learning rates, the iterates move around a point
-// that is better than each of them. This point still moves, so later iterates have larger weights: polynomial-decay
-// averaging (Shamir and Zhang 2013, "Stochastic gradient descent for non-smooth optimization", section 4).
+// Weighted mean of the parameters over the last part of the Adam stage, in the memory of backend B (Polyak and Juditsky
+// 1992, "Acceleration of stochastic approximation by averaging"). At high learning rates, the parameters move around a
+// point that is better than each of them. This point still moves, so later parameters have larger weights:
+// polynomial-decay averaging (Shamir and Zhang 2013, "Stochastic gradient descent for non-smooth optimization", section
+// 4).
 #pragma once
 
 #include "kernels/core/profile.h"
@@ -14,15 +15,15 @@ namespace vesta::gs {
 template <class B>
 class ParameterMean {
  public:
-  // The t-th of T terms has a weight of about t^kExponent, so nearly all weight is on the last T / 3 terms. 0 would be
-  // the plain mean. (docs/decisions/parameter-averaging.md)
+  // The t-th of T terms has a weight of about t^kExponent, so nearly all weight is on the last T / 3 terms; 0 would be
+  // the plain mean (docs/decisions/parameter-averaging.md).
   static constexpr int kExponent = 8;
 
   bool empty() const { return terms_ == 0; }
-  // The weighted mean since the start. Only valid if not empty.
+  // The weighted mean of the terms added since construction or Clear. Only valid if not empty.
   const typename B::Vector& value() const { return mean_; }
-  // x must have the same size in all calls since the start. If memory for the mean cannot be allocated, the mean stays
-  // empty.
+  // Adds the term x. All terms must have the same size. If a device has too little memory for the first one, throws
+  // OutOfDeviceMemory and stays empty.
   void Add(typename B::ConstVectorView x) {
     const ScopedPhase phase("parameter mean");
     if (empty()) mean_.ResizeForOverwrite(x.size());
@@ -30,7 +31,8 @@ class ParameterMean {
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);
     backend_.Axpby(weight, x, 1 - weight, mean_);
   }
-  // The mean for the Gaussians source[k] of this model: `from` is its layout, `to` the layout of the result.
+  // The mean for another selection of Gaussians: Gaussian k of the result (layout `to`) is Gaussian source[k] of this
+  // mean (layout `from`).
   ParameterMean OfRows(const splat::ModelLayout& from, const splat::ModelLayout& to,
                        Span<const std::uint32_t, typename B::Space> source) const {
     ParameterMean rows;
@@ -42,8 +44,8 @@ class ParameterMean {
   }
   // Whether the state read from a checkpoint fits a model with this many parameters.
   bool IsOf(Index parameters) const { return terms_ == 0 || (terms_ > 0 && mean_.size() == parameters); }
-  // Clears the mean and frees its memory, for use with other Gaussians.
-  void StartAnew() {
+  // Removes all terms and frees the memory.
+  void Clear() {
     terms_ = 0;
     mean_ = typename B::Vector();
   }

@@ -15,8 +15,9 @@ namespace vesta::gs {
 // Training views in random order; each epoch has every view once.
 class ViewOrder {
  public:
-  // at_once: views per iteration. Each is drawn from a different run of consecutive views, so that together they show
-  // more of the scene. With fewer views than that, there is one run.
+  // at_once: views per iteration. The training views are divided into that many runs of consecutive views, and each
+  // view of an iteration is drawn from a different run: together they then show more of the scene. With fewer views
+  // than at_once, there is one run.
   ViewOrder(std::size_t views, std::uint64_t seed, std::size_t at_once = 1)
       : runs_(views < at_once ? 1 : at_once), seed_(seed) {
     for (std::size_t k = 0; k < runs_.size(); ++k) {
@@ -25,6 +26,7 @@ class ViewOrder {
     }
   }
 
+  // Index of the next view, among the training views.
   std::size_t Next() {
     const std::size_t k = drawn_ % runs_.size(), drawn_of_run = drawn_ / runs_.size();
     Run& run = runs_[k];
@@ -34,7 +36,7 @@ class ViewOrder {
     return run.order[views - 1 - at];
   }
 
-  // Only the number of views drawn: the order follows from the seed.
+  // Saves or reads the number of views drawn so far. The order follows from the seed.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(drawn_);

@@ -15,15 +15,15 @@
 
 namespace vesta::gs {
 
-// A change of the model. Gaussian i of the new model begins as a copy of source[i] of the old one, with its moments
-// where kept[i] is set.
+// A change of the model. Gaussian i of the new model starts as a copy of Gaussian source[i] of the old one. It keeps
+// Adam's moments if kept[i] is 1; if 0, they become zero.
 template <class Space>
 struct DensityPlan {
   Buffer<std::uint32_t, Space> source;
   Buffer<std::uint8_t, Space> kept;
   Buffer<DensifyAction, Space> action;  // for each Gaussian of the old model
-  Index count = 0;
-  bool changes = false;  // false: source is empty, and the model stays unchanged
+  Index count = 0;                      // Gaussians of the new model
+  bool changes = false;                 // false: source and kept are empty, and the model stays unchanged
 };
 
 template <class Space>
@@ -32,38 +32,40 @@ class DensityControl {
   DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
       : options_(options), extent_(extent), seed_(seed) {}
 
-  // Limits the number of Gaussians, in addition to the limit in the options.
+  // Limits the number of Gaussians, in addition to DensityOptions::max_gaussians.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
   // Clears the statistics, for a model of `count` Gaussians.
-  void Forget(Index count) {
+  void ResetStatistics(Index count) {
     grad2d_sum_.Resize(count);
     seen_.Resize(count);
   }
 
-  // Gaussian i is now the former source[i]; nothing else has changed.
+  // Reorders the statistics: Gaussian i of the model is now the former Gaussian source[i].
   void Reorder(const Buffer<std::uint32_t, Space>& source) {
     grad2d_sum_ = GatherNumbers(grad2d_sum_, source);
     seen_ = GatherNumbers(seen_, source);
   }
 
-  // Adds the statistics of one view after its gradient was computed. grad2d_view: Grad2dOf that view. Asynchronous on a
-  // device.
+  // Adds the statistics of one view. grad2d_view: from Grad2dOf, called after the gradient of the view was computed.
+  // Asynchronous on a device.
   void Observe(const density::Grad2dView& grad2d_view) {
     const ScopedPhase phase("density statistics");
     ForEach<Space>(grad2d_sum_.size(), 4096, density::Observe{grad2d_view, grad2d_sum_.data(), seen_.data()});
   }
 
-  // Statistics per Gaussian: the sum of |d loss / d mean| in normalised device coordinates, and the number of views in
-  // it.
+  // Statistics per Gaussian over the views that saw it since the last reset: grad2d(), the sum of the norms of the
+  // derivative of the loss by the projected mean (Grad2d, density_steps.h), and seen(), the number of these views.
   Buffer<float, Space>& grad2d() { return grad2d_sum_; }
   Buffer<int, Space>& seen() { return seen_; }
 
-  // Chooses the action for each of the `count` Gaussians of the model x. The new model has at most max_gaussians
-  // Gaussians and is never empty. If candidates exceed the limit, the largest mean gradients come first (ties: the
-  // lower index). On a device it waits for several counts and throws OutOfDeviceMemory.
+  // Chooses the action for each of the `count` Gaussians of the model x. The new model is never empty: pruning is
+  // skipped if it would remove all Gaussians. Growth stops at the limits on the number of Gaussians; the largest mean
+  // gradients grow first (ties: the lower index). On a device the function waits for the device, and throws
+  // OutOfDeviceMemory if memory runs out.
   DensityPlan<Space> Decide(const float* x, Index count) const;
-  // Turns the copies into clones and splits. x: the new model; iteration: key of the random offsets.
-  void Renew(const DensityPlan<Space>& plan, int iteration, float* x) const {
+  // Turns the copies in the new model x into clones and splits. iteration: determines the random offsets, together with
+  // the seed.
+  void InitChildren(const DensityPlan<Space>& plan, int iteration, float* x) const {
     ForEach<Space>(plan.count, kGrain,
                    density::InitChild{plan.count, plan.source.data(), plan.action.data(), seed_, iteration, x});
   }
@@ -74,7 +76,8 @@ class DensityControl {
 
   // Whether the state read from a checkpoint fits a model of this size.
   bool IsOf(Index count) const { return most_ > 0 && grad2d_sum_.size() == count && seen_.size() == count; }
-  // The statistics, and the limit that memory has set. The rest are options, which may change on resuming.
+  // Saves or reads the statistics and the limit set by LimitGaussians. Options are not saved: they may change on
+  // resuming.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(most_, grad2d_sum_, seen_);
@@ -111,8 +114,8 @@ class ActionSums {
   Buffer<Index, Space> counts_, begin_;
 };
 
-// If candidates exceed the budget, the ones with the smallest mean gradients are kept unchanged (ties: the higher
-// index).
+// Of `candidates` Gaussians to clone or split, lets only `room` grow: sets the action of the ones with the smallest
+// mean gradients to kKeep (ties: the higher index).
 template <class Space>
 void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* action) {
   Buffer<std::uint32_t, Space> keys, indices;

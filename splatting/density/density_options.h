@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of density control, and when it acts.
+// Options of density control (clone, split and prune), and the iterations at which it runs.
 #pragma once
 
 #include "kernels/core/schema.h"
@@ -8,25 +8,27 @@
 
 namespace vesta::gs {
 
-// Clone, split and prune (Kerbl et al. 2023, section 5.2). begin, end and the intervals are fractions of the Adam
+// Options after Kerbl et al. 2023, section 5.2. begin, end, every and opacity_reset_every are fractions of the Adam
 // stage.
 struct DensityOptions {
   bool enabled = true;
   double begin = 0.1;
   double end = 0.6;
-  // A fraction too, so that a longer training has more time for as many Gaussians, not more Gaussians.
+  // Interval between two densifications. As a fraction, it gives a longer training equally many densifications, and
+  // more iterations between them.
   double every = 0.05;
-  double grow_grad2d = 7e-4;   // mean norm of d loss / d mean in normalised device coordinates
-  double grow_scale3d = 0.01;  // standard deviation, in scene extents: split above, clone below
-  double prune_opa = 0.005;
-  double prune_scale3d = 0;          // standard deviation, in scene extents; 0: no limit
-  double opacity_reset_every = 0.0;  // 0: never
-  Index max_gaussians = 500000;      // hard cap
+  double grow_grad2d = 7e-4;   // a Gaussian grows above this mean gradient (MeanGrad2d, density_steps.h)
+  double grow_scale3d = 0.01;  // largest standard deviation, in scene extents: split above, clone below
+  double prune_opa = 0.005;    // prune below this opacity
+  double prune_scale3d = 0;    // prune above this largest standard deviation, in scene extents; 0: no limit
+  // Interval at which all opacities are limited to 0.01, until `end`; 0: never.
+  double opacity_reset_every = 0.0;
+  Index max_gaussians = 500000;  // maximum number of Gaussians
 };
 
 const schema::Table<DensityOptions>& DensityFields();
 
-// Whether the statistics of this iteration's views are used.
+// Whether the gradients of this iteration's views enter the statistics.
 inline bool Observes(const DensityOptions& density, const StageSpan& span) {
   return density.enabled && span.IsWithin(density.end);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive density control for each Gaussian: its score, its action, and the loops. Host and device call the same
-// functions. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count + i.
+// Adaptive density control for each Gaussian: its score, its action (keep, prune, clone or split), and the loops. Host
+// and device call the same functions. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count +
+// i. The attributes used here are mean, log-scale, quaternion and opacity logit (formulas/layout.h).
 #pragma once
 
 #include <algorithm>
@@ -22,9 +23,9 @@ namespace vesta::gs {
 
 inline namespace VESTA_ISA {
 
-// Norm of the view-space positional gradient, the score of adaptive density control (Kerbl et al. 2023, section 5.2).
-// It is |d loss / d (u, v)| in normalised device coordinates: u in units of half_width pixels, v of half_height. w: the
-// splat's cotangent.
+// Norm of the derivative of the loss by the projected mean (u, v), the score of adaptive density control (Kerbl et al.
+// 2023, section 5.2). u and v are in normalised device coordinates: 1 is half_width or half_height pixels. w: the
+// derivatives of the loss by the parameters of the projected splat (SplatTangent).
 VESTA_HD inline float Grad2d(const splat::Splat<float>& splat, const float* w, float half_width, float half_height) {
   using std::hypot;
   float by_u, by_v;
@@ -38,8 +39,8 @@ enum class DensifyAction : std::uint8_t { kKeep, kPrune, kClone, kSplit };
 
 inline namespace VESTA_ISA {
 
-// A number for each action. Device kernels receive the constants below as arguments, since device code cannot read the
-// host's.
+// A number for each action. The constants below are passed to device kernels as arguments, since device code cannot
+// read host variables.
 struct DensifyNumbers {
   int keep, prune, clone, split;
   VESTA_HD constexpr int operator()(DensifyAction action) const {
@@ -50,13 +51,14 @@ struct DensifyNumbers {
 };
 // kSurvivors: actions that do not prune. kGrowing: actions that make two Gaussians of one.
 inline constexpr DensifyNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
-// kChildren: number of Gaussians in the new model. They take the place of their source, so that neighbours in memory
-// stay neighbours in space. kKeepingMoments: how many of them keep the moments; after a split, none.
+// kChildren: number of Gaussians that replace one in the new model. They are stored in its place, so that neighbours in
+// memory stay neighbours in space. kKeepingMoments: how many of them keep Adam's moments; after a split, none.
 inline constexpr DensifyNumbers kChildren{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
 
 inline constexpr float kSplitShrink = 1.6f;         // the children of a split are smaller by this factor
 inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01
 
+// Largest standard deviation of Gaussian i, world units.
 VESTA_HD inline float LargestScale(const float* x, Index count, Index i) {
   using std::exp;
   float largest = x[splat::kLogScale * count + i];
@@ -72,7 +74,7 @@ VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
   return 1 / (1 + exp(-x[splat::kOpacity * count + i]));
 }
 
-// The action for each Gaussian before the number of Gaussians is limited.
+// Chooses the action for a Gaussian, without the limit on the number of Gaussians (LimitToBudget).
 struct ActionRule {
   double prune_opa, grow_grad2d;
   float prune_scale3d, grow_scale3d;  // world units; prune_scale3d 0: no limit
@@ -84,7 +86,7 @@ struct ActionRule {
         prune_scale3d(static_cast<float>(options.prune_scale3d * extent)),
         grow_scale3d(static_cast<float>(options.grow_scale3d * extent)) {}
 
-  // strength: from MeanGrad2d().
+  // strength: result of MeanGrad2d().
   VESTA_HD DensifyAction operator()(const float* x, Index count, Index i, float strength) const {
     if (prunes) {
       const bool huge = prune_scale3d > 0 && LargestScale(x, count, i) > prune_scale3d;
@@ -95,20 +97,21 @@ struct ActionRule {
   }
 };
 
-// The mean gradient over the views of a Gaussian. -infinity, below every threshold, for a Gaussian never seen.
+// The mean gradient of a Gaussian over the views that saw it. grad2d: sum of Grad2d; seen: number of views. Without
+// views it is -infinity, which is below every threshold.
 VESTA_HD inline float MeanGrad2d(float grad2d, int seen) {
   return seen == 0 ? -std::numeric_limits<float>::infinity() : grad2d / static_cast<float>(seen);
 }
 
-// Sorts by decreasing strength; Gaussians that do not grow come last.
+// A sort key: ascending keys sort Gaussians by decreasing strength. Gaussians that do not grow come last.
 VESTA_HD inline std::uint32_t StrengthKey(DensifyAction action, float strength) {
   if (action != DensifyAction::kClone && action != DensifyAction::kSplit) return ~std::uint32_t{0};
   // The bits of non-negative floats sort as the floats do.
   return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
 }
 
-// The logit for each of two equal Gaussians at one place that together are as opaque as one with the given logit (Rota
-// Bulo et al. 2024, section 3.2).
+// The opacity logit for two equal Gaussians at one place, so that together they are as opaque as one Gaussian with the
+// given logit (Rota Bulo et al. 2024, section 3.2).
 VESTA_HD inline float LogitOfEachOfTwo(float logit) {
   using std::exp, std::log, std::sqrt;
   // In double, because exp of a large logit overflows in float.
@@ -116,8 +119,8 @@ VESTA_HD inline float LogitOfEachOfTwo(float logit) {
   return static_cast<float>(log(root - 1));
 }
 
-// Moves Gaussian i to a random sample of its own distribution, and shrinks it.
-VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom random) {
+// Moves the mean of Gaussian i to a random sample of its own distribution, and divides its scales by kSplitShrink.
+VESTA_HD inline void MoveToSample(float* x, Index count, Index i, CounterRandom random) {
   using std::exp, std::log;
   float q[4], R[9];
   for (int k = 0; k < 4; ++k) q[k] = x[(splat::kQuaternion + k) * count + i];
@@ -134,12 +137,13 @@ VESTA_HD inline void BecomeSample(float* x, Index count, Index i, CounterRandom 
 }
 
 // Applies an action to Gaussian i of the new model, which is still a copy of its source.
-VESTA_HD inline void Renew(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed, int iteration) {
+VESTA_HD inline void ApplyAction(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed,
+                                 int iteration) {
   if (action == DensifyAction::kClone) {
     float& logit = x[splat::kOpacity * count + i];
     logit = LogitOfEachOfTwo(logit);
   } else if (action == DensifyAction::kSplit) {
-    BecomeSample(x, count, i,
+    MoveToSample(x, count, i,
                  CounterRandom(seed, static_cast<std::uint64_t>(iteration), static_cast<std::uint64_t>(i)));
   }
 }
@@ -163,8 +167,8 @@ struct Observed {
 
 // The image-space gradients of the Gaussians in one view.
 struct Grad2dView {
-  const std::int32_t* rank_of;
-  const splat::Splat<float>* splats;
+  const std::int32_t* rank_of;                   // depth rank by Gaussian; -1: not visible
+  const splat::Splat<float>* splats;             // by rank
   const splat::SplatTangent<float>* cotangents;  // by rank
   float half_width, half_height;
 
@@ -175,7 +179,7 @@ struct Grad2dView {
   }
 };
 
-// splat_cotangents: by rank (the workspace's splat_sums), of the loss times loss_scale.
+// splat_cotangents: derivatives of loss_scale times the loss, by rank (the workspace's splat_sums).
 template <class View>
 Grad2dView Grad2dOf(const View& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale) {
   return {.rank_of = view.rank_of().data(),
@@ -232,7 +236,8 @@ struct KeepAsItIs {
   VESTA_HD void operator()(Index rank) const { action[indices[rank]] = DensifyAction::kKeep; }
 };
 
-// For the children k in [begin[i], begin[i + 1]) of Gaussian i: sets source[k] = i and kept[k].
+// For the children k in [begin[i], begin[i + 1]) of Gaussian i: sets source[k] = i, and kept[k] = 1 for the first
+// keeping(action[i]) of them, else 0 (DensityPlan).
 struct PlaceChildren {
   DensifyNumbers keeping;
   const DensifyAction* action;
@@ -247,7 +252,7 @@ struct PlaceChildren {
   }
 };
 
-// Renew for Gaussian i of the `count` of the new model; action: by Gaussian of the old model.
+// ApplyAction for Gaussian i of the new model, which has `count` Gaussians; action: by Gaussian of the old model.
 struct InitChild {
   Index count;
   const std::uint32_t* source;
@@ -255,7 +260,7 @@ struct InitChild {
   std::uint64_t seed;
   int iteration;
   float* x;
-  VESTA_HD void operator()(Index i) const { Renew(x, count, i, action[source[i]], seed, iteration); }
+  VESTA_HD void operator()(Index i) const { ApplyAction(x, count, i, action[source[i]], seed, iteration); }
 };
 
 struct LowerLogit {

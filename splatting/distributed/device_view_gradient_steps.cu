@@ -9,10 +9,10 @@ VESTA_DEVICE_FOR_EACH(gs::term::CountVisible, "visible blocks")
 VESTA_DEVICE_FOR_EACH(gs::term::PlaceBlocks, "places of blocks")
 VESTA_DEVICE_FOR_EACH(gs::term::CountEither, "blocks of either term")
 VESTA_DEVICE_FOR_EACH(gs::term::ListBlocks, "list of blocks")
-VESTA_DEVICE_FOR_EACH(gs::term::TakeRow, "gradient of a view")
+VESTA_DEVICE_FOR_EACH(gs::term::ExtractRow, "gradient of a view")
 VESTA_DEVICE_FOR_EACH(gs::term::ObserveBlock, "density statistics of a view")
 VESTA_DEVICE_FOR_EACH(gs::term::AddRow, "sum of terms")
-VESTA_DEVICE_FOR_EACH(gs::term::GiveRow, "sum of gradients")
-VESTA_DEVICE_FOR_EACH(gs::term::GiveGrad2d, "sum of density statistics")
+VESTA_DEVICE_FOR_EACH(gs::term::CopyRow, "sum of gradients")
+VESTA_DEVICE_FOR_EACH(gs::term::AddGrad2d, "sum of density statistics")
 
 }  // namespace vesta

@@ -28,7 +28,8 @@ class ProcessGroup {
   std::vector<T> Gather(const std::vector<T>& mine) const {
     return is_alone() ? mine : GatherValues(*ranks_, mine);
   }
-  // This process's share of `count` work items: a contiguous run, in the order of the ranks.
+  // This process's share of `count` work items: consecutive items. The shares of all processes are in the order of
+  // ranks.
   Share OwnShare(std::int64_t count) const {
     return ranks_ ? ShareOf(count, ranks_->size(), ranks_->rank()) : Share{0, count};
   }

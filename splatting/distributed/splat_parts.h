@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem of the LM stage, divided into runs of views that are distributed over processes.
+// The splatting problem of the LM stage as a sum of parts, each over some consecutive views. The parts are divided
+// among processes.
 #pragma once
 
 #include <algorithm>
@@ -15,14 +16,14 @@
 
 namespace vesta::gs {
 
-// Independent of the number of processes, since the order of sums depends on the number of parts. At most one part per
-// view.
+// Number of parts: one per view, but at most 64. It must not depend on the number of processes, because it determines
+// the order of sums.
 inline int NumSplatParts(Index views) {
   constexpr Index kMost = 64;
   return static_cast<int>(std::clamp<Index>(views, 1, kMost));
 }
 
-// Throws Error for several batches, or batches that change between iterations.
+// Throws Error if the options divide the views into batches, which several processes do not support.
 inline void CheckOneBatch(const ViewBatchOptions& batches) {
   if (batches.count > 1 || batches.size > 0) {
     Fail(kUnsupported,
@@ -30,12 +31,12 @@ inline void CheckOneBatch(const ViewBatchOptions& batches) {
   }
 }
 
-// Each part has all Gaussians and a run of the views.
+// Each part has all Gaussians and a run of consecutive views.
 class SplatParts final : public ProblemParts<CpuBackend<float>> {
  public:
   using B = CpuBackend<float>;
 
-  // whole must outlive this object. Throws Error as CheckOneBatch does.
+  // whole: the problem with all views; must outlive this object. Throws Error as CheckOneBatch does.
   explicit SplatParts(SplatProblem<B>& whole) : whole_(whole) { CheckOneBatch(whole.options().batches); }
 
   int num_parts() const override { return NumSplatParts(num_views()); }
@@ -55,9 +56,9 @@ class SplatParts final : public ProblemParts<CpuBackend<float>> {
   SplatProblem<B>& whole_;
 };
 
-// The problem to pass to the engine. If mpirun (or a similar launcher) started this process, the problem is
-// distributed, even over one process: the order of sums is then the same for every number of processes. On a GPU it is
-// always the problem itself.
+// The problem to pass to the solver. If mpirun or a similar launcher started this process, it is a DistributedProblem,
+// even for a single process: the order of sums is then the same for every number of processes. On a GPU, or without a
+// launcher, it is `whole` itself.
 template <Backend B>
 class ProblemToSolve {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of one view as a block-sparse term, and the sum of the terms of an iteration in the order of a fixed
-// tree. For any memory space.
+// The gradient of one view in block-sparse form (a "term"), and the sum of the terms of an iteration in the order of a
+// fixed tree. Space is the memory space (Host or Device).
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,9 @@
 
 namespace vesta::gs {
 
-// The block-sparse gradient of one view, or the sum of several, as a term of the sum for an iteration of Adam. A term
-// has the blocks of neighbouring Gaussians that the views see. Making, adding and sending a term therefore costs in
-// proportion to the visible Gaussians.
+// A term: the block-sparse gradient of one view, or the sum of several, for an iteration of Adam. Gaussians are divided
+// into blocks of 16 neighbours in memory. A term has only the blocks with a Gaussian that the views see. The time to
+// make, add and send a term is therefore proportional to the number of visible Gaussians.
 template <class Space>
 class ViewGradient {
  public:
@@ -28,7 +28,8 @@ class ViewGradient {
 
   const ViewCost& cost() const { return header_.cost; }
   void SetCost(const ViewCost& cost) { header_.cost = cost; }
-  // Number of blocks of term::kLanes Gaussians, and number of rows of term::kLanes numbers.
+  // Number of blocks, each of term::kLanes Gaussians. Number of rows of all blocks, each of term::kLanes numbers: one
+  // row for each attribute and statistic of a block (view_gradient_steps.h).
   Index blocks() const { return header_.blocks; }
   Index rows() const { return header_.rows; }
 
@@ -38,19 +39,20 @@ class ViewGradient {
     term::WriteHeader(header_, bytes_.data());
     return bytes_;
   }
-  // Becomes the term with these bytes. Throws Error if they are not a term.
+  // Reads a term from the bytes of Bytes(). Throws Error if they are not a term.
   void Assign(HostSpan<const unsigned char> bytes) {
     header_ = term::ReadHeader(bytes);
     Reserve(bytes.size());
     bytes_.CopyFrom(bytes);
   }
 
-  // Allocates this many blocks and rows, uninitialised.
-  void Lay(Index blocks, Index rows) {
+  // Allocates this many blocks and rows, without initialising them.
+  void Allocate(Index blocks, Index rows) {
     header_.blocks = blocks, header_.rows = rows;
     Reserve(term::SizeOf(header_));
     bytes_.ResizeForOverwrite(term::SizeOf(header_));
   }
+  // The arrays of the term (term::Arrays).
   std::uint32_t* block() { return At<std::uint32_t>(term::BlockAt()); }
   std::uint32_t* begin() { return At<std::uint32_t>(term::BeginAt(blocks())); }
   float* numbers() { return At<float>(term::RowsAt(blocks())); }
@@ -71,27 +73,28 @@ class ViewGradient {
   Buffer<unsigned char, Space> bytes_;
 };
 
-// Makes and adds terms of one model, and recycles their memory. On a device, every function throws OutOfDeviceMemory.
+// Makes and adds terms of one model, and reuses the memory of terms that are no longer needed. On a device, every
+// function throws OutOfDeviceMemory if memory runs out.
 template <class Space>
 class ViewGradientPool {
  public:
   using Term = ViewGradient<Space>;
 
-  // Moves the gradient of one view out of `gradient`, which has the layout of the model and is zero afterwards. Before
-  // the call it must be zero for Gaussians outside the view. grad2d_view: image-space gradients of the view, copied to
-  // the term if needs_grad2d.
-  Term Take(const term::Layout& layout, const density::Grad2dView& grad2d_view, bool needs_grad2d, float* gradient) {
+  // Moves the gradient of one view from `gradient` to a new term. `gradient` has the layout of the model. It must be
+  // zero for Gaussians outside the view; afterwards it is zero for all. grad2d_view: image-space gradients of the view,
+  // copied to the term if needs_grad2d.
+  Term Extract(const term::Layout& layout, const density::Grad2dView& grad2d_view, bool needs_grad2d, float* gradient) {
     counts_.ResizeForOverwrite(layout.Blocks() + 1);
     ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountVisible{layout, grad2d_view.rank_of, counts_.data()});
     Term term = TermOfCounted(layout);
-    ForEachRow(layout, term, term::TakeRow{{layout, term.block()}, term.begin(), gradient, term.numbers()});
+    ForEachRow(layout, term, term::ExtractRow{{layout, term.block()}, term.begin(), gradient, term.numbers()});
     ForEach<Space>(
         term.blocks(), kGrain,
         term::ObserveBlock{grad2d_view, needs_grad2d, layout.model.count, term.block(), term.begin(), term.numbers()});
     return term;
   }
 
-  // left + right.
+  // Returns left + right as a new term.
   Term Sum(const term::Layout& layout, Term& left, Term& right) {
     for (auto& [places, term] : {std::pair(&left_places_, &left), std::pair(&right_places_, &right)}) {
       places->Resize(layout.Blocks());
@@ -112,25 +115,28 @@ class ViewGradientPool {
     sum.SetCost({left.cost().objective + right.cost().objective, left.cost().values + right.cost().values});
     return sum;
   }
-  // left += right, for a TreeSum.
+  // left += right, as TreeSum (sum_tree.h) requires.
   void Join(const term::Layout& layout, Term& left, Term right) {
     Term sum = Sum(layout, left, right);
     Recycle(std::exchange(left, std::move(sum)));
     Recycle(std::move(right));
   }
 
-  // Copies the gradient in `term` to an array with the layout of the model.
-  void Give(const term::Layout& layout, Term& term, float* to) const {
-    ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), to});
+  // Copies the gradient in `term` to `to`, which has the layout of the model. Values of blocks that the term lacks stay
+  // unchanged.
+  void CopyTo(const term::Layout& layout, Term& term, float* to) const {
+    ForEachRow(layout, term, term::CopyRow{{layout, term.block()}, term.arrays(), to});
   }
-  // Adds the density statistics of the term: the sum of image-space gradients and the number of views per Gaussian.
-  void GiveGrad2d(const term::Layout& layout, Term& term, float* grad2d, int* seen) const {
-    ForEach<Space>(term.blocks(), kGrain, term::GiveGrad2d{term.arrays(), layout.model.count, grad2d, seen});
+  // Adds the density statistics of the term to grad2d and seen, which have one number per Gaussian: the sum of
+  // image-space gradients, and the number of views.
+  void AddGrad2d(const term::Layout& layout, Term& term, float* grad2d, int* seen) const {
+    ForEach<Space>(term.blocks(), kGrain, term::AddGrad2d{term.arrays(), layout.model.count, grad2d, seen});
   }
+  // Keeps the memory of a term for later ones.
   void Recycle(Term term) {
     if (term.has_memory()) spare_.push_back(std::move(term));
   }
-  // A recycled term with undefined contents, or a new one.
+  // Returns a recycled term with undefined contents, or an empty one.
   Term TakeSpare() {
     if (spare_.empty()) return {};
     Term term = std::move(spare_.back());
@@ -141,12 +147,12 @@ class ViewGradientPool {
  private:
   static constexpr Index kGrain = 1024, kRowGrain = 4096;
 
-  // A term with the blocks and rows in counts_; the numbers are uninitialised.
+  // Makes a term with the blocks and rows in counts_ (term::Counted). Its numbers are not initialised.
   Term TermOfCounted(const term::Layout& layout) {
     sums_.ResizeForOverwrite(layout.Blocks() + 1);
     const Index all = Sorting<Space>::RunningSum(counts_, sums_);
     Term term = TakeSpare();
-    term.Lay(term::BlocksOf(all), term::RowsOf(all));
+    term.Allocate(term::BlocksOf(all), term::RowsOf(all));
     ForEach<Space>(layout.Blocks(), kGrain, term::ListBlocks{counts_.data(), sums_.data(), term.block(), term.begin()});
     return term;
   }
@@ -160,8 +166,8 @@ class ViewGradientPool {
   std::vector<Term> spare_;
 };
 
-// Sum of the gradients of an iteration's views, in the order of a fixed tree (kernels/ranks/sum_tree.h). The bits do
-// not depend on which process computed which view. For any memory space.
+// Sum of the gradients of an iteration's views, in the order of a fixed tree (kernels/ranks/sum_tree.h). The bits of
+// the sum therefore do not depend on which process computed which view.
 template <class Space>
 class SumOfViews {
  public:
@@ -169,16 +175,16 @@ class SumOfViews {
   using Tree = TreeSum<Term>;
   using Part = typename Tree::Part;
 
-  // Starts an iteration with `views` views of a model with this layout, and discards any unfinished one. density:
-  // receives the density statistics; may be null.
+  // Starts an iteration with `views` views of a model with this layout; discards an unfinished iteration. density:
+  // receives the density statistics; null: they are not needed.
   void Begin(const term::Layout& layout, Index views, DensityControl<Space>* density) {
     layout_ = layout, density_ = density, views_ = views;
     tree_ = Tree(views);
   }
   Index num_gaussians() const { return layout_.model.count; }
-  // Adds view k of the iteration. Its gradient is in `gradient`, which has the layout of the model and was zero before
-  // the view. If the iteration has several views, the gradient is moved out (ViewGradientPool::Take). cost() is called
-  // last.
+  // Adds view k of the iteration. `gradient` has its gradient in the layout of the model, and zeros elsewhere. If the
+  // iteration has several views, the gradient is moved to a term, and `gradient` is zero afterwards. cost() returns the
+  // view's ViewCost; it is called last, because it may wait for a device.
   template <class Cost>
   void Add(Index k, const density::Grad2dView& grad2d_view, float* gradient, const Cost& cost) {
     if (views_ == 1) {
@@ -186,31 +192,32 @@ class SumOfViews {
       cost_ = cost();
       return;
     }
-    Term term = terms_.Take(layout_, grad2d_view, density_ != nullptr, gradient);
+    Term term = terms_.Extract(layout_, grad2d_view, density_ != nullptr, gradient);
     term.SetCost(cost());
     AddPart({TreeNode{k, k + 1}, std::move(term)});
   }
-  // Adds a sum of views from elsewhere. Only with several views.
+  // Adds a term that was summed elsewhere. Only for an iteration with several views.
   void AddPart(Part part) {
     tree_.Push(part.first, std::move(part.second), [&](const TreeNode&, Term& left, const TreeNode&, Term& right) {
       terms_.Join(layout_, left, std::move(right));
     });
   }
-  // The same for a term as bytes.
+  // The same for a term as bytes. node: the views in it.
   void AddPart(const TreeNode& node, HostSpan<const unsigned char> bytes) {
     Term term = terms_.TakeSpare();
     term.Assign(bytes);
     AddPart({node, std::move(term)});
   }
-  // The partial sums of the views added here.
+  // Returns and removes the partial sums of the views added here.
   std::vector<Part> TakeParts() { return tree_.TakeParts(); }
 
-  // After all views were added: stores the sum in `gradient`, updates the density statistics and returns the cost.
+  // Call after all views were added. Stores the sum in `gradient`, updates the density statistics and returns the sum
+  // of the costs.
   ViewCost Finish(float* gradient) {
     if (views_ == 1) return cost_;
     Term whole = tree_.TakeWhole();
-    terms_.Give(layout_, whole, gradient);
-    if (density_) terms_.GiveGrad2d(layout_, whole, density_->grad2d().data(), density_->seen().data());
+    terms_.CopyTo(layout_, whole, gradient);
+    if (density_) terms_.AddGrad2d(layout_, whole, density_->grad2d().data(), density_->seen().data());
     const ViewCost cost = whole.cost();
     terms_.Recycle(std::move(whole));
     return cost;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exchange of gradient terms between processes, as bytes.
+// Exchange of gradients between processes. A term is the block-sparse gradient of one or several views as bytes
+// (sum_of_views.h).
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,7 @@
 
 namespace vesta::gs {
 
-// Sums over the views of a term.
+// Cost of one view, or its sum over the views of a term.
 struct ViewCost {
   double objective = 0;  // photometric loss
   double values = 0;     // pixels times channels
@@ -25,8 +26,8 @@ struct ViewCost {
 
 namespace term {
 
-// The start of a term. The block numbers follow, then the first row of each block, then the rows. Each array begins at
-// a multiple of kAlignment bytes.
+// The start of a term. Three arrays follow: the block numbers, the first row of each block, and the rows
+// (term::Arrays). Each begins at a multiple of kAlignment bytes.
 struct Header {
   ViewCost cost;
   Index blocks = 0, rows = 0;
@@ -34,6 +35,7 @@ struct Header {
 inline constexpr Index kAlignment = 64, kHeaderBytes = kAlignment;
 static_assert(sizeof(Header) <= kHeaderBytes);
 
+// Sizes of the arrays, and their positions in a term, in bytes.
 constexpr Index ListBytes(Index blocks) {
   return (blocks * static_cast<Index>(sizeof(std::uint32_t)) + kAlignment - 1) / kAlignment * kAlignment;
 }
@@ -43,7 +45,7 @@ constexpr Index RowsAt(Index blocks) { return kHeaderBytes + 2 * ListBytes(block
 constexpr Index RowBytes(Index rows) { return rows * kLanes * static_cast<Index>(sizeof(float)); }
 constexpr Index SizeOf(const Header& header) { return RowsAt(header.blocks) + RowBytes(header.rows); }
 
-// Writes the header of the term at `to`, and zeros into its padding.
+// Writes the header of the term that begins at `to`, and sets the padding of the term to zero.
 inline void WriteHeader(const Header& header, unsigned char* to) {
   std::fill_n(to, kHeaderBytes, static_cast<unsigned char>(0));
   std::memcpy(to, &header, sizeof(header));
@@ -66,25 +68,25 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
 
 }  // namespace term
 
-// Exchanges the gradients of an iteration of Adam. Each process computes a run of the views, and every process receives
-// all gradients. Keeps its memory between iterations.
+// All-gather of the gradients of an Adam iteration. Each process computes the gradients of some consecutive views;
+// every process receives all of them. The object keeps its memory between iterations.
 class TermExchange {
  public:
-  // Collective. Each process has added its own views to `sum` (distributed/sum_of_views.h, on the host). Afterwards the
-  // sum has all views on every process, with the same bits as if one process had added them all.
+  // Collective. Each process has added its own views to `sum`, a SumOfViews on the host (sum_of_views.h). Afterwards
+  // `sum` has all views on every process, with the same bits as if one process had added them all.
   template <class Sum>
   void AllGather(Communicator& ranks, Sum* sum) {
     const auto self = static_cast<std::size_t>(ranks.rank()), size = static_cast<std::size_t>(ranks.size());
     auto parts = sum->TakeParts();
     std::vector<HostSpan<const unsigned char>> pieces;
-    std::vector<Part> told;
+    std::vector<Part> all_parts;
     std::vector<std::size_t> sizes(size);
     for (auto& [node, term] : parts) {
       pieces.push_back(term.Bytes());
-      told.push_back({ranks.rank(), node.begin, node.end, sum->num_gaussians(), pieces.back().size()});
+      all_parts.push_back({ranks.rank(), node.begin, node.end, sum->num_gaussians(), pieces.back().size()});
     }
-    told = GatherValues(ranks, told);
-    for (const Part& part : told) {
+    all_parts = GatherValues(ranks, all_parts);
+    for (const Part& part : all_parts) {
       VESTA_CHECK(part.gaussians == sum->num_gaussians(), "processes have {} and {} Gaussians", part.gaussians,
                   sum->num_gaussians());
       sizes[static_cast<std::size_t>(part.rank)] += static_cast<std::size_t>(part.bytes);
@@ -100,19 +102,20 @@ class TermExchange {
     GatherInto(ranks, std::span(bytes_.data(), static_cast<std::size_t>(total)), sizes);
     for (auto& part : parts) sum->AddPart(std::move(part));
     const unsigned char* at = bytes_.data();
-    for (const Part& part : told) {
+    for (const Part& part : all_parts) {
       if (part.rank != ranks.rank()) sum->AddPart({part.begin, part.end}, {at, part.bytes});
       at += part.bytes;
     }
   }
 
  private:
-  // Description of a partial sum that is sent to all processes: its rank, its node of the tree, and its size.
+  // Description of a partial sum, sent to all processes: the rank that computed it, its views [begin, end), the number
+  // of Gaussians, and its size in bytes.
   struct Part {
     Index rank, begin, end, gaussians, bytes;
   };
 
-  // Allocates a little more, since the size differs slightly between iterations.
+  // Resizes bytes_. Allocates a quarter more than necessary, since the size differs slightly between iterations.
   void Reserve(Index bytes) {
     if (bytes_.capacity() < bytes) bytes_.ResizeForOverwrite(bytes + bytes / 4);
     bytes_.ResizeForOverwrite(bytes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops over terms of a gradient (sum_of_views.h). All pointers of a loop are in one memory space.
+// Loops over terms: block-sparse gradients of views (sum_of_views.h). All pointers of a loop are in one memory space.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,9 @@ namespace vesta::gs::term {
 
 // Gaussians per block of a term. Neighbours in memory are mostly visible in the same views.
 inline constexpr Index kLanes = 16;
-// The rows of a block, each with kLanes numbers: the sum of the image-space gradients over the views that see a
-// Gaussian (density/density_steps.h), the number of these views, then the gradient of each attribute.
+// The rows of a block; each has one number per Gaussian of the block. Row kGrad2d: sum of the image-space gradients
+// over the views that see the Gaussian (Grad2d, density/density_steps.h). Row kViews: the number of these views. Then
+// one row for the gradient of each attribute.
 inline constexpr int kGrad2d = 0, kViews = 1, kFirstAttribute = 2;
 
 // The layout of all terms of an iteration.
@@ -22,18 +23,22 @@ struct Layout {
   splat::ModelLayout model;
   int attributes;  // number in use
 
+  // Number of blocks of all Gaussians.
   VESTA_HD Index Blocks() const { return (model.count + kLanes - 1) / kLanes; }
-  // The first Gaussian of a block has the most attributes.
+  // Number of rows of a block. It depends on the SH degree of the block's first Gaussian, which is the highest: models
+  // are sorted by descending degree.
   VESTA_HD Index RowsOf(Index block) const {
     int degree = model.sh_degree;
     while (block * kLanes >= model.WithBand(degree)) --degree;
     const int own = splat::NumAttributes(degree);
     return kFirstAttribute + (own < attributes ? own : attributes);
   }
+  // Maximum of RowsOf.
   VESTA_HD Index MostRows() const { return kFirstAttribute + attributes; }
 };
 
-// The arrays of a term: its block numbers in ascending order, the first row of each block, and the rows.
+// The arrays of a term: `block` has its block numbers in ascending order, `begin` the first row of each block. Row r
+// has the numbers rows[kLanes * r] to rows[kLanes * r + kLanes - 1].
 struct Arrays {
   const std::uint32_t *block, *begin;
   const float* rows;
@@ -46,10 +51,11 @@ VESTA_HD constexpr Index Counted(Index rows) { return (Index{1} << kRowBits) + r
 VESTA_HD constexpr Index BlocksOf(Index sum) { return sum >> kRowBits; }
 VESTA_HD constexpr Index RowsOf(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
 
-// counts[b] = Counted if a Gaussian of block b is visible, else 0; also for the block after the last.
+// counts[b] = Counted(rows of block b) if a Gaussian of block b is visible, else 0. Also called for the block number
+// after the last one, which gets 0.
 struct CountVisible {
   Layout layout;
-  const std::int32_t* rank_of;
+  const std::int32_t* rank_of;  // depth rank by Gaussian; -1: not visible
   Index* counts;
 
   VESTA_HD void operator()(Index block) const {
@@ -60,14 +66,15 @@ struct CountVisible {
   }
 };
 
-// places[block[k]] = k + 1.
+// For block k of a term: places[block[k]] = k + 1.
 struct PlaceBlocks {
   const std::uint32_t* block;
   std::uint32_t* places;
   VESTA_HD void operator()(Index k) const { places[block[k]] = static_cast<std::uint32_t>(k + 1); }
 };
 
-// counts[b] = Counted if one of two terms has block b, else 0.
+// counts[b] = Counted(rows of block b) if at least one of two terms has block b, else 0. Also called for the block
+// number after the last one.
 struct CountEither {
   Layout layout;
   const std::uint32_t *left, *right;  // by block, from PlaceBlocks; 0: not in the term
@@ -79,7 +86,7 @@ struct CountEither {
   }
 };
 
-// Lists the blocks of a term, from counts and their running sums.
+// Fills `block` and `begin` of a term. counts: as above, by block number; sums: their exclusive running sums.
 struct ListBlocks {
   const Index *counts, *sums;
   std::uint32_t *block, *begin;
@@ -92,21 +99,22 @@ struct ListBlocks {
   }
 };
 
-// Row r of block k of a term has the index k * layout.MostRows() + r. Blocks with fewer rows leave indices unused.
+// Numbers the rows of a term for a parallel loop: row r of block k has the index k * layout.MostRows() + r. The indices
+// of rows that a block does not have are skipped.
 struct RowOfBlock {
   Layout layout;
   const std::uint32_t* block;
   Divisor by_rows{layout.MostRows()};
 
-  // Calls body(k, number of the block, row in it) if the row exists.
+  // Calls body(k, block[k], r) for the row with this index, if the row exists.
   template <class Body>
   VESTA_HD void Visit(Index index, const Body& body) const {
     const auto [k, row] = by_rows.Divide(index);
     const Index number = block[k];
     if (row < layout.RowsOf(number)) body(k, number, row);
   }
-  // The same for rows of attributes only: body(k, row in the block, its first index in an array with the layout of the
-  // model, its length there).
+  // The same for rows of attributes only: calls body(k, r, first, length). The row corresponds to the elements [first,
+  // first + length) of an array with the layout of the model.
   template <class Body>
   VESTA_HD void VisitAttribute(Index index, const Body& body) const {
     Visit(index, [&](Index k, Index number, Index row) {
@@ -118,8 +126,9 @@ struct RowOfBlock {
   }
 };
 
-// Moves gradients from an array with the layout of the model to the rows of a term. The array is zero afterwards.
-struct TakeRow {
+// Moves one row of gradients from an array with the layout of the model to a term. The elements of the array become
+// zero.
+struct ExtractRow {
   RowOfBlock of;
   const std::uint32_t* begin;
   float *gradient, *rows;
@@ -135,10 +144,10 @@ struct TakeRow {
   }
 };
 
-// Fills the rows kGrad2d and kViews of block k for one view. The image-space gradients are 0 if not needed.
+// Fills the rows kGrad2d and kViews of block k for one view; kGrad2d with zeros unless needs_grad2d.
 struct ObserveBlock {
   density::Grad2dView grad2d_view;
-  bool is_asked_for;
+  bool needs_grad2d;
   Index count;  // number of Gaussians
   const std::uint32_t *block, *begin;
   float* rows;
@@ -148,13 +157,14 @@ struct ObserveBlock {
     for (Index lane = 0; lane < kLanes; ++lane) {
       const Index i = block[k] * kLanes + lane;
       const bool is_seen = i < count && grad2d_view.rank_of[i] >= 0;
-      grad2d[lane] = is_seen && is_asked_for ? grad2d_view.Of(i) : 0.0f;
+      grad2d[lane] = is_seen && needs_grad2d ? grad2d_view.Of(i) : 0.0f;
       views[lane] = is_seen ? 1.0f : 0.0f;
     }
   }
 };
 
-// sum = left + right, for the blocks of either term.
+// One row of sum = left + right, for the blocks of either term. A block that one of them lacks is copied from the
+// other.
 struct AddRow {
   RowOfBlock of;
   const std::uint32_t *begin, *left_places, *right_places;
@@ -174,8 +184,8 @@ struct AddRow {
   }
 };
 
-// Copies the rows of attributes to an array with the layout of the model.
-struct GiveRow {
+// Copies one row of an attribute to an array with the layout of the model.
+struct CopyRow {
   RowOfBlock of;
   Arrays term;
   float* values;
@@ -188,8 +198,8 @@ struct GiveRow {
   }
 };
 
-// Adds the density statistics of block k.
-struct GiveGrad2d {
+// Adds the density statistics of block k to grad2d and seen, which have one number per Gaussian.
+struct AddGrad2d {
   Arrays term;
   Index count;  // number of Gaussians
   float* grad2d;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image quality of a model over the views of a scene, in any memory space.
+// Image quality of a model over the views of a scene. Template parameter B is a backend
+// (kernels/core/vector_backend.h), such as CpuBackend<float>: it says in which memory, host or GPU, the data are.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +29,7 @@ struct Quality {
 };
 
 struct Evaluation {
-  Quality train, held_out, test;  // 0 without views; test: NaN without views
+  Quality train, held_out, test;  // without views, train and held_out are 0, and test is NaN
   double cost = 0;                // mean over measured training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
 };
 
@@ -37,16 +38,17 @@ struct ViewQuality {
   std::size_t view;      // index in the scene
   ImageQuality quality;  // over unmasked pixels
   double counted;        // fraction of unmasked pixels
-  double objective;      // photometric loss of the unquantised image; 0 unless a training view
+  double objective;      // training view: loss of the unquantised image, summed over pixels and channels; else 0
 };
-// whole: quality over all pixels, with masked pixels replaced by the photograph (masked_loss.h).
+// Makes a ViewQuality. whole: quality over all pixels of an image whose masked pixels are copies of the photograph
+// (masked_loss.h). The function converts it to the quality over unmasked pixels.
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective);
-// Means over the measured views, given in any order.
+// Means over the measured views, which may be in any order. views: all views of the scene.
 Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured);
 
 // The views that are measured, and the processes that share the work.
 struct MeasuredViews {
-  // Maximum number of training views, evenly spaced. All other views are measured.
+  // At most this many training views are measured, evenly spaced. All held-out and test views are measured.
   int most_trained = std::numeric_limits<int>::max();
   ProcessGroup processes = {};  // each measures its share of the views
 };
@@ -66,11 +68,12 @@ inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::v
   return are_measured;
 }
 
-// Evaluates a model in the memory of B. held: the training views in the order of the scene, if B already has their
-// photographs; may be empty. Other photographs are copied to B one at a time. All processes return the same result. Its
-// view and two images are freed on return. On a device, throws OutOfDeviceMemory.
+// Evaluates a model in the memory of B. targets: all training views, in the order of the scene, if their photographs
+// are already in that memory; else empty. All other photographs are copied there one at a time. Collective; all
+// processes return the same result. The function allocates one SplatView and two images, and frees them on return. On a
+// device, it throws OutOfDeviceMemory if memory runs out.
 template <class B>
-Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> held,
+Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> targets,
                     const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
                     const MeasuredViews& measured = {}) {
   using Splats = SplatBackend<B>;
@@ -93,21 +96,21 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     rendered.ResizeForOverwrite(shape.NumValues());
     splats.Build(model, ToPosedCamera(view, NearPlane(scene)), background.data(), workspace);
     splats.Render(rendered.data());
-    if (!view.is_trained() || held.empty()) {
+    if (!view.is_trained() || targets.empty()) {
       Splats::CopyTruth(ValuesOf(*photograph), truth);
     } else {
-      VESTA_CHECK(place < held.size(), "the {} targets are fewer than the training views", held.size());
-      Splats::CopyTruth(typename B::ConstVectorView(held[place].truth), truth);
+      VESTA_CHECK(place < targets.size(), "the {} targets are fewer than the training views", targets.size());
+      Splats::CopyTruth(typename B::ConstVectorView(targets[place].truth), truth);
     }
     FillMasked<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstVectorView(truth), rendered.view());
-    // Before the meter, which may modify both images.
+    // Compute the loss first: the meter may modify both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
   }
   return MeanOf(scene.views, measured.processes.Gather(qualities));
 }
 
-// Prepares a rendered image for comparison: copies masked pixels from the photograph.
+// Copies the masked pixels of the photograph into the rendered image, so that they do not count as errors.
 Image ToCompare(Image rendered, const Image& photograph);
 
 // Renders views of models. Keeps its working memory between calls.

@@ -128,8 +128,9 @@ double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& op
   return (std::max(ModelBytes(scene), ScoringBytes(scene, options.pruning)) + copies) / kMib;
 }
 
-double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes, double kept_bytes) {
-  const double adam = options.adam.runs() ? DeviceAdamBytes(scene, options) + kept_bytes : 0;
+double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes,
+                          double snapshot_bytes) {
+  const double adam = options.adam.runs() ? DeviceAdamBytes(scene, options) + snapshot_bytes : 0;
   return StageMib(adam, lm_bytes, 0);
 }
 

@@ -66,7 +66,7 @@ class Parts {
            Loss::ProductBytes(SsimLinearization::kQuadratic, most_.pixels);
   }
   // On the host, wherever the stages run: scoring by the training views. pruning/harmonics.h takes the most memory.
-  double Judging(const PruningOptions& pruning) const {
+  double Scoring(const PruningOptions& pruning) const {
     if (!pruning.needs_scoring()) return 0;
     return RenderedViewsBytes(most_, gaussians_) +
            (pruning.sh_aic_weight > 0 ? ShRemovalCost::kBytes : kRemovalCostBytes) * gaussians_;
@@ -120,10 +120,10 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const double average = options.adam.averaging_fraction > 0 ? vector : 0;
   // While views are scored, the working memory of an iteration is free.
   const bool is_host = std::is_same_v<typename B::Space, Host>;
-  const double judging = is_host ? vector + parts.Judging(options.pruning) : 0;
+  const double scoring = is_host ? vector + parts.Scoring(options.pruning) : 0;
   // A second copy of the bases or of a vector; sources and actions.
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
-  return held + std::max(std::max(step, judging) + average, rearranging);
+  return held + std::max(std::max(step, scoring) + average, rearranging);
 }
 
 template <class B>
@@ -309,7 +309,7 @@ double DeviceJointLmBytes(const MemoryScene& scene, const StageOptions& options,
 }
 
 double ScoringBytes(const MemoryScene& scene, const PruningOptions& pruning) {
-  return Parts<Cpu>(scene).Judging(pruning);
+  return Parts<Cpu>(scene).Scoring(pruning);
 }
 
 double ModelBytes(const MemoryScene& scene) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The quantities and options that determine the memory of a training, and the peak bytes of each stage.
+// The sizes and options that determine the memory of a training, and formulas for the peak bytes of each stage.
 #pragma once
 
 #include <vector>
@@ -27,12 +27,13 @@ struct MemoryScene {
   MemoryScene Scaled(Index new_gaussians) const;
   // The same views with a model of another layout.
   MemoryScene Of(const splat::ModelLayout& other) const;
-  // The maximum of each count over the views.
+  // The maximum over the views of each count except `entries`, which stays 0.
   ViewCounts Largest() const;
 };
 
-// Projects and bins at most `most` of the views, evenly spaced, and gives the others their mean. most >= 1.
-// with_entries: also counts Jacobian entries, at the cost of rendering each of these views.
+// Counts splats and tile entries in at most `most` of the views, evenly spaced; the other views get the mean of these
+// counts. most >= 1. near: distance of the near plane. with_entries: also counts the entries of the cached Jacobian,
+// for which each of these views is rendered.
 MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries);
 
@@ -43,6 +44,7 @@ struct MemoryOptions {
 
 const schema::Table<MemoryOptions>& MemoryFields();
 
+// The options of both stages.
 struct StageOptions {
   MemoryOptions memory;
   AdamOptions adam;
@@ -52,52 +54,53 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether LM optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). After an Adam
-// stage it does not, since Adam has optimised them.
+// Whether the LM stage optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). It does
+// not after an Adam stage, which has already optimised them.
 inline bool FindsCamerasByLm(const StageOptions& options) {
   return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();
 }
 
 inline constexpr double kMib = 1 << 20;  // bytes
 
-// A vector of all parameters.
+// Bytes of a vector with all parameters of the model.
 double VectorBytes(const MemoryScene& scene);
 
-// 32 bits per Gaussian.
+// Bytes of an array with a 32-bit number per Gaussian.
 double PerGaussianBytes(const MemoryScene& scene);
 
-// The bases of Adam's blocks; 0 without blocks.
+// Bytes of Adam's bases in block mode (adam/block_bases.h); else 0.
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
-// The Gram matrices of all Gaussians.
+// Bytes of the Gram matrices (blocks of J^T W J) of all Gaussians.
 double GramBytes(const MemoryScene& scene);
 
-// Memory that passes over views use temporarily.
+// Bytes that passes over views use temporarily.
 struct PassingBytes {
-  double gram = 0;          // to measure Gram matrices
+  double gram = 0;          // to compute Gram matrices
   double cost = 0;          // to compute the cost of a trial step
   double evaluation = 0;    // to compute the cost and quality of x between iterations
   bool keeps_gram = false;  // ProblemMemory::keeps_gram: the Gram matrices are kept
 };
 
-// Peak memory of the LM engine and the linearizations of its batches, including the model. views_bytes: of all
-// linearized views. hold_batches: whether all linearizations of the batches are held at once. passing: temporary
-// memory.
+// Peak bytes of the LM solver and the linearizations of its batches, including the model. views_bytes: sum over the
+// linearizations of all views. hold_batches: whether the linearizations of all batches are in memory at once. passing:
+// temporary memory.
 double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing);
 
-// Peak bytes of each stage of training, beside the scene's images and the program: the model, and everything that the
-// stage allocates. These are formulas, so the sizes for a GPU need no GPU.
+// Peak bytes of each stage of training: the model, and everything that the stage allocates, but not the scene's images
+// and the program. The GPU functions need no GPU.
 // In host memory:
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
-// Depends on lm's jacobian, preconditioner, batches and merge_batches. hold_batches: whether the linearizations of all
-// batches are held at once.
+// hold_batches: see EngineBytes.
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
-// For LM that also optimises cameras (cameras/joint/joint_problem.h). Views are held, with their columns if eliminated.
+// For LM that also optimises cameras (cameras/joint/joint_problem.h). All views are cached. eliminate_views: their
+// derivatives with respect to their own unknowns are stored too.
 double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views);
-// The model and its evaluation, which exist between the stages.
+// The model and its evaluation, between the stages.
 double ModelBytes(const MemoryScene& scene);
-// Scoring of Gaussians, on the host wherever the stages run; 0 if the options do not need it.
+// Scoring of Gaussians for pruning. It runs on the host, even if the stages run on a GPU. 0 if the options need no
+// scores.
 double ScoringBytes(const MemoryScene& scene, const PruningOptions& pruning);
 
 // In GPU memory, including the photographs of all views.

@@ -240,7 +240,7 @@ FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* scoring_v
   count.faint = TakeFaint(model, count.kept);
   count.huge = TakeHuge(model, count.kept);
   count.isolated = TakeIsolated(model, count.kept);
-  if (scoring_views) count.unsupported = RemoveUnderObserved(model, *scoring_views, count.kept);
+  if (scoring_views) count.under_observed = RemoveUnderObserved(model, *scoring_views, count.kept);
   return count;
 }
 

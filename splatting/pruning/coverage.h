@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage: how much of each Gaussian the training views show. Floaters: Gaussians in free space that belong to no
-// surface.
+// Coverage: how much of each Gaussian the training views show. Also finds floaters: Gaussians in free space that belong
+// to no surface.
 #pragma once
 
 #include <vector>
@@ -12,13 +12,14 @@
 
 namespace vesta::gs {
 
-// Coverage of a Gaussian. If no training view shows a Gaussian, no photograph supports it, but it may hide the scene
-// from new cameras (docs/decisions/coverage-pruning.md). In units of an image's area. Opacity and occlusion are
-// ignored.
+// Coverage of a Gaussian. A large Gaussian that hardly any training view shows was not fitted to any photograph, but it
+// may hide the scene from new cameras (docs/decisions/coverage-pruning.md). Both numbers are in units of an image's
+// area. Opacity and occlusion are ignored.
 struct Coverage {
-  double shown = 0;  // integral of its falloff over the image, summed over views
-  // The same integral in a camera that faces its broadest side, from the distance of the nearest training camera. It is
-  // 2 pi times its two largest standard deviations; at most 1.
+  // Integral of the Gaussian's falloff (1 at its centre) over the image, summed over the training views.
+  double shown = 0;
+  // The same integral in one camera that faces the broadest side of the Gaussian, at the distance of the nearest
+  // training camera. It is 2 pi times the product of the two largest standard deviations, seen from there; at most 1.
   double body = 0;
 
   // Small Gaussians are ignored: they occlude little, and there are many.
@@ -28,35 +29,34 @@ struct Coverage {
   }
 };
 
-// The coverage of each Gaussian. Uses the cameras only, not the images. Faster than rendering all views.
+// The coverage of each Gaussian. Projects the Gaussians into all views, but renders no image and needs no photographs.
 std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// For each Gaussian, MeasureCoverage's IsUnderObserved in a small part of the time: few Gaussians are large, and the
-// first views already show most of these. Colours must be finite; MeasureCoverage counts Gaussians with other colours
-// as unseen.
+// For each Gaussian, IsUnderObserved of MeasureCoverage. Much faster than MeasureCoverage, since only large Gaussians
+// are projected, and each only until enough views have shown it. Colours must be finite. (MeasureCoverage counts a
+// Gaussian with other colours as unseen.)
 std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 // The Gaussians that are not under-observed, in ascending order; all Gaussians if there would be none.
 std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// Floaters hide or surround the scene. Each criterion is only an indication, but Gaussians of a surface are far from
-// all of them. `kept` has the other Gaussians in ascending order. The counts use the first criterion that a floater
-// meets.
+// Number of floaters by criterion. A Gaussian that meets several criteria counts for the first one. `kept` has all
+// other Gaussians, in ascending order. No criterion is a proof, but Gaussians on a surface are far from meeting any.
 struct FloaterCount {
   std::vector<Index> kept;
   // Opacity below 1/255, which is never drawn.
   Index faint = 0;
-  // A standard deviation longer than the model's median distance from its middle, and longer than its own distance: it
-  // surrounds the scene.
+  // Surrounds the scene: its longest standard deviation exceeds its distance from the model's middle, and the median of
+  // that distance over all Gaussians. The middle is the median of the means.
   Index huge = 0;
-  // Distance to its neighbours (root mean square over three) above ten times the median of the model, and above six of
-  // its own longest standard deviations.
+  // Far from its three nearest neighbours: the root-mean-square distance exceeds ten times the median over all
+  // Gaussians, and six times the Gaussian's longest standard deviation.
   Index isolated = 0;
   // Under-observed by the views (Coverage::IsUnderObserved).
-  Index unsupported = 0;
+  Index under_observed = 0;
 };
 
-// scoring_views: may be null; then `unsupported` is 0.
+// scoring_views: may be null; then `under_observed` is 0.
 FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* scoring_views);
 
 }  // namespace vesta::gs

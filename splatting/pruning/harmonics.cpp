@@ -40,11 +40,11 @@ using Curvature = std::array<float, kBlock>;
 std::vector<Curvature> Curvatures(const splat::Model<float>& model, const ScoringViews& scoring_views) {
   std::vector<Curvature> sums(static_cast<std::size_t>(model.count), Curvature{});
   RenderedViews rendered(model, scoring_views);
-  ScoringLoss judged;
+  ScoringLoss loss;
   rendered.ForEachGathered<float>(
       [&](const View& view, float* bends) {
         const splat::ColorCurvature<float>* colors =
-            rendered.view().ColorCurvatures(judged.Linearize(rendered.image(), view), rendered.workspace());
+            rendered.view().ColorCurvatures(loss.Linearize(rendered.image(), view), rendered.workspace());
         ParallelFor(model.count, kGrain, [&](Index i) {
           const std::int32_t rank = rendered.view().rank_of()[i];
           if (rank < 0) return;
@@ -98,7 +98,7 @@ ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringView
       rises_(static_cast<std::size_t>(model.count)) {
   ChooseCoefficients(model, scoring_views);
   RenderedViews rendered(model, scoring_views);
-  ScoringLoss judged;
+  ScoringLoss loss;
   using Rises = splat::RecolorRises<double>;
   const auto compute = [&](const View& view, Rises* rows) {
     const std::array<float, 3> centre = CentreOf(rendered.view().camera());
@@ -114,14 +114,14 @@ ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringView
       }
       return to;
     };
-    rendered.view().AddRecolors(judged.Linearize(rendered.image(), view), recolor, rows, rendered.workspace());
+    rendered.view().AddRecolors(loss.Linearize(rendered.image(), view), recolor, rows, rendered.workspace());
   };
   rendered.ForEachGathered<Rises>(compute, [&](const View&) {
     return [&](Index i, const Rises& row) {
       for (int d = 0; d < splat::kRecolors; ++d) rises_[static_cast<std::size_t>(i)].rise[d] += row.rise[d];
     };
   });
-  cost_ = judged.Cost(scoring_views), values_ = judged.Values(scoring_views);
+  loss_ = loss.Cost(scoring_views), values_ = loss.Values(scoring_views);
 }
 
 void ShRemovalCost::ChooseCoefficients(const splat::Model<float>& model, const ScoringViews& scoring_views) {
@@ -143,7 +143,7 @@ void ShRemovalCost::ChooseCoefficients(const splat::Model<float>& model, const S
 
 std::vector<std::uint8_t> DegreesByAic(const splat::Model<float>& model, const ShRemovalCost& removal,
                                        double aic_weight) {
-  const double unit = aic_weight * removal.cost() / removal.values();
+  const double unit = aic_weight * removal.loss() / removal.values();
   std::vector<std::uint8_t> degrees(static_cast<std::size_t>(model.count));
   for (std::size_t i = 0; i < degrees.size(); ++i) {
     int best = model.DegreeOf(static_cast<Index>(i));

@@ -85,14 +85,14 @@ void PruneToRise(const ScoringViews& scoring_views, const PruneOptions& options,
     const splat::Model<float> model = ToKernelModel(last);
     std::vector<Index> order = LeastFirst(WithCoverage(removal.rise, model, scoring_views, options.prune_unseen));
     const auto limit = std::min(PartOf(last.count, part_of_round), last.count - 1);
-    const Index gone = WithinBudget(order, removal.rise, limit, part_of_rest * (most - removal.cost));
+    const Index gone = WithinBudget(order, removal.rise, limit, part_of_rest * (most - removal.loss));
     if (gone < PartOf(last.count, kLeastRound)) break;
     order.erase(order.begin(), order.begin() + gone);
     std::ranges::sort(order);
     result.model = InOrder(last, order);
     ++result.rounds;
     RemovalCost after = MeasureRemovalCost(ToKernelModel(result.model), scoring_views);
-    if (after.cost > most) {
+    if (after.loss > most) {
       part_of_rest *= 0.5, part_of_round *= 0.5;
       continue;
     }
@@ -114,7 +114,7 @@ std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringView
                              std::uint64_t seed, std::uint64_t round) {
   constexpr double kPartOfPoor = 0.4;
   const RemovalCost removal = MeasureRemovalCost(model, scoring_views);
-  const double unit = aic_weight * removal.cost / removal.values;
+  const double unit = aic_weight * removal.loss / removal.values;
   std::vector<double> gain = removal.rise;
   Index going = 0;
   for (std::size_t i = 0; i < gain.size(); ++i) {
@@ -132,13 +132,13 @@ PruneResult Prune(SplatModel model, const ScoringViews& scoring_views, const Pru
   PruneResult result;
   result.model = std::move(model);
   RemovalCost removal = MeasureRemovalCost(ToKernelModel(result.model), scoring_views);
-  result.cost_before = removal.cost;
+  result.cost_before = removal.loss;
   if (options.goal.count) {
     PruneToCount(scoring_views, options, result);
   } else {
     PruneToRise(scoring_views, options, std::move(removal), result);
   }
-  result.cost_after = MeasureRemovalCost(ToKernelModel(result.model), scoring_views).cost;
+  result.cost_after = MeasureRemovalCost(ToKernelModel(result.model), scoring_views).loss;
   return result;
 }
 

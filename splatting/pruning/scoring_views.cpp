@@ -18,13 +18,13 @@ RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringVi
   RemovalCost removal;
   removal.rise.resize(static_cast<std::size_t>(model.count));
   RenderedViews rendered(model, scoring_views);
-  ScoringLoss judged;
+  ScoringLoss loss;
   rendered.ForEachGathered<double>(
       [&](const View& view, double* rises) {
-        rendered.view().AddRemovals(judged.Linearize(rendered.image(), view), rises, rendered.workspace());
+        rendered.view().AddRemovals(loss.Linearize(rendered.image(), view), rises, rendered.workspace());
       },
       [&](const View&) { return [&](Index i, double rise) { removal.rise[static_cast<std::size_t>(i)] += rise; }; });
-  removal.cost = judged.Cost(scoring_views), removal.values = judged.Values(scoring_views);
+  removal.loss = loss.Cost(scoring_views), removal.values = loss.Values(scoring_views);
   return removal;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The training views that score Gaussians, and the removal cost of each Gaussian: the predicted rise of the loss of
-// these views if it is removed.
+// Scores for pruning. The scoring views are the training views from which scores are computed. The score of a Gaussian
+// is its removal cost: the predicted rise of the loss of the scoring views if the Gaussian is removed.
 #pragma once
 
 #include <array>
@@ -22,12 +22,12 @@
 
 namespace vesta::gs {
 
-// The training views with their images. Test views never score Gaussians.
+// The training views with their images. Test and held-out views never score Gaussians.
 struct ScoringViews {
   std::vector<const View*> views;  // must outlive this object
   std::array<double, 3> background{0, 0, 0};
   double near = 0;              // distance of the near plane, world units
-  ProcessGroup processes = {};  // each scores with its share of the views
+  ProcessGroup processes = {};  // each process renders its share of the views
 };
 
 // The training views of the scene.
@@ -35,8 +35,8 @@ ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& ba
                              const ProcessGroup& processes = {});
 
 // Returns the bytes that a RenderedViews and a ScoringLoss need together, for a model with this many Gaussians. view:
-// the counts of its largest view. The sums per pair and per splat are included. Arrays with one value per Gaussian,
-// such as the rows of ForEachGathered, are not.
+// the maximum of each count over its views. The workspace of the scoring passes is included. Arrays with one element
+// per Gaussian, such as the rows of ForEachGathered, are not.
 inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians) {
   using Workspace = splat::ViewWorkspace<float>;
   constexpr double kSums = sizeof(splat::RecolorRises<float>),
@@ -56,12 +56,13 @@ class RenderedViews {
 
   // Computes a value of type Row for each Gaussian and each view that sees it.
   //
-  // compute(view, rows) is called once per view, after it was rendered: view() and image() then belong to it. rows has
-  // one zero-initialised row per Gaussian, to which `compute` adds. apply(view) is called once per view, in the order
-  // of the views. It returns a function f, and f(i, row) is called for each visible Gaussian i, in parallel.
+  // compute(view, rows) is called once per view, after the view was rendered; view(), image() and workspace() are then
+  // of this view. rows has one zero-initialised row per Gaussian, to which `compute` adds. apply(view) is called once
+  // per view, in the order of the views. It returns a function f; f(i, row) is then called for each visible Gaussian i,
+  // in parallel.
   //
-  // Each process calls `compute` for its share of the views. Every process calls `apply` for all views, with the rows
-  // of all processes.
+  // Collective. Each process calls `compute` for its share of the views. Every process calls `apply` for all views and
+  // receives the rows of all processes.
   template <class Row, class Compute, class Apply>
   void ForEachGathered(const Compute& compute, const Apply& apply);
   const splat::SplatView<float>& view() const { return view_; }
@@ -128,12 +129,12 @@ void RenderedViews::ForEachGathered(const Compute& compute, const Apply& apply) 
   }
 }
 
-// The training loss, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, linearised for passes that predict its
-// change.
+// The training loss, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, approximated by a quadratic function of
+// the image. Scoring passes use the quadratic to predict how the loss changes.
 class ScoringLoss {
  public:
-  // Linearises the loss of this view, and adds the view to the sums of Cost and Values. The result is valid until the
-  // next call.
+  // Computes the quadratic for this view, and adds the view to the sums of Cost and Values. rendered: its rendered
+  // image. The result is valid until the next call.
   splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
     const ImageShape shape{view.camera.width, view.camera.height};
     photograph_.reset();  // frees its memory before the next one is loaded
@@ -156,7 +157,7 @@ class ScoringLoss {
             .window_variance = static_cast<float>(WindowVariance()),
             .counts = is_masked ? counts_.data() : nullptr};
   }
-  // Loss of all views of all processes, and the number of their unmasked pixels times channels. Collective.
+  // Loss of all views of all processes, and the number of their values: unmasked pixels times channels. Collective.
   double Cost(const ScoringViews& scoring_views) const { return SumInOrder(scoring_views.processes.Gather(costs_)); }
   double Values(const ScoringViews& scoring_views) const { return SumInOrder(scoring_views.processes.Gather(values_)); }
 
@@ -182,16 +183,16 @@ class ScoringLoss {
   std::vector<double> costs_, values_;  // by view
 };
 
-// Removal cost of each Gaussian: the photometric loss of the training views without it, minus the loss with it, as
+// Removal cost of each Gaussian: the loss of the scoring views without the Gaussian, minus the loss with it, as
 // predicted by kernels/gaussian_splatting/raster/loss_passes.h. The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over
 // views, pixels and channels.
 struct RemovalCost {
-  double cost = 0;           // loss of the views with all Gaussians
-  double values = 0;         // pixels of the views times channels
+  double loss = 0;           // loss of the views with all Gaussians
+  double values = 0;         // unmasked pixels of the views times channels
   std::vector<double> rise;  // loss without this Gaussian minus loss with it, all others fixed
 };
 
-// Takes the time of about three renderings of all views.
+// Takes the time of about three renderings of all views. Collective.
 RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 }  // namespace vesta::gs

@@ -8,22 +8,25 @@
 
 namespace vesta::gs {
 
-// One turn around the point that the cameras look at.
+// A camera path: one turn around the point that the scene's cameras look at.
 struct Orbit {
   std::vector<View> views;
-  // The widest angle about the axis without a photograph, in degrees.
+  // The widest angle, in degrees about the axis of the circle, between neighbouring cameras of the scene: over it, no
+  // photograph shows the object.
   double unseen_degrees = 0;
 };
 
-// A circle about PointLookedAt in the plane perpendicular to UpOf, at the median distance and height of the scene's
-// cameras. It starts at the first camera and looks at the point. frames: at least 1; the last frame does not repeat the
-// first. Throws Error for a scene without views.
+// Views along a circle whose axis passes through PointLookedAt in direction UpOf (look.h). Its radius and height are
+// the medians over the scene's cameras, and every view looks at the point. The circle starts at the angle of the first
+// camera. frames: number of views, at least 1; the last one does not repeat the first. camera: size and lens of the
+// views. Throws Error for a scene without views.
 Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames);
 
-// A path for forward-facing cameras that stays among them (as in Mildenhall et al. 2019, "Local light field fusion").
-// The camera makes two turns across the mean viewing direction while it moves forward and back once. Along each axis it
-// covers the offsets of nine tenths of the scene's cameras. It looks at the point at the median depth. frames: at least
-// 1; the last frame does not repeat the first. Throws Error for a scene without views, or if the views face different
+// A path for forward-facing scenes that stays among their cameras (as in Mildenhall et al. 2019, "Local light field
+// fusion"). The camera makes two turns in the plane perpendicular to the mean viewing direction, while it moves forward
+// and back once. Along each axis it goes as far from the mean camera as nine tenths of the scene's cameras are. Every
+// view looks at the point at the scene's median depth in front of the mean camera. frames: number of views, at least 1;
+// the last one does not repeat the first. Throws Error for a scene without views, or if the views face different
 // directions.
 std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames);
 
@@ -33,19 +36,19 @@ struct Tour {
   bool is_reordered = false;       // false: the original order
 };
 
-// The original order, unless another order is more than a third shorter. The other order starts at the same view and is
-// found by nearest neighbours and 2-opt. Lengths are from StepBetween. Quadratic in the number of views: one second for
-// 5,000.
+// The order of a tour past all views. It is the original order, unless the tour found by nearest neighbours and 2-opt
+// from the same first view is more than a third shorter. Lengths are from StepBetween. The time is quadratic in the
+// number of views: one second for 5,000.
 Tour TourOf(const std::vector<View>& views, double length_unit);
 
-// Distance between two poses: the root of the squared distance, in units of length_unit, plus the squared angle in
-// radians.
+// Distance between two poses: sqrt(d^2 + a^2), with the distance d of the centres in units of length_unit, and the
+// angle a between the orientations in radians.
 double StepBetween(const View& from, const View& to, double length_unit);
 
-// `frames` views from the first of `keys` to the last, at constant speed in StepBetween. Centres and quaternions follow
-// a cubic spline; quaternions are then normalised. Its slope at a key is the slope of the parabola through three
-// consecutive keys (Catmull-Rom with uneven knots). The motion is smooth, unlike slerp from key to key, which jerks at
-// each key. keys: at least one; frames: at least 1.
+// `frames` views along a smooth path from the first of `keys` to the last. The time between two keys is proportional to
+// their StepBetween. Centres and quaternions follow a cubic spline; quaternions are then normalised. The spline's slope
+// at a key is the slope of the parabola through the key and its two neighbours (Catmull-Rom with uneven knots). keys:
+// at least one; frames: at least 1.
 std::vector<View> PathThrough(const std::vector<View>& keys, double length_unit, const Camera& camera, int frames);
 
 }  // namespace vesta::gs

@@ -14,8 +14,8 @@
 
 namespace vesta::gs {
 
-// Stores of(i), three floats per Gaussian, as the colours of the splats, by rank, in the workspace. The view must be
-// built.
+// Stores of(i), three floats for Gaussian i, as the colours of the visible splats in the workspace, and returns them by
+// depth rank. The view must be built.
 template <class Of>
 const splat::SplatTangent<float>* AsColors(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace,
                                            const Of& of) {
@@ -33,8 +33,8 @@ const splat::SplatTangent<float>* AsColors(const splat::SplatView<float>& view, 
   return tangents.data();
 }
 
-// Three image planes: the sum over the splats of their weights times of(i), without a background. An image is linear in
-// the colours of its splats, so this is its derivative along the colours. The view must not have a cached Jacobian.
+// An image with of(i) instead of the colour of Gaussian i, without a background: three planes, row by row. The rendered
+// image is linear in the colours, so the pass for its derivative computes it. The view must not have a cached Jacobian.
 // Takes the time of Render.
 template <class Of>
 std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
@@ -44,7 +44,8 @@ std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspa
   return planes;
 }
 
-// Three image planes: of(i) for the Gaussian at which the transmittance falls below one half; 0 where it stays above.
+// Three image planes with, per pixel, of(i) for the Gaussian i at which the transmittance falls below one half, front
+// to back; 0 if it stays above.
 template <class Of>
 std::vector<float> AtMedian(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
   std::vector<float> planes(static_cast<std::size_t>(3 * view.num_pixels()));
@@ -66,12 +67,13 @@ View LookingAt(const Camera& camera, const Point3& center, const Point3& target,
 // all directions.
 Point3 MeanDirection(const std::vector<View>& views);
 
-// Unit vector that points upwards in most views and is perpendicular to their image rows: vertical if the cameras are
-// held level. For cameras that look straight down at different headings, it points opposite to their viewing direction.
+// Unit vector that points upwards in most views and is, by least squares, perpendicular to their image rows. It is the
+// vertical direction if the cameras are held level. For cameras that look straight down at different headings, it is
+// opposite to their viewing direction.
 Point3 UpOf(const std::vector<View>& views);
 
-// The point closest to the optical axes of the views, by least squares. Where parallel axes leave it undetermined, it
-// is at the scene's median depth from the mean camera.
+// The point closest to the optical axes of the views, by least squares. If the axes are parallel, it is the point at
+// the scene's median depth in front of the mean camera.
 Point3 PointLookedAt(const Scene& scene);
 
 }  // namespace vesta::gs

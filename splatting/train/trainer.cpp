@@ -91,7 +91,7 @@ void LimitGaussians(TrainingSession& session, const StageRunners& stages, const 
   const TrainOptions& options = session.options();
   if (options.memory.budget_gib == 0 && !stages.device_memory) return;
   const MemoryScene counts = session.memory().Count(ToKernelModel(model), 8, false);
-  const StageMemory memory = MemoryToPlanBy(stages, options.memory, session.plan().held_mib);
+  const StageMemory memory = MemoryForStages(stages, options.memory, session.plan().held_mib);
   const Index fit = PlanGaussians(counts, options, memory);
   if (stages.device_memory) {
     session.memory().SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
@@ -119,7 +119,7 @@ MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages
   }
   report.predicted_mib = plan.held_mib + PredictedMibBesideDevice(largest, options);
   report.device_predicted_mib =
-      PredictedDeviceMib(largest, options, plan.lm_memory.bytes, session.memory().kept_on_device());
+      PredictedDeviceMib(largest, options, plan.lm_memory.bytes, session.memory().device_snapshot_bytes());
   report.device_peak_mib = stages.device_memory().peak_bytes / kMib;
   return report;
 }

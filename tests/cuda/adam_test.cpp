@@ -101,7 +101,7 @@ TEST_F(CudaAdam, DiagonalStepsAreThoseOfTheHost) {
 
 TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
   // Several chunks whose bases are rotated at different steps, each more than once. The last chunk is not full.
-  Both both(SecondMoment::kBlock, 2 * kTurnChunk + 70);
+  Both both(SecondMoment::kBlock, 2 * kRotationChunk + 70);
   for (int step = 0; step < 110; ++step) both.Step(step < 10 ? 14 : 23);
   both.ExpectTheSame();
   // Gaussians that are kept, have no previous moments, or are removed.
@@ -113,7 +113,7 @@ TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
 }
 
 TEST_F(CudaAdam, StepsBySeveralViewsAreThoseOfTheHost) {
-  Both both(SecondMoment::kBlock, 2 * kTurnChunk + 70, 4);
+  Both both(SecondMoment::kBlock, 2 * kRotationChunk + 70, 4);
   for (int step = 0; step < 30; ++step) both.Step(23);
   both.ExpectTheSame();
 }

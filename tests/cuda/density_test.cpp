@@ -227,7 +227,7 @@ TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
 TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   test::DensityScene host(60);
   DensityControl<Host> host_control({}, kExtent, kSeed);
-  host_control.Forget(60);
+  host_control.ResetStatistics(60);
   std::vector<float> grad2d(60);
   for (std::size_t i = 0; i < grad2d.size(); ++i) grad2d[i] = 1e-4f * static_cast<float>(1 + i);
   host.Observe(host_control, grad2d);
@@ -240,7 +240,7 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   ASSERT_EQ(view.num_splats(), host.view.num_splats());
   workspace.splat_sums = vesta::test::ToDevice(host.cotangents);
   DensityControl<Device> control({}, kExtent, kSeed);
-  control.Forget(60);
+  control.ResetStatistics(60);
   for (int k = 0; k < 2; ++k)
     control.Observe(density::Grad2dOf(view, workspace.splat_sums.data(), test::DensityScene::kLossScale));
   const std::vector<float> found = vesta::test::ToHost(control.grad2d());

@@ -36,7 +36,7 @@ template <class Space>
 Learned Learn(const test::SyntheticViews& all) {
   SumOfViews<Space> sum;
   DensityControl<Space> density({}, 1, 0);
-  density.Forget(all.gaussians());
+  density.ResetStatistics(all.gaussians());
   sum.Begin(all.layout, static_cast<Index>(all.views.size()), &density);
   Buffer<float, Space> gradient;
   for (std::size_t k = 0; k < all.views.size(); ++k) {

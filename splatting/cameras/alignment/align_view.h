@@ -16,16 +16,16 @@
 
 namespace vesta::gs {
 
-// Fits the exposure that maps one image to another. Levenberg-Marquardt minimises the photometric loss, starting from
-// no exposure change. Least squares is not used: the errors of a splat are not only noise, and least squares would
-// reduce the contrast. Both images are planar and of size `shape`; `mask` selects pixels (Image::mask). Parameters that
-// the image does not determine keep their start value; all do if an image is not finite. The result is bit-identical
-// for any number of threads.
+// Fits the exposure (gain and offset per channel) that maps `rendered` to `truth`. Levenberg-Marquardt minimises the
+// photometric loss, starting from gain 1 and offset 0. A least-squares fit of the colours would reduce the contrast,
+// because the errors of a splat are not only noise. Both images have three planes of size `shape`. `mask` has 1 for
+// each pixel to use, 0 for the others; empty: all pixels. Parameters that the image does not determine keep their start
+// value. If an image is not finite, all parameters keep it. The result is bit-identical for any number of threads.
 AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
                         const PhotometricWeights& weights = {}, HostSpan<const std::uint8_t> mask = {});
 
 struct AlignOptions {
-  FreeUnknowns free = {};
+  FreeUnknowns free = {};                     // the unknowns to fit; by default the pose
   std::array<double, 3> background{0, 0, 0};  // 0..1
   double near = 0;                            // distance of the near plane, world units
   PhotometricWeights weights = {};
@@ -47,7 +47,7 @@ const char* ToString(AlignStatus status);
 
 struct Alignment {
   AlignStatus status = AlignStatus::kNoGain;
-  ViewUnknowns found;  // the start unless is_found()
+  ViewUnknowns found;  // without a result (see is_found): the start
   // Mean loss over pixels and channels of the full-size image; 0 if not evaluated.
   double cost_before = 0, cost_after = 0;
   int iterations = 0;  // over all levels
@@ -55,18 +55,20 @@ struct Alignment {
   bool is_found() const { return status == AlignStatus::kConverged || status == AlignStatus::kStopped; }
 };
 
-// Runs Levenberg-Marquardt on ViewProblem at each level, coarsest first. The view must have its image. A found result
-// has a lower cost than the start. The result is bit-identical for any number of threads.
+// Fits the camera of `view` to its photograph, which must be loaded: Levenberg-Marquardt on ViewProblem
+// (view_problem.h) at each level, coarsest first. If is_found(), the cost is lower than at the start. The result is
+// bit-identical for any number of threads.
 Alignment AlignView(const SplatModel& model, const View& view, const AlignOptions& options);
 
 // The result for one test view.
 struct AlignedView {
   std::string name;
   Alignment alignment;
-  double degrees = 0, pixels = 0;  // rotation angle of the camera; MedianShift
-  ImageQuality whole;
-  // Quality of the right half, as rendered and with the fitted exposure. Set when exposures are fitted and both halves
-  // have pixels that the mask keeps.
+  double degrees = 0, pixels = 0;  // change of the camera: rotation angle; shift in the image (MedianShift)
+  ImageQuality whole;              // of the whole image, rendered with the fitted camera and no exposure
+  // Quality of the right half of the image: as rendered (`right`), and with `exposure` applied (`right_exposed`).
+  // `exposure` is fitted to the left half. All four are set if exposures are fitted and both halves have unmasked
+  // pixels.
   bool has_halves = false;
   ImageQuality right, right_exposed;
   AffineColor exposure;
@@ -74,8 +76,8 @@ struct AlignedView {
 
 struct AlignedEvaluation {
   std::vector<AlignedView> views;
-  // Means over the views. Views that could not be fitted count with their given camera. Means of halves use only views
-  // with has_halves. NaN without views.
+  // Means over the views. Views that could not be fitted count with their given camera. right and right_exposed are
+  // means over the views with has_halves. NaN without views.
   Quality whole, right, right_exposed;
   // Medians over the views of the camera changes; NaN without views.
   double degrees = 0, pixels = 0;
@@ -83,9 +85,9 @@ struct AlignedEvaluation {
 };
 
 // Fits the camera of each test view to its photograph, then measures quality. With options.free.color, pose and
-// exposure are fitted jointly. The reported exposure is then fitted on the left half of the image alone (FitExposure),
-// and quality is measured on the right half (Martin-Brualla et al. 2021, NeRF in the Wild, section 5). Images must be
-// loaded.
+// exposure are fitted jointly, and that exposure is discarded. The reported exposure is fitted to the left half of the
+// image alone (FitExposure), and quality is measured on the right half (Martin-Brualla et al. 2021, NeRF in the Wild,
+// section 5). Photographs must be in memory or in the scene's store.
 AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, const AlignOptions& options);
 
 }  // namespace vesta::gs

@@ -25,15 +25,15 @@ double SumOver(Index n, const Of& of) {
   });
 }
 
-// A queue of sums over images in the memory of B. Read() returns all at once, so a device synchronises only once. The
-// inputs may change after they are queued.
+// A queue of sums over images in the memory of backend B (host or GPU). Read() returns all sums, so the host waits for
+// a device only once. An image may be overwritten after the call that queues its sum.
 template <class B>
 class ImageProducts {
  public:
   using Space = typename B::Space;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // most: the maximal number of queued sums.
+  // most: on a device, the maximum number of queued sums.
   explicit ImageProducts(int most) {
     if constexpr (kIsDevice) slots_.Resize(most);
   }
@@ -62,8 +62,8 @@ class ImageProducts {
   // Returns the sums in the order in which they were queued.
   std::vector<double> Read() {
     if constexpr (kIsDevice) {
-      if (asked_ > 0) sums_ = B().Read(slots_);
-      sums_.resize(static_cast<std::size_t>(asked_));
+      if (queued_ > 0) sums_ = B().Read(slots_);
+      sums_.resize(static_cast<std::size_t>(queued_));
     }
     return std::move(sums_);
   }
@@ -72,17 +72,18 @@ class ImageProducts {
   static constexpr bool kIsDevice = !std::is_same_v<Space, Host>;
 
   typename B::Slot Next() {
-    VESTA_CHECK(asked_ < slots_.size(), "more than {} products", slots_.size());
-    return B().SlotOf(slots_, asked_++);
+    VESTA_CHECK(queued_ < slots_.size(), "more than {} products", slots_.size());
+    return B().SlotOf(slots_, queued_++);
   }
 
   std::vector<double> sums_;
   typename B::Slots slots_;
   typename B::Vector ones_;
-  int asked_ = 0;
+  int queued_ = 0;
 };
 
-// Queues the gradient of a cost with respect to an exposure: three gains, then three offsets.
+// Queues the gradient of a cost with respect to an exposure: three gains, then three offsets. image: before the
+// exposure. gradient: derivative of the cost with respect to the exposed image. Both have three planes.
 template <class B>
 void AddExposureProducts(typename B::ConstVectorView image, typename B::ConstVectorView gradient,
                          ImageProducts<B>& products) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of a view's cost with respect to its own unknowns, computed from the intermediate results of the splat
-// gradient.
+// The gradient of a view's cost with respect to its own unknowns (pose, exposure, lens). It needs no further rendering
+// pass: it uses the intermediate results of the gradient with respect to the Gaussians.
 #pragma once
 
 #include <algorithm>
@@ -14,19 +14,20 @@
 
 namespace vesta::gs {
 
-// A view whose splat gradient was just computed, with the intermediate results in the memory of B.
+// A view whose gradient with respect to the Gaussians was just computed. The intermediate results are in the memory of
+// backend B (host or GPU).
 template <class B>
 struct ProcessedView {
   std::size_t view = 0;  // index among the training views
   const splat::Model<float>& model;
   const TargetView<B>& target;
   const typename SplatBackend<B>::SplatView& splats;
-  const splat::SplatTangent<float>* cotangents;       // cotangents of the splats, by depth rank
+  const splat::SplatTangent<float>* cotangents;  // derivatives of the cost by each splat's parameters, by depth rank
   typename B::ConstVectorView image, image_gradient;  // the rendered image (needed for exposures); dCost/dImage
 };
 
-// Gradient with respect to the view's free unknowns, in the order of a step. Users must include camera_jacobian.h or
-// device_camera.h, which define the camera derivatives for B.
+// Gradient with respect to the view's free unknowns, in the order of FreeUnknowns. Users must include camera_jacobian.h
+// (CPU) or device_camera.h (GPU), which define PoseCotangent and LensCotangent.
 template <class B>
 std::vector<double> GradientOf(const ProcessedView<B>& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of a view's image with respect to its own unknowns, stored as images, and the Gauss-Newton curvature of
-// the view's cost.
+// The Jacobian J of a view's image with respect to its own unknowns (pose, exposure, lens), stored as images, and the
+// Gauss-Newton curvature J^T W J of the view's cost. W is the curvature of the photometric loss with respect to the
+// image.
 #pragma once
 
 #include <array>
@@ -17,10 +18,10 @@
 
 namespace vesta::gs {
 
-// A linear map from steps of a view (FreeUnknowns) to images of three planes. An exposure has one gain and one offset
-// per channel. The columns of the three gains share one image, and so do the columns of the three offsets. With six
-// images for the pose and four for the lens there are at most twelve. W does not mix channels, so W times this matrix
-// has the same form. Stored in the memory of B.
+// A matrix with one column per free unknown of a view; each column is an image of three planes. It is stored in the
+// memory of backend B. A gain or offset affects one channel only, so the columns of the three gains share one image,
+// and so do the columns of the three offsets. With six images for the pose and four for the lens there are at most
+// twelve. W does not mix channels, so W times this matrix has the same form.
 template <class B>
 class ViewColumns {
  public:
@@ -43,13 +44,14 @@ class ViewColumns {
   // Image k, in the order pose, gains, offsets, lens.
   VectorView image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   ConstVectorView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
-  // The index in a step of the unknown that image k belongs to in this channel.
+  // The unknown whose column is channel `channel` of image k, as an index in a step.
   int Place(int k, int channel) const;
 
-  // g[free.num_tangent()] = columns^T u, summed in double. u is an image; on a device it has the device's scalar type.
+  // g = columns^T u, for an image u; g has free.num_tangent() numbers and is summed in double. On a device u has the
+  // device's scalar type.
   template <class U>
   void Project(const U* u, double* g) const;
-  // u += scale columns v, v[free.num_tangent()].
+  // u += scale * columns * v, for an image u; v has free.num_tangent() numbers.
   template <class U>
   void Add(double scale, const double* v, U* u) const;
 
@@ -59,24 +61,28 @@ class ViewColumns {
   typename B::Vector images_;
 };
 
-// Derivatives of the exposed image `color(rendered)` with respect to the view's unknowns; zero at masked pixels. moves:
-// the result of CameraDerivativeImages. This and the functions below are defined in view_columns.inl.
+// Derivatives of the exposed image `color(rendered)` with respect to the view's free unknowns; zero at masked pixels.
+// rendered: the image before the exposure. moves: its derivatives, from CameraDerivativeImages. This function and the
+// ones below are defined in view_columns.inl.
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
                          typename B::ConstVectorView rendered, typename B::ConstVectorView moves);
-// Derivatives of the view's image with respect to its free pose numbers, then its free lens numbers; one image each.
+// Derivatives of the image before the exposure with respect to the free pose numbers, then the free lens numbers; one
+// image each.
 template <class B>
 typename B::Vector CameraDerivativeImages(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
                                           const splat::Model<typename B::Scalar>& model,
                                           typename SplatBackend<B>::Workspace& workspace);
 
-// Computes J^T W J, a square matrix of free.num_tangent() rows. Stores W J in `weighted` unless that is null.
+// Computes J^T W J, a square matrix with free.num_tangent() rows, row-major. Stores W J in `weighted` unless that is
+// null.
 template <class B>
 std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
                                  const typename SplatBackend<B>::Loss::Linearization& W,
                                  ViewColumns<B>* weighted = nullptr);
 
-// Copies a symmetric n x n matrix into number `block` of a group of `blocks` blocks (PackedLower layout).
+// Copies a symmetric n x n matrix H (row-major) into block number `block` of `blocks` interleaved blocks. values: entry
+// e of the packed lower triangle (PackedLower) of block b is at e * blocks + b.
 template <class T>
 void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, HostSpan<T> values) {
   for (int row = 0; row < n; ++row) {
@@ -87,15 +93,15 @@ void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, H
   }
 }
 
-// For one pixel of a channel: sum += scale (factors[0] column 0 + ...), accumulated in double.
+// For value i of an image: sum[i] += scale * (factors[0] * column 0 [i] + factors[1] * column 1 [i] + ...), in double.
 template <class S, class U>
 struct AddColumns {
   static constexpr int kMost = 12;  // maximal number of columns
 
   double scale;
   int columns;
-  Index stride;  // distance between columns, in values
-  const S* first;
+  Index stride;    // distance between columns, in values
+  const S* first;  // column 0
   U* sum;
   double factors[kMost];
 
@@ -107,7 +113,7 @@ struct AddColumns {
 };
 
 // The curvature H = J^T W J of the view's cost at its current camera, without an exposure and with the default loss
-// weights. Square, with free.num_tangent() rows. Defined in view_columns.inl.
+// weights. Square, with free.num_tangent() rows, row-major. Defined in view_columns.inl.
 template <class B>
 std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
                                   const splat::Model<float>& model, const TargetView<B>& target);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera pose and exposure of one view as a least-squares problem of the engine.
+// Camera pose and exposure of one view as a least-squares problem for the solver.
 #pragma once
 
 #include <array>
@@ -20,16 +20,16 @@ struct ViewProblemOptions {
   PhotometricWeights weights = {};
 };
 
-// The camera pose and exposure of one view as a least-squares problem; the Gaussians are fixed. x holds the camera
-// motion and the exposure (view_unknowns.h). The cost is the photometric loss of the exposed image. This is direct
-// image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.
+// The camera pose and exposure of one view as a least-squares problem; the Gaussians are fixed. x is a packed
+// ViewUnknowns (Pack, view_unknowns.h). The cost is the photometric loss between the exposed image and the photograph.
+// This is direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) with a splat as the reference.
 //
 // S is the scalar type of the images; x and steps are in double. Results are bit-identical for any number of threads.
 template <class S>
 class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<CpuBackend<double>> {
  public:
-  // The data behind model and target must outlive the problem. Motions start at target.camera. Throws Error if all
-  // unknowns are fixed, if the lens is free, or if the truth does not have the view's size.
+  // The data behind model and target must outlive the problem. x describes the camera relative to target.camera. Throws
+  // Error if all unknowns are fixed, if the lens is free, or if the photograph does not have the view's size.
   ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model, const TargetView<CpuBackend<S>>& target);
 
   Index num_parameters() const override { return kViewParameters; }
@@ -53,19 +53,19 @@ class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<
   HostBuffer<S> image_;
 };
 
-// The linearization at one x. It stores the image derivatives for the six to twelve unknowns as images.
+// The linearization at one x. It stores the derivatives with respect to the free unknowns as images (ViewColumns).
 template <class S>
 class ViewLinearization final : public Linearization<CpuBackend<double>>,
                                 public WithLossWeights<CpuBackend<double>>,
                                 public WithProductH<CpuBackend<double>>,
                                 public WithBlocks<CpuBackend<double>> {
  public:
-  // rendered: the image before the exposure `color`. moves: its derivatives (CameraDerivativeImages). The truth in
-  // target must outlive this object.
+  // rendered: the image before the exposure `color`. moves: the derivatives of `rendered` (CameraDerivativeImages). The
+  // photograph in target must outlive this object.
   ViewLinearization(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                     HostBuffer<S>&& rendered, HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss);
 
-  // The residuals are the colour differences e = shown - truth, 3 planes.
+  // The residuals are the colour differences e = exposed image - photograph, 3 planes.
   Index num_residuals() const override { return columns_.shape().NumValues(); }
   Index num_parameters() const override { return columns_.free().num_tangent(); }
   ConstVectorView residuals() const override { return residuals_.view(); }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout of the parameter vector of splats and views, and host access to its view part.
+// Layout of the parameter vector for joint optimisation of Gaussians ("splats") and views, and host access to the part
+// of the views.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +12,10 @@
 
 namespace vesta::gs {
 
-// x holds the parameters of all splats, then kViewParameters numbers per view. A step holds the splats' step, then the
-// free numbers of each view. The view part, called the rest, is small; the host computes it even when the splats are on
-// a device (ConstHostTail).
+// x has the parameters of all Gaussians, then kViewParameters numbers per view (view_unknowns.h). A step, or a
+// gradient, has a number per parameter of the Gaussians, then free.num_tangent() numbers per view. The part of the
+// views is called the rest. It is small, so the host computes it even if the Gaussians are on a device (ConstHostTail,
+// HostTail).
 struct JointLayout {
   Index splats = 0;  // parameters of all Gaussians
   Index views = 0;
@@ -22,7 +24,7 @@ struct JointLayout {
   Index num_parameters() const { return splats + views * kViewParameters; }
   Index num_tangent() const { return splats + views * free.num_tangent(); }
 
-  // The rest of a whole host vector.
+  // The rest of a vector in host memory.
   template <class T>
   HostSpan<T> RestOf(HostSpan<T> vector) const {
     return vector.subspan(splats, vector.size() - splats);
@@ -33,7 +35,7 @@ struct JointLayout {
     double numbers[kViewParameters];
     for (Index k = 0; k < kViewParameters; ++k) numbers[k] = static_cast<double>(rest[v * kViewParameters + k]);
     ViewUnknowns unknowns = Unpack({numbers, kViewParameters});
-    // A quaternion of unit length in S is not exactly of unit length in double.
+    // Rounding to S changed the length of the quaternion.
     NormalizeQuaternion(numbers, unknowns.motion.quaternion);
     return unknowns;
   }
@@ -50,8 +52,8 @@ struct JointLayout {
   }
 };
 
-// Read access on the host to the end of an engine vector, from `begin` on. It refers to a host vector directly; it
-// copies a device vector once, at construction, and waits for it.
+// Read access on the host to the elements of a vector of backend B from index `begin` on. For a vector in host memory
+// this is a reference. From a device the constructor copies the elements, and waits for the copy.
 template <class B>
 class ConstHostTail {
  public:
@@ -72,13 +74,13 @@ class ConstHostTail {
   HostSpan<const typename B::Scalar> here_;
 };
 
-struct FromZero {};
+struct ZeroInitialized {};
 
-// Read and write access. On a device, changes reach the vector only after Store().
+// Read and write access to these elements. For a device vector, Store() copies the changes back.
 template <class B>
-class Rest {
+class HostTail {
  public:
-  Rest(typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
+  HostTail(typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {
       here_ = there_;
     } else if (there_.size() > 0) {
@@ -88,7 +90,8 @@ class Rest {
     }
   }
   // Starts with zeros and does not read the vector.
-  Rest(FromZero, typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
+  HostTail(ZeroInitialized, typename B::VectorView vector, Index begin)
+      : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {
       here_ = there_;
       std::fill(here_.begin(), here_.end(), typename B::Scalar(0));

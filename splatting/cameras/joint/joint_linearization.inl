@@ -41,7 +41,7 @@ void JointLinearization<B>::BuildViews() {
   typename B::Vector of_view;
   if (steers) of_view.Resize(n), rhs_.Resize(n);
   const ConstHostTail<B> x(x_, n);
-  Rest<B> g_rest(FromZero(), gradient_.view(), n);
+  HostTail<B> g_rest(ZeroInitialized(), gradient_.view(), n);
   std::vector<S> prior;
   for (Index v = 0; v < layout_.views; ++v) {
     JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
@@ -83,7 +83,7 @@ template <Backend B>
 auto JointLinearization<B>::residuals() const -> ConstVectorView {
   if (residuals_.empty()) {
     residuals_.ResizeForOverwrite(num_residuals());
-    Rest<B> priors(FromZero(), residuals_.view(), num_values_);
+    HostTail<B> priors(ZeroInitialized(), residuals_.view(), num_values_);
     Index at = 0, prior = 0;
     for (const JointUnit<B>& unit : units_) {
       const VectorView part = residuals_.view().subspan(at, unit.values());
@@ -183,7 +183,7 @@ template <Backend B>
 void JointLinearization<B>::ApplyJ(ConstVectorView v, VectorView u) {
   const Index n = layout_.free.num_tangent();
   const ConstHostTail<B> rest(v, layout_.splats);
-  Rest<B> priors(FromZero(), u, num_values_);
+  HostTail<B> priors(ZeroInitialized(), u, num_values_);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
     const Index values = units_[static_cast<std::size_t>(i)].values();
@@ -199,7 +199,7 @@ void JointLinearization<B>::ApplyJT(ConstVectorView u, VectorView g) {
   const Index n = layout_.free.num_tangent();
   B().Fill(0, g);
   const ConstHostTail<B> priors(u, num_values_);
-  Rest<B> rest(FromZero(), g, layout_.splats);
+  HostTail<B> rest(ZeroInitialized(), g, layout_.splats);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
     const VectorView work = scratch_->Image(units_[static_cast<std::size_t>(i)].values());
@@ -225,7 +225,7 @@ template <Backend B>
 void JointLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
   B().Fill(0, Hv);
   const ConstHostTail<B> rest(v, layout_.splats);
-  Rest<B> to(FromZero(), Hv, layout_.splats);
+  HostTail<B> to(ZeroInitialized(), Hv, layout_.splats);
   HostBuffer<S> prior(layout_.free.num_tangent());
   for (Index i = 0; i < layout_.views; ++i) {
     const JointUnit<B>& unit = units_[static_cast<std::size_t>(i)];
@@ -289,7 +289,7 @@ const std::vector<double>& JointLinearization<B>::MakeCurvature(JointUnit<B>& un
 template <Backend B>
 void JointLinearization<B>::DiagJTJ(VectorView d) {
   Grams().CopyDiagonal(d.subspan(0, layout_.splats));
-  Rest<B> rest(FromZero(), d, layout_.splats);
+  HostTail<B> rest(ZeroInitialized(), d, layout_.splats);
   const Index n = layout_.free.num_tangent();
   for (std::size_t v = 0; v < units_.size(); ++v) {
     const Here own = layout_.StepOf(rest.view(), static_cast<Index>(v));
@@ -302,7 +302,7 @@ void JointLinearization<B>::DiagJTJ(VectorView d) {
 template <Backend B>
 void JointLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
   Grams().CopyBlocks(blocks);
-  Rest<B> values(FromZero(), blocks.values(static_cast<int>(blocks.groups().size()) - 1), 0);
+  HostTail<B> values(ZeroInitialized(), blocks.values(static_cast<int>(blocks.groups().size()) - 1), 0);
   for (std::size_t v = 0; v < units_.size(); ++v) {
     FillBlock(CurvatureOf(v), layout_.free.num_tangent(), static_cast<Index>(v), layout_.views, values.view());
   }

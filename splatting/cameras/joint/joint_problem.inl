@@ -86,7 +86,7 @@ void JointProblem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta,
   backend.Copy(x, out);
   backend.Axpby(1.0, delta.subspan(0, n), 1.0, out.subspan(0, n));
   const ConstHostTail<B> from(x, n), by(delta, n);
-  Rest<B> to(out, n);
+  HostTail<B> to(out, n);
   for (Index v = 0; v < layout_.views; ++v) {
     const HostSpan<const S> own = layout_.StepOf(by.view(), v);
     const std::vector<double> step(own.begin(), own.end());

@@ -64,7 +64,7 @@ void JointReducedSystem<B>::Apply(ConstVectorView x, VectorView y) {
 template <Backend B>
 void JointReducedSystem<B>::BackSubstitute(ConstVectorView rhs, VectorView step) {
   const ConstHostTail<B> rhs_rest(rhs, layout_.splats);
-  Rest<B> step_rest(FromZero(), step, layout_.splats);
+  HostTail<B> step_rest(ZeroInitialized(), step, layout_.splats);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<B>& unit = linearization_.units()[v];
     const VectorView image = linearization_.scratch().Image(unit.values());

@@ -80,19 +80,20 @@ void RescaleCurvature(double pixels, CameraStepState* state) {
   state->pixels = pixels;
 }
 
-double GaussNewtonPart(double done) {
+double GaussNewtonFactor(double done) {
   constexpr double kRest = 0.2, kAtEnd = 0.1;
   const double into_rest = done - (1 - kRest);
   return into_rest > 0 ? std::pow(kAtEnd, into_rest / kRest) : 1;
 }
 
 std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
-                               const std::vector<double>& curvature, const CameraSurroundings& around) {
+                               const std::vector<double>& curvature, const CameraStepContext& around) {
   const Eigen::Index own = free.OwnOfView().num_tangent();
   VESTA_CHECK(curvature.size() == gradient.size() * gradient.size(), "a gradient of {} numbers, but a curvature of {}",
               gradient.size(), curvature.size());
   const StepMatrix H = Damped(StepMatrixOf(curvature).topLeftCorner(own, own));
-  StepVector step = -GaussNewtonPart(around.done) * H.ldlt().solve(Eigen::Map<const StepVector>(gradient.data(), own));
+  StepVector step =
+      -GaussNewtonFactor(around.done) * H.ldlt().solve(Eigen::Map<const StepVector>(gradient.data(), own));
   if (!step.allFinite()) step.setZero();
   if (free.pose) {
     const double far = std::max(step.head<3>().norm(), step.segment<3>(3).norm() / around.depth);
@@ -126,8 +127,8 @@ splat::LensTangent LensStep(const LensSystem& system, double part, double most) 
   return lens;
 }
 
-std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
-                           const splat::LensTangent& lens) {
+std::vector<double> FollowLensStep(const FreeUnknowns& free, const std::vector<double>& curvature,
+                                   const splat::LensTangent& lens) {
   const SplitSystem H(free, curvature);
   const Eigen::Map<const StepVector> of_lens(lens.v, free.lens_tangent());
   StepVector own = -H.own.ldlt().solve(StepVector(H.coupling.transpose() * of_lens));
@@ -139,7 +140,7 @@ std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& 
 
 CameraChoice CameraEvidence::Choice() const { return pose >= kPoseGain ? CameraChoice::kPose : CameraChoice::kNone; }
 
-std::string CameraEvidence::Words() const {
+std::string CameraEvidence::Summary() const {
   return fmt::format(
       "{} held-out views: their loss falls by {:.1f} % (threshold {:.0f} %) when their cameras move by {:.2f} pixels{}",
       views, 100 * pose, 100 * kPoseGain, pixels,

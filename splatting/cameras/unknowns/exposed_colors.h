@@ -18,7 +18,7 @@ struct Channels {
   S of[kCount];
 };
 
-// For pixel i of a planar image: value = gain value + offset.
+// For pixel i of an image of three planes with `plane` pixels each: value = gain * value + offset, per channel.
 template <class S>
 struct ExposePixel {
   Channels<S> gain, offset;
@@ -32,6 +32,7 @@ struct ExposePixel {
   }
 };
 
+// For pixel i of a planar image: value *= factor of the channel.
 template <class S>
 struct ScalePixel {
   Channels<S> factor;
@@ -43,8 +44,8 @@ struct ScalePixel {
   }
 };
 
-// The derivative of gain * rendered + offset. d_image holds the change of the rendered image, and receives the change
-// of the exposed image.
+// The derivative of the exposed image, gain * rendered + offset, at pixel i. Before the call d_image is the change of
+// `rendered`; afterwards it is the change of the exposed image.
 template <class S>
 struct ExposeChange {
   Channels<S> gain, d_gain, d_offset;
@@ -67,7 +68,7 @@ Channels<S> ChannelsOf(const std::array<double, 3>& values) {
   return {{static_cast<S>(values[0]), static_cast<S>(values[1]), static_cast<S>(values[2])}};
 }
 
-// Applies the exposure to an image in the memory of B, in place.
+// Applies the exposure, in place, to an image in the memory of backend B (host or GPU).
 template <class B>
 void Expose(const AffineColor& color, typename B::VectorView image) {
   using S = typename B::Scalar;

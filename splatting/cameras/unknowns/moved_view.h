@@ -16,23 +16,25 @@ namespace vesta::gs {
 // The view with its camera moved, without its image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
 
-// Applies the found motion and lens, without exposure or image.
+// The view, or camera, with the found motion and lens. The exposure is not applied; a view gets no image.
 View AsFound(const View& view, const ViewUnknowns& found);
 splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found);
 
 // The motion that maps the pose of `from` to the pose of `to`.
 splat::CameraMotion MotionBetween(const View& from, const View& to);
 
-// The lens change for each view of a scene. Training views take it from `found`, in order; other views take the change
-// of their camera. `found` is empty (no changes) or has one entry per training view.
+// The lens change of each view of a scene. `found` has one entry per training view, in order; empty: no changes.
+// Training views have the change in `found`. Another view has the change of a training view with an equal given camera,
+// or none.
 std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
-// The views of a scene, without images: training views with the found motion and lens, others with the lens found for
-// their camera (LensesOf).
+// The views of a scene, without images. Training views have the found motion and lens; other views keep their pose and
+// have the lens of LensesOf.
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
-// Median distance in pixels between the projections of the Gaussian means in two views, over the Gaussians visible in
-// the first; 0 without any. near: distance of the near plane.
+// Measures how far the image moves between two views: the median, in pixels, of the distance between the two
+// projections of each Gaussian mean. Only Gaussians visible in `from` count; 0 without any. near: distance of the near
+// plane.
 double MedianShift(const SplatModel& model, const View& from, const View& to, double near);
 
 // The lenses of views, and which views share one.

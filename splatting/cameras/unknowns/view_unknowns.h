@@ -16,8 +16,8 @@
 
 namespace vesta::gs {
 
-// An exposure: maps a value of channel c to gain[c] value + offset[c]. Colours are as stored in the file, 0 to 1. The
-// default is the identity.
+// An exposure: maps a value of channel c to gain[c] * value + offset[c]. Values are as stored in the image file, 0 to
+// 1. The default is the identity.
 struct AffineColor {
   std::array<double, 3> gain{1, 1, 1}, offset{};
 
@@ -48,24 +48,26 @@ struct LensChange {
   splat::Lens Of(const splat::Lens& given) const;
 };
 
-// The retraction: applies `change`, then the tangent step `delta` at the changed lens.
+// The change that applies `change` first, then the step `delta`, which is relative to the changed lens (LensTangent).
 LensChange Compose(const splat::LensTangent& delta, const LensChange& change);
 
-// A point of the manifold, relative to the given view.
+// The values of a view's unknowns, relative to its given camera; by default no change. `motion` applies in camera
+// coordinates after the given pose. `color` maps the rendered image to the photograph.
 struct ViewUnknowns {
   splat::CameraMotion motion = {};
   AffineColor color = {};
   LensChange lens = {};
 };
 
-// ViewUnknowns as an engine vector without the lens, which the engine does not optimise: quaternion, translation,
-// gains, offsets.
+// ViewUnknowns as a vector for the solver: quaternion (4 numbers), translation (3), gains (3), offsets (3). The lens is
+// left out, since the solver does not optimise it.
 inline constexpr Index kViewParameters = 13;
 void Pack(const ViewUnknowns& unknowns, HostSpan<double> x);
 ViewUnknowns Unpack(HostSpan<const double> x);
 
-// Selects the free unknowns. A step holds the free ones in this order: six pose numbers (splat::PoseTangent), three
-// gains, three offsets, four lens numbers (splat::LensTangent).
+// Selects the free unknowns, which are optimised; the others are fixed. A step (a change of the free unknowns) has, in
+// this order, the numbers of the free ones among: six of the pose (splat::PoseTangent), three gains, three offsets,
+// four of the lens (splat::LensTangent).
 struct FreeUnknowns {
   bool pose = true;
   bool color = false;
@@ -81,11 +83,12 @@ struct FreeUnknowns {
   constexpr int Gain(int channel) const { return pose_tangent() + channel; }
   constexpr int Offset(int channel) const { return Gain(ImageShape::kChannels) + channel; }
   constexpr int Lens(int k) const { return pose_tangent() + color_tangent() + k; }
-  // Without the lens, which views may share. These are the first numbers of a step.
+  // The same selection without the lens, which views may share. Its numbers come first in a step.
   constexpr FreeUnknowns OwnOfView() const { return {pose, color}; }
 };
 
-// x (+) delta: retractions for motion and lens (Compose), addition for colours. Fixed unknowns do not change.
+// Applies a step `delta`: motions and lenses are composed with it (Compose), gains and offsets are added. Fixed
+// unknowns do not change.
 ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSpan<const double> delta);
 
 // Camera changes over all views: the median of the rotation angle, the median and the maximum of MedianShift, the

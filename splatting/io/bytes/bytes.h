@@ -14,8 +14,8 @@
 
 namespace vesta::gs {
 
-// A cursor over a little-endian binary file. Each read is checked against the remaining bytes. Errors name the file and
-// the byte offset of the bad item.
+// Reads a little-endian binary file item by item. If the remaining bytes are too few for an item, throws Error with the
+// file, the byte offset, and `what`, which names the item in the message.
 class ByteReader {
  public:
   explicit ByteReader(std::string path);
@@ -27,12 +27,13 @@ class ByteReader {
     std::memcpy(&value, Take(1, sizeof(T), what), sizeof(T));
     return value;
   }
-  // Text up to a terminating zero byte.
+  // Reads text up to a terminating zero byte.
   std::string ReadText(const char* what);
-  // A 64-bit number of items of at least bytes_each bytes. Fails unless so many fit into the rest of the file. Memory
-  // must only be allocated for counts that have passed this check.
+  // Reads a 64-bit number of items, each of at least bytes_each bytes. Throws Error unless that many fit into the rest
+  // of the file. Check every count this way before allocating memory for it: a damaged file may state any number.
   Index ReadCount(Index bytes_each, const char* what);
   void Skip(Index count, Index bytes_each, const char* what) { Take(count, bytes_each, what); }
+  // Throws Error unless the whole file was read.
   void ExpectEnd() const;
 
   // "FILE: byte N"; N is the offset of the last item read.
@@ -60,8 +61,8 @@ class GzipReader {
   GzipReader(const GzipReader&) = delete;
   GzipReader& operator=(const GzipReader&) = delete;
 
-  // Reads up to `size` bytes and returns their number. Throws Error, in one line with the file, if the stream is
-  // damaged or truncated.
+  // Decompresses up to `size` bytes to `out`, and returns their number; less than `size` at the end of the stream.
+  // Throws Error, in one line with the file, if the stream is damaged or truncated.
   std::size_t Read(char* out, std::size_t size);
   // The comment in the header, at most 1000 characters. Valid after the first Read.
   std::string comment() const;

@@ -19,6 +19,7 @@ enum class Alpha {
   kPremultiplied,  // colours are multiplied by alpha
 };
 
+// Pixels row by row; the samples of a pixel are adjacent.
 struct InterleavedImage {
   ImageSize size;
   std::size_t samples = 3;       // per pixel; samples after colour and alpha are ignored
@@ -32,15 +33,15 @@ struct InterleavedImage {
   std::size_t num_pixels() const {
     return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
   }
-  // 1 (grey) or 3.
+  // Number of colours: 1 (grey) or 3.
   std::size_t colors() const { return samples >= 3 ? 3 : 1; }
 };
 
-// Converts to planes with values in 0..1. Alpha is composited over `background`, and the mask has the opaque pixels.
-// The mask is empty if all pixels are opaque.
+// Converts to three planes with values in 0..1. Pixels that are not opaque are composited over `background`, and the
+// mask excludes them. The mask is empty if all pixels are opaque.
 Image ToPlanes(const InterleavedImage& source, const std::array<float, 3>& background);
 
-// Rows of interleaved RGB, 8 bits each.
+// The image as interleaved RGB, row by row, 8 bits per sample.
 std::vector<std::uint8_t> InterleavedBytes(const Image& image);
 
 // Decode the samples of a file, or with size_only its size alone. `bytes`: content of the file; `path`: for messages.
@@ -50,8 +51,8 @@ InterleavedImage DecodePng(const std::string& path, std::string_view bytes, bool
 InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, bool size_only);
 InterleavedImage DecodeWebp(const std::string& path, std::string_view bytes, bool size_only);
 
-// Throws Error if a file of num_bytes cannot hold an image of this size, so that a damaged header cannot allocate
-// gigabytes.
+// Throws Error if a file of num_bytes is too short for an image of this size. Otherwise a damaged header could make the
+// reader allocate gigabytes.
 void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size);
 
 [[noreturn]] void FailDamagedImage(const std::string& path, const char* message);

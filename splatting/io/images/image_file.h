@@ -13,14 +13,15 @@
 namespace vesta::gs {
 
 // Reads a JPEG (grey or colour), a PNG (any colour type, 8 or 16 bits), a TIFF (grey or RGB, 8 or 16 bits, first page)
-// or a WebP. The format is detected from the first bytes, not from the name. 16-bit precision is kept. Alpha is
-// composited over `background`, and the mask has the opaque pixels. Orientation (ExifOrientation) and colour profiles
-// are ignored, as in COLMAP. Throws Error naming the file if it is missing, damaged, truncated or unsupported (CMYK
-// JPEG, other TIFF samples, animation). work_bytes: unless null, receives the temporary memory beside the result.
+// or a WebP. The format is detected from the first bytes, not from the name. Samples of 16 bits keep their precision.
+// Pixels that are not opaque are composited over `background`, and the mask excludes them. Orientation
+// (ExifOrientation) and colour profiles are ignored, as in COLMAP. Throws Error naming the file if it is missing,
+// damaged, truncated or unsupported (CMYK JPEG, other TIFF samples, animation). work_bytes: unless null, receives the
+// bytes of memory that reading needed beside the result.
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
                 double* work_bytes = nullptr);
 
-// Size of an image file, from its header.
+// Size of an image file, from its header. Throws Error like LoadImage.
 ImageSize ReadImageSize(const std::string& path);
 
 // Encodes a JPEG; values are clamped to 0..1 and rounded. quality: 1 to 100, as in libjpeg. Throws Error for an image
@@ -31,7 +32,7 @@ std::string EncodeJpeg(const Image& image, int quality);
 // (kernels/core/files.h).
 void SavePng(const std::string& path, const Image& image);
 
-// Writes a PNG with one linear 16-bit channel; values row by row. comment: one line of ASCII that explains the values,
+// Writes a 16-bit grey PNG without gamma; values row by row. comment: one line of ASCII that explains the values,
 // stored in the file (chunk tEXt, "Comment"). Written completely or not at all (kernels/core/files.h).
 void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std::uint16_t>& values,
                  const std::string& comment);

@@ -57,11 +57,11 @@ struct ColmapModel {
 
 enum class ColmapFormat { kBinary, kText };
 
-// Reads cameras, images and points3D of the folder: .bin, or .txt without a cameras.bin. The result is checked: sizes
-// and focal lengths are positive and finite; distortion, poses and points are finite; quaternions are not zero; image
-// names and camera ids are unique; camera ids exist; at least one image. Otherwise throws Error, in one line with the
-// file, the byte (or line) and what to do. For an unsupported camera model (FOV, THIN_PRISM_FISHEYE), it names the
-// colmap command that undistorts.
+// Reads the files cameras, images and points3D of the folder: .bin, or .txt if there is no cameras.bin. Throws Error,
+// in one line with the file, the byte (or line) and what to do, unless all of this holds: sizes and focal lengths are
+// positive and finite; distortion, poses and points are finite; quaternions are not zero; image names and camera ids
+// are unique; the cameras of all images exist; there is at least one image. For an unsupported camera model (FOV,
+// THIN_PRISM_FISHEYE), the message has the colmap command that undistorts the images.
 ColmapModel ReadColmapModel(const std::string& folder);
 
 // Creates the folder and writes the three files, each completely or not at all. Both formats preserve numbers exactly.
@@ -70,14 +70,16 @@ void WriteColmapModel(const ColmapModel& model, const std::string& folder, Colma
 // The folder with the model of a scene: SCENE/sparse/0 or SCENE/sparse; empty if neither exists.
 std::string FindColmapModel(const std::string& scene_folder);
 
-// Views with normalised rotations, sorted and split, without pixels. Image files are in SCENE/image_folder. A model
-// without points gets random points (PointsInViews) and a note.
+// Reads the COLMAP model of a scene folder. The views are sorted by name, every 8th is a test view (SortAndSplit), and
+// their images are not loaded. Image files are in SCENE/image_folder. A model without points gets random points
+// (PointsInViews) and a note.
 Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder,
                       const RandomPoints& random = {});
 
-// Converts the scene to a COLMAP model. views: the views of the scene with their present cameras, in the scene's frame.
-// The model is in the coordinates of the scene's files and has the scene's points. Equal cameras are stored once. For
-// undistorted photographs, the camera is the original one with distortion.
+// Converts a scene to a COLMAP model with its points. views: the views of the scene with the cameras to store, in the
+// coordinates of the scene. The model is in the coordinates of the scene's files (Scene::origin). Equal cameras are
+// stored once. If LoadScene has undistorted a photograph, the camera of the original photograph, with its distortion,
+// is stored.
 ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views);
 
 }  // namespace vesta::gs

@@ -29,18 +29,19 @@ const CameraModelInfo* FindCameraModel(std::string_view name);
 // The model must be supported.
 const CameraModelInfo& InfoOf(ColmapCameraModel model);
 
-// For example "SIMPLE_RADIAL"; also for unsupported models. Models that COLMAP's documentation does not name give their
-// number.
+// The name of a camera model for messages, for example "SIMPLE_RADIAL", also if it is not supported. A model that
+// COLMAP's documentation does not name has its number as name.
 std::string CameraModelName(std::int32_t number);
 
-// Sets the model of the camera, and each parameter to read(description), in order.
+// Sets the model of the camera, and each of its parameters to read(description), in the order of the file. description:
+// text for messages (WhatIs).
 template <class Read>
 void ReadParameters(const CameraModelInfo& info, const Read& read, ColmapCamera* record);
-// Calls write(value) for each parameter, in order.
+// Calls write(value) for each parameter, in the order of the file.
 template <class Write>
 void WriteParameters(const ColmapCamera& record, const Write& write);
 
-// The variable of a parameter; kFocal gives fx.
+// The member of `record` that stores a parameter; fx for kFocal.
 double& ParameterOf(ColmapCamera& record, CameraParameter parameter);
 // A description for messages, such as "the camera's focal length".
 const char* WhatIs(CameraParameter parameter);

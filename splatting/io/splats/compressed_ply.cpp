@@ -335,7 +335,7 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
       Unpack(words, bounds[static_cast<std::size_t>(i / kChunk)], i, &model);
     }
   });
-  TakeUsableGaussians(file.path(), options, &model);
+  RemoveUnusableGaussians(file.path(), options, &model);
   return model;
 }
 

@@ -79,7 +79,7 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
     float& logit = model.attribute(splat::kOpacity)[i];
     if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);
   }
-  TakeUsableGaussians(path, options, &model);
+  RemoveUnusableGaussians(path, options, &model);
   return AtStoredDegrees(std::move(model));
 }
 

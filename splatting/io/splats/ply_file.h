@@ -30,9 +30,9 @@ struct PlyElement {
 // Name of an element's rows for messages: "vertices", "rows of chunk".
 std::string PlyRows(std::string_view element);
 
-// A .ply file in memory: its header, and the start of its values. Supports ascii and binary_little_endian. Throws
-// Error, in one line with the file and the problem. Errors in the description of an element are only reported when a
-// PlyTable reads that element or a later one.
+// A .ply file in memory: its parsed header, and its values as bytes. The formats ascii and binary_little_endian are
+// supported. The constructors throw Error, in one line with the file and the problem. If only the description of an
+// element is wrong, they do not; a PlyTable of that element or a later one does (PlyElement::fault).
 class PlyFile {
  public:
   explicit PlyFile(const std::string& path);
@@ -54,12 +54,12 @@ class PlyFile {
   std::vector<std::string> comments_;
   std::vector<PlyElement> elements_;
   bool is_ascii_ = false;
-  std::size_t values_ = 0;  // offset
+  std::size_t values_ = 0;  // offset of the values in bytes_
 };
 
-// One element of a .ply file, such as its vertices, as a table of numbers. Throws Error, in one line with the file and
-// the problem. Neither the element nor elements before it may have lists; later elements are ignored. Memory for the
-// number of rows in the header is allocated only after the file was found long enough.
+// One element of a .ply file, such as its vertices, as a table of numbers. Neither the element nor elements before it
+// may have list properties; later elements are ignored. Functions throw Error, in one line with the file and the
+// problem. The number of rows in the header is checked against the length of the file before memory is allocated.
 class PlyTable {
  public:
   // The file must outlive the table.
@@ -71,7 +71,8 @@ class PlyTable {
   int CountWithPrefix(std::string_view prefix) const;
   // Whether the table has a property of this name and type.
   bool Has(std::string_view property, PlyType type) const;
-  // Maximum value of an 8- or 16-bit unsigned property, by which to divide colours; 1 for other types.
+  // The value of full brightness if the property is a colour: 255 or 65535 for 8 or 16 unsigned bits, 1 for other
+  // types.
   float FullScale(std::string_view property) const;
 
   // T: float or double.
@@ -80,7 +81,7 @@ class PlyTable {
     std::string property;
     T* out;  // receives count() values
   };
-  // Fills the columns, in parallel over rows.
+  // Copies properties to arrays, in parallel over rows. Throws Error if the element lacks one.
   template <class T>
   void Copy(const std::vector<Column<T>>& columns) const;
 
@@ -92,11 +93,11 @@ class PlyTable {
   std::string path_;
   std::string rows_name_;  // "vertices"
   std::vector<PlyProperty> properties_;
-  bool holds_doubles_;  // all values are doubles, as for an ascii file
-  std::string parsed_;  // values of an ascii file
+  bool holds_doubles_;  // the values at first_ are doubles, parsed from an ascii file
+  std::string parsed_;  // bytes of these doubles
   Index count_ = 0;
-  Index stride_ = 0;  // bytes per row
-  const char* first_ = nullptr;
+  Index stride_ = 0;             // bytes per row
+  const char* first_ = nullptr;  // the first row
 };
 
 }  // namespace vesta::gs

@@ -86,7 +86,7 @@ bool ReadComment(const std::string& path, const std::vector<std::string>& commen
 
 }  // namespace
 
-void TakeUsableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model) {
+void RemoveUnusableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model) {
   const std::vector<Index> usable = UsableGaussians(*model);
   const Index bad = model->count - static_cast<Index>(usable.size());
   if (bad == 0) return;

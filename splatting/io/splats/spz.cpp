@@ -311,7 +311,7 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
       for (int k = 0; k < widths.sh; ++k) set(splat::kSh + 3 + k, (from.sh[i * widths.sh + k] - kShZero) / kShScale);
     }
   });
-  TakeUsableGaussians(path, options, &model);
+  RemoveUnusableGaussians(path, options, &model);
   return AtStoredDegrees(std::move(model));
 }
 

@@ -12,24 +12,25 @@
 
 namespace vesta::gs {
 
-// Reads versions 1 to 3 with SH degree 0 to 3. vesta's comments (SplatComments) are read from the comment of the gzip
-// header. The flag for splats trained with antialiasing is ignored. Throws Error, in one line with the file and the
-// problem. Memory for the number of Gaussians in the header is allocated only if the file is long enough for it.
+// Reads a splat of format version 1 to 3 with SH degree 0 to 3. vesta's comments (SplatComments) are read from the
+// comment of the gzip header. The flag for splats trained with antialiasing is ignored. Throws Error, in one line with
+// the file and the problem, if the file is damaged or not supported. The number of Gaussians in the header is checked
+// against the length of the file before memory is allocated.
 SplatModel ReadSpz(const std::string& path, const ReadSplatOptions& options = {});
 // bytes: the content of the file.
 SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSplatOptions& options);
 
-// Writes version 2, which all readers support, completely or not at all (kernels/core/files.h).
+// Writes a splat of format version 2, which all readers support, completely or not at all (kernels/core/files.h).
 // Quantisation steps:
-//   means          2^-12 units; smaller for small Gaussians, larger if means are far out
+//   means          2^-12 units; smaller if the Gaussians are small, larger if means are far from the origin
 //   log-scales     1/16 in -10..5.94
-//   rotations      1/127.5 in x, y and z of a quaternion (0.014 radians at most); of the 24 quaternions for the same
-//                  Gaussian (CubeTurns), the one with the smallest error
+//   rotations      1/127.5 in x, y and z of a quaternion (error at most 0.014 radians); of the 24 quaternions for
+//                  the same Gaussian (CubeTurns), the one with the smallest error
 //   opacities      1/255 (packed_values.h)
 //   SH             coefficient 0: 0.026 in -3.33..3.33; the others: 1/128 in -1..0.99
-// Values outside these ranges are clamped. Throws Error, in one line with the file, if a value is not finite or a step
-// of the means exceeds the median size of the Gaussians. The same holds if half of the Gaussians are too large or too
-// small for the log-scales.
+// Values outside these ranges are clamped. Throws Error, in one line with the file, if a value is not finite, if the
+// step of the means exceeds the median size of the Gaussians, or if half of the Gaussians are too large or too small
+// for the range of log-scales.
 void WriteSpz(const std::string& path, const SplatModel& model);
 
 // One of the 24 rotations that map the coordinate axes to each other. The principal axes of a Gaussian can be permuted
@@ -41,10 +42,10 @@ struct CubeTurn {
   std::array<int, 3> axes;
 };
 
-// The first is the identity.
+// All 24; the first is the identity.
 const std::array<CubeTurn, 24>& CubeTurns();
 
-// The product p q of quaternions w, x, y, z: the rotation q, then p.
+// The product p q of quaternions w, x, y, z: it rotates by q first, then by p.
 std::array<double, 4> Product(const std::array<double, 4>& p, const std::array<double, 4>& q);
 
 }  // namespace vesta::gs

@@ -25,17 +25,18 @@
 
 namespace vesta::gs {
 
-// Stage one of the training: Adam with adaptive density control, on one or a few views per iteration. Parameters,
-// gradient and moments stay in the memory space of B throughout.
+// The first stage of a training: Adam with densification and pruning, on one or a few views per iteration. Parameters,
+// gradient and moments are in the memory of backend B (host or GPU) during the whole stage.
 template <class B>
 class AdamStage {
  public:
-  // model: the initial Gaussians. The result is written into it.
+  // model: the initial Gaussians; receives the result. If the session has a saved Adam stage, the stage resumes from
+  // it.
   AdamStage(TrainingSession& session, SplatModel& model)
       : session_(session), options_(session.options()), result_(model), saved_(session.saved().Take(Stage::kAdam)) {}
 
   // Runs the remaining iterations. On a device it may throw OutOfDeviceMemory. RunAdamStage then calls the functions
-  // below, to roll back, to finish, or to restart on the host.
+  // below: RollBack, Finish or GiveBackSavedStage.
   void Run() {
     if (!state_) Begin();
     views_.LoadFull();
@@ -44,16 +45,15 @@ class AdamStage {
   }
 
   int iteration() const { return state_ ? state_->iteration : 0; }
-  // Returns the saved state to the session, so that another AdamStage can resume from it. Call this if the stage could
-  // not begin.
+  // Returns the saved state to the session. Call it if the stage could not begin, so that another AdamStage can resume.
   void GiveBackSavedStage() { session_.saved().GiveBack(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
-  // Restores the state before the last densification. From then on no Gaussians are added. Returns false if no such
-  // state is stored.
+  // Restores the state before the last densification; from then on no Gaussians are added. Returns false, and changes
+  // nothing, if no such state is stored.
   bool RollBack() {
     if (rollback_point_.empty()) return false;
     views_.FreePasses();
-    if constexpr (!kOnHost) rollback_point_.GoBack(&*state_);
+    if constexpr (!kOnHost) rollback_point_.Restore(&*state_);
     // The stored state is from before the opacity reset of that iteration, so the reset is repeated.
     if (session_.schedule().At(state_->span).resets_opacity) state_->model.ResetOpacity();
     return true;
@@ -119,7 +119,7 @@ class AdamStage {
     const IterationPlan plan = session_.schedule().At(planner_.NextSpan(Progress()));
     const int degree = DegreeOf(plan);
     Step(plan, degree);
-    // Evaluate before densification: cloning and splitting make the splat worse for a while.
+    // Evaluate before densification: directly after cloning and splitting, the image quality is lower.
     const bool is_stopped = RecordWhereDue(plan);
     const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
     session_.interim().SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
@@ -134,8 +134,9 @@ class AdamStage {
     Save();
     session_.interim().ServeViewer(Stage::kAdam, state_->iteration, on_host, Writer());
   }
-  // Stops after this iteration, which is already recorded. The stored model is from before densification and pruning;
-  // the checkpoint has the state after them. End-of-stage notes are not saved; the resumed run writes its own.
+  // Stops after this iteration, which is already recorded. The returned model is the one before the iteration's
+  // densification and pruning. A checkpoint has the state after them. Notes about the end of the stage are not in the
+  // checkpoint, since a resumed run adds its own.
   void Stop(const IterationPlan& plan, int degree) {
     state_->model.DownloadResult(result_);
     finished_ = true;
@@ -157,8 +158,7 @@ class AdamStage {
   // The SH degree in use.
   int DegreeOf(const IterationPlan& plan) const { return std::min(plan.max_sh_degree, state_->model.sh_degree()); }
 
-  // One step of Adam. The loss is summed, not averaged, over pixels and views, because Adam's steps do not depend on
-  // its scale.
+  // One step of Adam. The loss is summed, not averaged, over pixels and views: Adam's steps do not depend on its scale.
   void Step(const IterationPlan& plan, int degree) {
     views_.ChooseSize(plan.is_coarse);
     views_.DecideOnCamerasWhereDue(plan.span, &*state_);
@@ -171,7 +171,8 @@ class AdamStage {
     if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
-  // Averaging is optional: without memory for it, training continues.
+  // Adds the parameters to their average. If a device has too little memory for the average, the stage continues
+  // without it.
   void Average() {
     try {
       state_->model.Average();
@@ -181,7 +182,7 @@ class AdamStage {
     }
   }
 
-  // Records a history row if one is due. Returns true if the stage must stop; a row was then recorded for its result.
+  // Records a history row if one is due, or if the stage ends. Returns true if the stage must stop early.
   bool RecordWhereDue(const IterationPlan& plan) {
     const double ahead = planner_.EvaluationSeconds();
     const bool is_stopped = session_.early_end().ShouldStop(ahead);
@@ -217,7 +218,7 @@ class AdamStage {
     pruning_.Prune(*state_, plan, degree, [&] {
       views_.ReleasePhotographs();
       views_.FreePasses();
-      rollback_point_.Forget();  // the copy has more Gaussians than the pruned model
+      rollback_point_.Discard();  // the copy has more Gaussians than the pruned model
     });
   }
   void Densify() {
@@ -226,7 +227,7 @@ class AdamStage {
     const double begin = session_.Seconds();
     views_.FreePasses();  // the new arrays must fit beside the old ones
     state_->model.Densify(state_->iteration, [&] {
-      if constexpr (!kOnHost) rollback_point_.Keep(*state_);
+      if constexpr (!kOnHost) rollback_point_.Store(*state_);
     });
     planner_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
   }
@@ -237,7 +238,7 @@ class AdamStage {
     if (kind == StagePlanner::ForecastKind::kNothing) return;
     const bool is_first_guess = kind == StagePlanner::ForecastKind::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {
-      planner_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
+      planner_.timer().SetFullMinusCoarse(views_.MeasureFullMinusCoarse(degree, &state_->model));
     }
     const RemainingWork ahead = planner_.Ahead(Progress());
     session_.Predict(
@@ -249,7 +250,7 @@ class AdamStage {
     if constexpr (kOnHost) {
       return session_.plan().held_mib + PredictedMib(then, options_, 0);
     } else {
-      return PredictedDeviceMib(then, options_, 0, session_.memory().kept_on_device());
+      return PredictedDeviceMib(then, options_, 0, session_.memory().device_snapshot_bytes());
     }
   }
 
@@ -261,7 +262,7 @@ class AdamStage {
   StageViews<B> views_{session_};
   RollbackPoint<B> rollback_point_{session_};
   StagePlanner planner_{session_};
-  StagePruning<B> pruning_{session_, planner_.pace()};
+  StagePruning<B> pruning_{session_, planner_.timer()};
   int recorded_ = 0;
   bool finished_ = false;
 };

@@ -16,8 +16,8 @@
 
 namespace vesta::gs {
 
-// A copy of an archivable state (kernels/core/archive.h) whose arrays lie in device memory. The arrays are copied on
-// the device or to the host; all other members are copied to the host.
+// A copy of an object with arrays in device memory and a Visit function (kernels/core/archive.h). The arrays are copied
+// within the device or to the host; all other members are copied to the host.
 template <class Space>
 class StateSnapshot {
  public:
@@ -38,7 +38,8 @@ class StateSnapshot {
     return counter.bytes;
   }
 
-  // Moves the copy back into `state`. Frees the copy of each array in turn.
+  // Restores `state` from the copy, which is empty afterwards. Each array's copy is freed as soon as the array is
+  // restored.
   template <class State>
   void MoveTo(State& state) {
     Reader reader(*this);
@@ -50,7 +51,7 @@ class StateSnapshot {
   template <class T>
   using Array = Buffer<T, Space>;
 
-  // Visits members down to device arrays, and passes all other values to `other`.
+  // Calls on_array for each device array in `value`, including arrays of its members, and other for all other members.
   template <class OnArray, class Other, class Archive, class T>
   static void Dispatch(Archive& archive, T& value, const OnArray& on_array, const Other& other) {
     if constexpr (requires { value.Visit(archive); }) {
@@ -79,8 +80,8 @@ class StateSnapshot {
   class Writer {
    public:
     static constexpr bool kReads = false;
-    explicit Writer(StateSnapshot& kept)
-        : kept_(kept), archive_([&kept](std::string_view bytes) { kept.bytes_.append(bytes); }) {}
+    explicit Writer(StateSnapshot& snapshot)
+        : snapshot_(snapshot), archive_([&snapshot](std::string_view bytes) { snapshot.bytes_.append(bytes); }) {}
     template <class... Ts>
     void operator()(Ts&... values) {
       (Dispatch(
@@ -91,22 +92,22 @@ class StateSnapshot {
    private:
     template <class T>
     void Write(Array<T>& array) {
-      if (!kept_.on_device_) return archive_(array);
+      if (!snapshot_.on_device_) return archive_(array);
       Index size = array.size();
       archive_(size);
       const auto* first = reinterpret_cast<const unsigned char*>(array.data());
       const Span<const unsigned char, Space> all(first, size * static_cast<Index>(sizeof(T)));
-      kept_.arrays_.emplace_back().CopyFrom(all);
+      snapshot_.arrays_.emplace_back().CopyFrom(all);
     }
 
-    StateSnapshot& kept_;
+    StateSnapshot& snapshot_;
     ArchiveWriter archive_;
   };
 
   class Reader {
    public:
     static constexpr bool kReads = true;
-    explicit Reader(StateSnapshot& kept) : kept_(kept), archive_(kept.bytes_) {}
+    explicit Reader(StateSnapshot& snapshot) : snapshot_(snapshot), archive_(snapshot.bytes_) {}
     template <class... Ts>
     void operator()(Ts&... values) {
       (Dispatch(
@@ -117,15 +118,15 @@ class StateSnapshot {
    private:
     template <class T>
     void Read(Array<T>& array) {
-      if (!kept_.on_device_) return archive_(array);
+      if (!snapshot_.on_device_) return archive_(array);
       Index size = 0;
       archive_(size);
       array = Array<T>();
-      Array<unsigned char> bytes = std::move(kept_.arrays_[next_++]);
+      Array<unsigned char> bytes = std::move(snapshot_.arrays_[next_++]);
       array.CopyFrom(Span<const T, Space>(reinterpret_cast<const T*>(bytes.data()), size));
     }
 
-    StateSnapshot& kept_;
+    StateSnapshot& snapshot_;
     ArchiveReader archive_;
     std::size_t next_ = 0;
   };
@@ -135,52 +136,53 @@ class StateSnapshot {
   std::vector<Array<unsigned char>> arrays_;
 };
 
-// The state of the Adam stage before its last densification. The stage restores it when a device has too little memory
-// for the added Gaussians.
+// The state of the Adam stage before the last densification that added Gaussians. The stage restores it if a device
+// then has too little memory.
 template <class B>
 class RollbackPoint {
  public:
   explicit RollbackPoint(TrainingSession& session) : session_(session) {}
 
-  bool empty() const { return kept_.empty(); }
-  // Copies the state. The copy stays on the GPU if it fits beside the planned memory, else it is on the host.
-  void Keep(AdamStageState<B>& state) {
-    kept_ = Kept();
+  bool empty() const { return snapshot_.empty(); }
+  // Replaces the stored copy by a copy of this state. The copy is on the GPU if it fits there beside the planned memory
+  // of the stage, else on the host.
+  void Store(AdamStageState<B>& state) {
+    snapshot_ = Snapshot();
     iteration_ = state.iteration;
-    const double bytes = Kept::ArrayBytes(state);
+    const double bytes = Snapshot::ArrayBytes(state);
     if (bytes <= session_.memory().spare_device_bytes()) {
       try {
-        kept_ = Kept(state, true);
-        session_.memory().NoteKeptOnDevice(bytes);
+        snapshot_ = Snapshot(state, true);
+        session_.memory().NoteDeviceSnapshot(bytes);
         return;
       } catch (const OutOfDeviceMemory&) {  // less memory is free than planned
       }
     }
-    kept_ = Kept(state, false);
+    snapshot_ = Snapshot(state, false);
   }
-  void Forget() { kept_ = Kept(); }
-  // Discards the copy after two passes over the views: then the memory suffices for the current Gaussians.
+  void Discard() { snapshot_ = Snapshot(); }
+  // Discards the copy after two passes over all views: the memory has then proved to suffice for the current Gaussians.
   void DropSnapshotIfMemoryLasts(int iteration) {
     const auto seen =
         static_cast<std::size_t>(iteration - iteration_) * static_cast<std::size_t>(session_.options().adam.batch_size);
-    if (!empty() && seen >= 2 * session_.training_views().size()) Forget();
+    if (!empty() && seen >= 2 * session_.training_views().size()) Discard();
   }
-  // Restores the copy, which must exist, and fixes the number of Gaussians from then on.
-  void GoBack(AdamStageState<B>* state) {
+  // Restores the copy, which must exist, and stops the growth of the number of Gaussians.
+  void Restore(AdamStageState<B>* state) {
     state->model.Free();
     // Cameras keep their current poses and refinement state.
     StageCamerasState cameras = std::move(state->cameras);
-    kept_.MoveTo(*state);
+    snapshot_.MoveTo(*state);
     state->cameras = std::move(cameras);
-    state->model.StayAsMany();
+    state->model.LimitToCurrentCount();
   }
 
  private:
-  using Kept = StateSnapshot<typename B::Space>;
+  using Snapshot = StateSnapshot<typename B::Space>;
 
   TrainingSession& session_;
-  Kept kept_;
-  int iteration_ = 0;  // of the copy
+  Snapshot snapshot_;
+  int iteration_ = 0;  // iteration of the copied state
 };
 
 }  // namespace vesta::gs

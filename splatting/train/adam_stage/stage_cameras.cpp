@@ -64,8 +64,8 @@ bool StageCameras::moves(const StageSpan& span, const StageCamerasState& state) 
   return Choice(state) != CameraChoice::kNone && span.HasReached(kCamerasMove);
 }
 
-bool StageCameras::HoldsBack(std::size_t view, const StageCamerasState& state) const {
-  return is_deciding(state) && IsHeldBack(view, session_.training_views().size());
+bool StageCameras::IsHeldOut(std::size_t view, const StageCamerasState& state) const {
+  return is_deciding(state) && IsHeldOutForDecision(view, session_.training_views().size());
 }
 
 bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state) const {
@@ -75,7 +75,7 @@ bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state
 void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) const {
   std::vector<const View*> scoring_views;
   for (std::size_t i = 0; i < session_.training_views().size(); ++i) {
-    if (HoldsBack(i, *state)) scoring_views.push_back(session_.training_views()[i]);
+    if (IsHeldOut(i, *state)) scoring_views.push_back(session_.training_views()[i]);
   }
   std::vector<View> views = CoarseViews(scoring_views);
   if (views.empty()) {
@@ -83,15 +83,15 @@ void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) con
   }
   const CameraEvidence evidence = EvidenceOf(model, views, session_.options().background, NearPlane(session_.scene()));
   state->chosen = evidence.Choice();
-  session_.Note(notes::kCamerasChosen, schema::NameOf(*state->chosen, kCameraChoices), evidence.Words());
+  session_.Note(notes::kCamerasChosen, schema::NameOf(*state->chosen, kCameraChoices), evidence.Summary());
 }
 
 bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const {
   return own.age < CurvatureAge(session_.options().adam, span);
 }
 
-void StageCameras::NoteLackOfRoom(const std::string& why) {
-  if (std::exchange(lacked_room_, true)) return;
+void StageCameras::NoteOutOfMemory(const std::string& why) {
+  if (std::exchange(has_noted_memory_, true)) return;
   session_.Note(notes::kCamerasByOlderCurvatures, why);
 }
 
@@ -100,7 +100,7 @@ void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Le
   const FreeUnknowns free = FreeBy(Choice(*state));
   const ViewUnknowns& found = session_.cameras().found()[view];
   const std::vector<double>& curvature = state->views[view].curvature;
-  const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
+  const CameraStepContext around{depth_, kMostPixels / lens.fx, span.before};
   if (free.lens) {
     state->lenses.resize(lenses_.size());
     AddToLens(free, gradient, curvature, &state->lenses[lenses_.of[view]]);
@@ -132,7 +132,7 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
   const std::size_t first = lenses_.First(lens);
   const FreeUnknowns free = FreeBy(Choice(*state));
   const Camera& camera = session_.cameras().given()[first]->camera;
-  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonPart(span.before), kMostPixels / camera.lens.fx);
+  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonFactor(span.before), kMostPixels / camera.lens.fx);
   if (!Compose(step, found[first].lens).is_sound()) step = {};  // reject an implausible lens
   state->lenses[lens] = {};
   for (std::size_t view = 0; view < lenses_.of.size(); ++view) {
@@ -140,7 +140,7 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
     ViewUnknowns now = found[view];
     const std::vector<double>& curvature = state->views[view].curvature;
     if (!curvature.empty()) {
-      const std::vector<double> all = Follow(free, curvature, step);
+      const std::vector<double> all = FollowLensStep(free, curvature, step);
       now.motion = Plus(now, free, {all.data(), static_cast<Index>(all.size())}).motion;
     }
     now.lens = Compose(step, now.lens);
@@ -155,7 +155,7 @@ void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   // Not with free lenses: the principal point would drift to compensate for the fixed rotation.
   const bool holds = free.pose && !free.lens;
   const double eps2d = given.front()->camera.eps2d;
-  if (holds && !span.HasReached(MeanTurnFree(eps2d))) SubtractMeanRotation(&found);
+  if (holds && !span.HasReached(MeanRotationFreeFrom(eps2d))) SubtractMeanRotation(&found);
   if (free.color) FixExposureGauge(&found);
   for (std::size_t i = 0; i < found.size(); ++i) session_.cameras().Set(i, found[i]);
 }

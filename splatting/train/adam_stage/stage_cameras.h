@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refines cameras and exposures of the training views during the Adam stage. After each time its view was processed, a
-// camera takes a step. The step uses the gradient that the rendering passes for the splats also compute. A shared lens
-// moves after several of its views (cameras/training/camera_steps.h). Passes run in the memory of the stage's backend
-// B; all other work is on the host.
+// Refines cameras and exposures of the training views during the Adam stage. Each time a view was processed, its camera
+// takes a step. The gradient for the step comes from the rendering passes that also compute the gradient of the
+// Gaussians. A lens, which several views share, takes a step after up to 16 of its views
+// (cameras/training/camera_steps.h). Rendering passes run in the memory of backend B (host or GPU); all other work is
+// on the host.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,7 @@
 
 namespace vesta::gs {
 
-// State that the refinement resumes from, besides the found cameras (RunState).
+// State of the refinement for checkpoints. The current cameras are saved in RunState.
 struct StageCamerasState {
   std::vector<CameraStepState> views;
   std::vector<LensSystem> lenses;           // accumulated since the last step of each lens
@@ -45,18 +46,19 @@ class StageCameras {
 
   // True if a state read from a file is valid.
   bool IsState(const StageCamerasState& state) const;
+  // True if cameras take steps in this iteration.
   bool moves(const StageSpan& span, const StageCamerasState& state) const;
-  // True if a view is held out for now: it is used to decide whether cameras move.
-  bool HoldsBack(std::size_t view, const StageCamerasState& state) const;
-  // Decides is true if CameraChoice::kAuto must be decided before this iteration. Decide makes the decision and adds a
-  // note.
+  // True if the view is held out for now, because it will decide whether cameras are refined (CameraChoice::kAuto).
+  bool IsHeldOut(std::size_t view, const StageCamerasState& state) const;
+  // Decides(): true if kAuto must be decided before this iteration. Decide(): makes the decision with the held-out
+  // views, stores it in `state` and adds a note.
   bool Decides(const StageSpan& span, const StageCamerasState& state) const;
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
   // Call before the views of an iteration.
   void BeginIteration(const StageCamerasState& state) { seen_before_ = state.seen; }
-  // Moves the camera of the view. If a device has no memory to measure the curvature, the last one is used; without any
-  // curvature the camera does not move.
+  // Moves the camera of the view that was just processed. If a device has too little memory to measure the view's
+  // curvature, the last measured one is used; without any, the camera does not move.
   template <class B>
   void Step(const StageSpan& span, const ProcessedView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
@@ -68,17 +70,17 @@ class StageCameras {
         own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target);
         own.pixels = pixels;
       } catch (const OutOfDeviceMemory& error) {
-        NoteLackOfRoom(error.what());
+        NoteOutOfMemory(error.what());
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
     RescaleCurvature(pixels, &own);  // for an old curvature, or after a rollback
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
-  // Call after the views of an iteration. Takes the lens steps that are due. After each pass over all views it also
-  // fixes the gauge. Returns true if fixing the gauge moved all views.
+  // Call after the views of an iteration. Takes the lens steps that are due and, after each pass over all views, fixes
+  // the gauge (cameras/unknowns/gauge.h). Returns true if this may have moved views outside the iteration too.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
-  // Updates the camera in the targets. coarse may be empty, here and below.
+  // Copies the view's current camera to the full-size and half-size targets. `coarse` may be empty, here and below.
   template <class B>
   void UpdateCamera(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     const View& now = *session_.cameras().views()[view];
@@ -86,8 +88,8 @@ class StageCameras {
       if (!targets->empty()) targets->SetCamera(view, now);
     }
   }
-  // Updates the photograph to the found exposure; call before the photograph is used. This is slow, so it is not
-  // repeated for each step of a shared lens.
+  // Applies the inverse of the found exposure to the view's photograph in the targets. Call it before the photograph is
+  // used. It is separate from UpdateCamera because it is slow, and most moves do not change the exposure.
   template <class B>
   void Develop(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     if (!session_.cameras().Develop(view)) return;
@@ -105,9 +107,9 @@ class StageCameras {
   bool is_deciding(const StageCamerasState& state) const;
   // True if the view's curvature must be measured now.
   bool IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const;
-  // Adds the note once.
-  void NoteLackOfRoom(const std::string& why);
-  // Moves the view by its gradient.
+  // Adds a note that memory for curvatures is lacking, but only once.
+  void NoteOutOfMemory(const std::string& why);
+  // Takes the camera step of the view, and adds the view to the system of its lens.
   void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
             StageCamerasState* state);
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
@@ -118,7 +120,7 @@ class StageCameras {
   double depth_;  // depth of the scene in front of the cameras, world units
   SharedLenses lenses_;
   std::uint64_t seen_before_ = 0;  // StageCamerasState::seen at the start of the iteration
-  bool lacked_room_ = false;
+  bool has_noted_memory_ = false;
 };
 
 }  // namespace vesta::gs

@@ -21,16 +21,16 @@ namespace vesta::gs {
 template <class B>
 class StagePruning {
  public:
-  // pace: receives the time that scoring takes.
-  StagePruning(TrainingSession& session, IterationTimer& pace)
-      : session_(session), options_(session.options().pruning), timer_(pace) {}
+  // timer: predicts the time that scoring takes, and receives the measured time.
+  StagePruning(TrainingSession& session, IterationTimer& timer)
+      : session_(session), options_(session.options().pruning), timer_(timer) {}
 
-  // Prunes after the iteration of `plan`, when densification is done. degree: the SH degree in use. before() is called
-  // before scoring and may free the workspace of the iterations.
+  // Does the pruning that is due after the iteration of `plan`; call it after densification. degree: the SH degree in
+  // use. before() is called first if anything is due; it may free the workspace of the iterations.
   template <class Before>
   void Prune(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
     const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_fraction, state);
-    // Not before all SH bands are in use.
+    // SH degrees are lowered only after all SH bands are in use.
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
     if (!plan.prunes_unseen && !prunes && !lowers) return;
@@ -38,13 +38,14 @@ class StagePruning {
     before();
     session_.memory().NoteModel(state.model.layout());
     if (plan.prunes_unseen) KeepOnly(WellObserved(OnHost(state, degree), MakeScoringViews()), state);
-    // First, because scoring is cheaper with lower SH degrees.
+    // Lower the degrees first, because scoring Gaussians is then faster.
     if (lowers) LowerDegrees(state, degree);
     if (prunes) PruneByScore(state, degree);
     copy_ = SplatModel();
   }
 
-  // At the end of the stage: adds notes if more Gaussians remain than requested, or if scoring rounds were skipped.
+  // Call at the end of the stage. Adds notes if more Gaussians remain than requested, or if scoring was skipped for
+  // lack of time.
   void AddPruningNotes(const AdamStageState<B>& state, Index gaussians) const {
     if (state.scoring_skipped > 0) {
       session_.Note(notes::kScoringSkipped, state.scoring_skipped, session_.options().time_limit);
@@ -57,15 +58,16 @@ class StagePruning {
  private:
   static constexpr double kPartForDegrees = 0.5;  // fraction of the time for scoring
 
-  // Returns true if `passes` passes over all views fit into the scoring time; the fraction `part` of it is available by
-  // now. A requested number of Gaussians takes precedence over time. Counts a skipped round. Collective.
+  // Whether there is time for scoring that takes `passes` passes over all views. Scoring may take the fraction
+  // kScoringFraction of a time limit over the whole stage, and `part` times as much by now. Always true if
+  // keep_fraction is set. Counts the rounds that must be skipped. Collective.
   bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
-    const double free = part * kScoringFraction * limit - state.judged_seconds;
-    const auto judged = static_cast<double>(state.model.count());
+    const double free = part * kScoringFraction * limit - state.scoring_seconds;
+    const auto gaussians = static_cast<double>(state.model.count());
     const bool fits =
-        timer_.is_known() && passes * timer_.ScoringSeconds(judged, session_.IterationsPerEpoch()) <= free;
+        timer_.is_known() && passes * timer_.ScoringSeconds(gaussians, session_.IterationsPerEpoch()) <= free;
     const bool has_time = session_.processes().OfFirst(fits ? 1 : 0) > 0;
     if (!has_time) ++state.scoring_skipped;
     return has_time;
@@ -75,8 +77,8 @@ class StagePruning {
   }
   void PruneByScore(AdamStageState<B>& state, int degree) {
     if (state.before_pruning == 0) state.before_pruning = state.model.count();
-    const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
-    if (options_.prunes_to_count() && left >= judged) return;
+    const Index scored = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
+    if (options_.prunes_to_count() && left >= scored) return;
     const double begin = session_.Seconds();
     const auto round = static_cast<std::uint64_t>(state.iteration);
     const splat::Model<float> model = OnHost(state, degree);
@@ -85,8 +87,8 @@ class StagePruning {
             ? SelectToKeep(model, MakeScoringViews(), options_.prune_unseen, left)
             : KeepByAic(model, MakeScoringViews(), AicWeightAt(options_, state.span), session_.options().seed, round);
     KeepOnly(kept, state);
-    timer_.ObserveScoring(judged, session_.Seconds() - begin);
-    state.judged_seconds += session_.Seconds() - begin;
+    timer_.ObserveScoring(scored, session_.Seconds() - begin);
+    state.scoring_seconds += session_.Seconds() - begin;
   }
   void LowerDegrees(AdamStageState<B>& state, int degree) {
     const double begin = session_.Seconds();
@@ -97,9 +99,10 @@ class StagePruning {
       state.model.SetAttribute(a, SubstituteCoefficients(model, removal, degrees, a));
     }
     state.model.SetDegrees(degrees);
-    state.judged_seconds += session_.Seconds() - begin;
+    state.scoring_seconds += session_.Seconds() - begin;
   }
-  // One SH attribute for all Gaussians that have it. Gaussians whose degree is lowered get a substitute coefficient.
+  // The values of one SH attribute for all Gaussians that have it. A Gaussian whose degree is lowered gets the refitted
+  // coefficient of ShRemovalCost.
   static std::vector<float> SubstituteCoefficients(const splat::Model<float>& model, const ShRemovalCost& removal,
                                                    const std::vector<std::uint8_t>& degrees, int attribute) {
     const float* own = model.x + model.Offset(attribute);

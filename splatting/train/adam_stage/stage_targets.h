@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photographs of the current stage, in the memory of its backend.
+// The views of the Adam stage with their photographs, in the memory of its backend.
 #pragma once
 
 #include <algorithm>
@@ -14,17 +14,18 @@
 
 namespace vesta::gs {
 
-// Views to fit at one image size, with their photographs. If the photographs are in a store, the host holds one of them
-// at a time; a device holds copies of all.
+// The training views at one image size, with their photographs. A device has copies of all photographs. On the host,
+// they are references to images in memory. If the photographs are in the scene's store (PhotographStore), the host
+// refers to one of them at a time.
 template <class B>
 class StageTargets {
  public:
   bool empty() const { return targets_.empty(); }
   std::size_t size() const { return targets_.size(); }
   const splat::PosedCamera& camera(std::size_t i) const { return targets_[i].camera; }
-  // The view with its photograph, valid until the next call with another index.
+  // View i with its photograph; valid until the next call with another index.
   const TargetView<B>& operator[](std::size_t i) {
-    if (!stored_.empty() && shown_ != i) Look(i);
+    if (!stored_.empty() && shown_ != i) ReadStored(i);
     return targets_[i];
   }
   // The device copies of the photographs; empty on the host, which uses the scene's images.
@@ -33,7 +34,8 @@ class StageTargets {
   }
   // True if photographs are read from a store on demand.
   bool are_stored() const { return !stored_.empty(); }
-  // Starts to read the next photographs; next() returns the views to be used, in order.
+  // Starts to read the next photographs from the store. next() returns the index of the next view to be used, then of
+  // the one after it, and so on.
   template <class Next>
   void Prefetch(const Next& next) const {
     std::vector<Index> numbers;
@@ -41,7 +43,7 @@ class StageTargets {
     stored_.front()->store()->Expect(numbers);
   }
 
-  // For photographs that outlive this object.
+  // Loads the views. Their images must outlive this object. near: distance of the near plane.
   void Load(const std::vector<const View*>& views, double near) {
     bool are_stored = false;
     for (const View* view : views) are_stored = are_stored || view->stored;
@@ -55,15 +57,15 @@ class StageTargets {
       stored_.push_back(view->stored);
     }
   }
-  // Takes ownership of photographs made for this stage.
-  void Hold(std::vector<View> views, double near) {
+  // The same for views whose images this object then owns.
+  void LoadOwned(std::vector<View> views, double near) {
     views_ = std::move(views);
     std::vector<const View*> pointers;
     for (const View& view : views_) pointers.push_back(&view);
     Load(pointers, near);
     if constexpr (!kOnHost) views_ = std::vector<View>();
   }
-  // Replaces the camera of view i. `view` may have any image size.
+  // Replaces the camera of view i by the camera of `view`, scaled to the image size of view i.
   void SetCamera(std::size_t i, const View& view) {
     splat::PosedCamera& camera = targets_[i].camera;
     const splat::PosedCamera posed = ToPosedCamera(view, camera.near);
@@ -72,8 +74,8 @@ class StageTargets {
     std::copy_n(posed.centre, 3, camera.centre);
     camera.lens = ResizeCamera(view.camera, camera.width, camera.height).lens;
   }
-  // Replaces the photograph of view i, which may have any size, and its mask if it has one. Nothing to do when the
-  // target refers to the scene's own image.
+  // Replaces the photograph of view i by `image`, resized if necessary, and the mask if `image` has one. Does nothing
+  // on the host if the views refer to the scene's images, which are then already changed.
   void SetPhotograph(std::size_t i, const Image& image) {
     if (kOnHost && views_.empty()) return;
     const ImageShape shape = targets_[i].shape();
@@ -91,7 +93,8 @@ class StageTargets {
     }
   }
   void Clear() { *this = StageTargets(); }
-  // Frees the current photograph before other code loads photographs: the store's budget does not cover both.
+  // Frees the current photograph of a store. Call it before other code reads photographs: the store's memory limit does
+  // not include a second one in use.
   void Release() {
     photograph_.reset();
     shown_ = kNone;
@@ -105,7 +108,7 @@ class StageTargets {
     targets_[i].truth = SplatBackend<B>::MakeTruth(ValuesOf(image));
     targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(image));
   }
-  void Look(std::size_t i) {
+  void ReadStored(std::size_t i) {
     Release();  // frees memory for the next one
     photograph_ = stored_[i]->Get();
     SetTruth(i, *photograph_);

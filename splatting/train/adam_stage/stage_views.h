@@ -27,14 +27,14 @@ namespace vesta::gs {
 // Workspace and results of the forward and backward passes over one view.
 template <class B>
 struct ViewPasses {
-  // |e| without smoothing, as in 3DGS: Adam needs no floor.
+  // |e| is not smoothed near 0 (l1_floor), as in 3DGS; only LM needs that.
   typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
   typename SplatBackend<B>::SplatView view;
   typename SplatBackend<B>::Workspace workspace;
   typename B::Vector image, image_gradient;
-  SumOfViews<typename B::Space> views;  // of one iteration
+  SumOfViews<typename B::Space> views;  // sums the gradients of the views of one iteration
 
-  // Adds the gradient of the view's cost; loss.Value() returns the cost.
+  // Renders the view and adds the gradient of its cost to `gradient`. Then loss.Value() returns the cost.
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* background,
                    float* gradient) {
     const ImageShape shape = target.shape();
@@ -65,7 +65,7 @@ class StageViews {
     if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
     std::vector<View> views = CoarseViews(session_.training_views());
     lacks_coarse_ = views.empty();
-    coarse_.Hold(std::move(views), near_);
+    coarse_.LoadOwned(std::move(views), near_);
   }
   // True if a camera state read from a file is valid.
   bool IsState(const StageCamerasState& cameras) const { return cameras_.IsState(cameras); }
@@ -73,7 +73,7 @@ class StageViews {
   // True if half-size photographs exist.
   bool have_coarse() const { return !lacks_coarse_; }
 
-  // Decides CameraChoice::kAuto if that is due before the iteration.
+  // Decides whether cameras are refined (CameraChoice::kAuto), if the decision is due before this iteration.
   void DecideOnCamerasWhereDue(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.Decides(span, state->cameras)) return;
     const ScopedPhase phase("cameras");
@@ -82,8 +82,8 @@ class StageViews {
     full_.Release(), coarse_.Release();
     cameras_.Decide(model, &state->cameras);
   }
-  // Runs one iteration: gradients of the views, camera steps, model step. Returns the mean cost of the views, per pixel
-  // and channel. Only this function fixes the order of the three.
+  // Runs one iteration: gradients of the views, then camera steps, then the step of the Gaussians. Returns the mean
+  // cost of the views, per pixel and channel.
   double Step(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
     const double cost = AddGradients(plan, degree, state);
     MoveSharedCameras(plan.span, state);
@@ -92,13 +92,14 @@ class StageViews {
   }
   // Pixels of the latest iteration.
   double pixels() const { return pixels_; }
-  // Applies moved cameras to the targets of later iterations.
+  // Copies the cameras that moved to the targets, for later iterations.
   void UpdateMovedCameras() {
     for (const std::size_t view : moved_) cameras_.UpdateCamera(view, &full_, &coarse_);
     moved_.clear();
   }
 
-  // Call before other code reads the scene's photographs: applies the found exposures and frees the current photograph.
+  // Call before other code reads the scene's photographs. Applies the inverse of the found exposures to all
+  // photographs, and frees the current photograph of a store.
   void ReleasePhotographs() {
     cameras_.DevelopAll(&full_, &coarse_);
     full_.Release(), coarse_.Release();
@@ -109,9 +110,9 @@ class StageViews {
   // Frees the workspace; the next pass allocates it again.
   void FreePasses() { passes_.reset(); }
 
-  // Measures on a few views how many seconds a full-size iteration takes more than a half-size one. Does not change the
-  // training.
-  double MeasureFullBeyondCoarse(int degree, TrainedModel<B>* model) {
+  // Measures, on up to eight views, the time of a full-size iteration minus the time of a half-size one, in seconds.
+  // Does not change the training.
+  double MeasureFullMinusCoarse(int degree, TrainedModel<B>* model) {
     const ScopedPhase phase("forecast");
     const auto seconds = [&](StageTargets<B>& targets, std::size_t view) {
       const double begin = session_.Seconds();
@@ -127,7 +128,7 @@ class StageViews {
       coarse += seconds(coarse_, k * all / views) / static_cast<double>(views);
       full += seconds(full_, k * all / views) / static_cast<double>(views);
     }
-    model->ForgetGradient();
+    model->DiscardGradient();
     return options_.adam.batch_size * std::max(0.0, full - coarse);
   }
 
@@ -173,7 +174,7 @@ class StageViews {
   // The next view that is not held out.
   std::size_t NextView(ViewOrder& order, const AdamStageState<B>& state) const {
     std::size_t next = order.Next();
-    while (cameras_.HoldsBack(next, state.cameras)) next = order.Next();
+    while (cameras_.IsHeldOut(next, state.cameras)) next = order.Next();
     return next;
   }
   // Prefetches the photographs of the next views from the store.
@@ -222,7 +223,7 @@ class StageViews {
   StageTargets<B> full_, coarse_;  // coarse_: empty while iterations use full-size views
   bool lacks_coarse_ = false;
   StageCameras cameras_{session_};
-  std::vector<std::size_t> moved_;  // in this iteration
+  std::vector<std::size_t> moved_;  // views whose cameras moved since UpdateMovedCameras
   std::optional<ViewPasses<B>> passes_;
   TermExchange exchange_;
   double pixels_ = 0;

@@ -20,20 +20,21 @@
 
 namespace vesta::gs {
 
-// A model in training, with the optimiser and density state of each Gaussian, in any memory space.
+// A model in training, with the state of Adam and of density control for each Gaussian, in the memory of backend B.
 template <class B>
 class TrainedModel {
  public:
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  // unit_views: see LengthUnitViews. unit: the length unit of Gaussians outside all unit views.
+  // unit_views: the views from which each Gaussian's unit of length is computed (LengthUnitViews); its position
+  // learning rate is in that unit. unit: the unit for Gaussians outside all these views.
   TrainedModel(const SplatModel& model, Adam<B> adam, DensityControl<Space> density,
                const std::vector<splat::PosedCamera>& unit_views, double unit)
       : layout_(model), adam_(std::move(adam)), density_(std::move(density)), unit_(unit) {
     x_.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
     unit_views_.CopyFrom(HostSpan<const splat::PosedCamera>(unit_views.data(), static_cast<Index>(unit_views.size())));
-    StartAnew();
+    ResetStatisticsAndUnits();
   }
 
   const splat::ModelLayout& layout() const { return layout_; }
@@ -52,51 +53,52 @@ class TrainedModel {
     return gradient_.data();
   }
   // Discards the gradient accumulated since the last step.
-  void ForgetGradient() { gradient_ = Vector(); }
+  void DiscardGradient() { gradient_ = Vector(); }
   // Takes an Adam step.
   void Step(int attributes, double factor) { adam_.Step(layout_, x_, gradient(attributes), attributes, factor); }
-  // Adds the current parameters to their average, which lasts until Gaussians change. On a device it may throw
-  // OutOfDeviceMemory, which discards the average.
+  // Adds the current parameters to their average. Densify, SetAttribute and ResetOpacity discard the average. On a
+  // device it may throw OutOfDeviceMemory; the average is then empty.
   void Average() { average_.Add(x_); }
 
-  // Clones, splits and prunes. `iteration` seeds the random offsets of split Gaussians. Resets the density statistics
-  // and recomputes the length units. rollback_point() is called only if Gaussians are added, and before that. On a
-  // device it may throw OutOfDeviceMemory. If no Gaussians were to be added, the old or the new model can still be
-  // downloaded.
+  // Clones, splits and prunes. `iteration` determines the random offsets of split Gaussians. Resets the density
+  // statistics and recomputes the length units. If Gaussians will be added, rollback_point() is called first. On a
+  // device it may throw OutOfDeviceMemory. Unless Gaussians were to be added, a model can then still be downloaded: the
+  // old or the new one.
   template <class RollbackPoint>
   void Densify(int iteration, const RollbackPoint& rollback_point) {
-    average_.StartAnew();
+    average_.Clear();
     gradient_ = Vector();  // zero between steps; frees its memory
     const DensityPlan<Space> plan = density_.Decide(x_.data(), count());
     if (plan.count > count()) rollback_point();
-    if (plan.changes) Follow(plan, iteration);
-    StartAnew();
+    if (plan.changes) ApplyPlan(plan, iteration);
+    ResetStatisticsAndUnits();
   }
   // Keeps only the given Gaussians (ascending indices), with their moments and average. On a device it may throw
-  // OutOfDeviceMemory; the old model can still be downloaded.
+  // OutOfDeviceMemory; the old model can then still be downloaded.
   void Keep(const std::vector<Index>& kept) {
     const std::vector<std::uint32_t> source(kept.begin(), kept.end());
-    Take({source, LayoutOfRows(layout_, source)});
-    StartAnew();
+    SelectRows({source, LayoutOfRows(layout_, source)});
+    ResetStatisticsAndUnits();
   }
   // Sets the SH degree of each Gaussian, at most its current degree. Higher bands are removed with their moments and
-  // average. This reorders the Gaussians and their data (OrderByDegree). On a device it may throw OutOfDeviceMemory;
-  // the old or the new model can still be downloaded.
+  // average. The Gaussians are sorted by degree (OrderByDegree). On a device it may throw OutOfDeviceMemory; the old or
+  // the new model can then still be downloaded.
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     const DegreeOrder order = OrderByDegree(layout_, degrees);
     if (order.layout == layout_) return;
-    const Buffer<std::uint32_t, Space> rows = Take(order);
+    const Buffer<std::uint32_t, Space> rows = SelectRows(order);
     density_.Reorder(rows);
     adam_.SetUnits(GatherNumbers(adam_.units(), rows));
   }
-  // Sets one attribute of all Gaussians that have it, and restarts the average.
+  // Sets one attribute of all Gaussians that have it, and discards the average.
   void SetAttribute(int attribute, const std::vector<float>& values) {
-    average_.StartAnew();
+    average_.Clear();
     const Index rows = layout_.Rows(attribute);
     B().FromHost({values.data(), rows}, x_.view().subspan(layout_.Offset(attribute), rows));
   }
+  // Limits all opacities to 0.01, clears their moments and discards the average.
   void ResetOpacity() {
-    average_.StartAnew();
+    average_.Clear();
     DensityControl<Space>::LowerOpacities(x_.data(), count());
     adam_.Reset(layout_, splat::kOpacity);
   }
@@ -104,23 +106,23 @@ class TrainedModel {
   // Copies the parameters of result() to the host.
   void DownloadResult(SplatModel& model) const { Download(Result(), model); }
   void DownloadParameters(SplatModel& model) const { Download(x_, model); }
-  // Like DownloadResult, but frees all other data first; for the end of the stage.
+  // The same, but frees all other data first; for the end of the stage.
   void Finish(SplatModel& model) {
     gradient_ = Vector();
     adam_.Free();
     DownloadResult(model);
   }
-  // Frees all that Visit reads.
+  // Frees the arrays, before Visit reads a saved state.
   void Free() {
     x_ = Vector(), gradient_ = Vector();
-    average_.StartAnew();
+    average_.Clear();
     adam_.Free();
-    density_.Forget(0);
+    density_.ResetStatistics(0);
   }
   // Fixes the maximal number of Gaussians at the current one, and resets the density statistics.
-  void StayAsMany() {
+  void LimitToCurrentCount() {
     density_.LimitGaussians(count());
-    StartAnew();
+    ResetStatisticsAndUnits();
   }
 
   // True if a state read from a file is a consistent model.
@@ -135,11 +137,11 @@ class TrainedModel {
   }
 
  private:
-  void Follow(const DensityPlan<Space>& plan, int iteration) {
+  void ApplyPlan(const DensityPlan<Space>& plan, int iteration) {
     Rearrange(LayoutOf(plan.source), plan.source, plan.kept);
-    density_.Renew(plan, iteration, x_.data());
+    density_.InitChildren(plan, iteration, x_.data());
   }
-  // The layout after selecting `source`, which is sorted by SH degree.
+  // The layout of a model with the Gaussians `source` of this one, which must be sorted by SH degree.
   splat::ModelLayout LayoutOf(const Buffer<std::uint32_t, Space>& source) const {
     if (layout_.is_uniform()) return {.count = source.size(), .sh_degree = sh_degree()};
     return LayoutOfRows(layout_, OnHost(source));
@@ -153,8 +155,9 @@ class TrainedModel {
       return copy;
     }
   }
-  // Selects the rows of `order`, with their moments and average. Returns the source rows.
-  Buffer<std::uint32_t, Space> Take(const DegreeOrder& order) {
+  // Selects and reorders Gaussians with their moments and average: Gaussian i becomes order.source[i]. Returns the
+  // source.
+  Buffer<std::uint32_t, Space> SelectRows(const DegreeOrder& order) {
     gradient_ = Vector();
     const std::vector<std::uint8_t> all(order.source.size(), 1);
     Buffer<std::uint32_t, Space> rows;
@@ -166,8 +169,8 @@ class TrainedModel {
     average_ = std::move(average);
     return rows;
   }
-  // Gaussian i becomes a copy of source[i], with the bands that `layout` has. Moments are copied if kept[i], else
-  // reset.
+  // Gaussian i becomes a copy of Gaussian source[i], with the SH bands of `layout`. Its moments are copied if kept[i]
+  // is 1; if 0, they become zero.
   void Rearrange(const splat::ModelLayout& layout, const Buffer<std::uint32_t, Space>& source,
                  const Buffer<std::uint8_t, Space>& kept) {
     adam_.Rearrange(layout_, layout, source, kept);
@@ -177,9 +180,9 @@ class TrainedModel {
     x_ = std::move(x);
     layout_ = layout;
   }
-  // Resets what depends on the set of Gaussians: density statistics and length units.
-  void StartAnew() {
-    density_.Forget(count());
+  // Resets the density statistics and computes the length units, which depend on the Gaussians.
+  void ResetStatisticsAndUnits() {
+    density_.ResetStatistics(count());
     adam_.SetUnits(MeasureUnits<Space>(count(), x_.data(), unit_views_, unit_));
   }
   void Download(const Vector& x, SplatModel& model) const {
@@ -201,31 +204,31 @@ class TrainedModel {
   double unit_;
 };
 
-// The complete state that the stage resumes from, besides options and photographs.
+// The complete state of the Adam stage for checkpoints, except options, photographs and the current cameras.
 template <class B>
 struct AdamStageState {
   TrainedModel<B> model;
   ViewOrder order;
-  int iteration = 0;     // iterations done
-  StageSpan span{0, 0};  // of the last iteration
-  double mean_cost = 0;
+  int iteration = 0;         // iterations done
+  StageSpan span{0, 0};      // of the last iteration
+  double mean_cost = 0;      // running mean of the cost per pixel and channel
   bool averages = true;      // false after the average ran out of memory
   Index before_pruning = 0;  // number of Gaussians before the first pruning; 0: not pruned yet
   StageCamerasState cameras = {};
-  // Seconds spent on scoring, and scoring rounds skipped for lack of time (StagePruning).
-  double judged_seconds = 0;
+  // Seconds spent on scoring, and number of scoring rounds skipped for lack of time (StagePruning).
+  double scoring_seconds = 0;
   int scoring_skipped = 0;
 
   // True if a state read from a file is valid.
   bool IsWhole() const {
     const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
     return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0 &&
-           judged_seconds >= 0 && scoring_skipped >= 0;
+           scoring_seconds >= 0 && scoring_skipped >= 0;
   }
   template <class Archive>
   void Visit(Archive& archive) {
     archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning, cameras,
-            judged_seconds, scoring_skipped);
+            scoring_seconds, scoring_skipped);
   }
 };
 

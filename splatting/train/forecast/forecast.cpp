@@ -9,8 +9,8 @@
 
 namespace vesta::gs {
 
-RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
-                            const StageProgress& now, double judging) {
+RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& growth, const TrainingSchedule& schedule,
+                            const StageProgress& now, double iterations_per_scoring) {
   const TrainOptions& options = schedule.options();
   constexpr int kPieces = 100;  // per stage; the remaining ones are simulated one by one
   const double done = now.span.after;
@@ -21,29 +21,30 @@ RemainingWork ForecastStage(const IterationTimer& pace, const GrowthForecast& gr
   RemainingWork ahead{.gaussians = gaussians, .most_gaussians = gaussians};
   Index before_pruning = now.before_pruning;
   int changes = 0;
-  double judged_seconds = 0;
+  double scoring_seconds = 0;
   for (int k = 0; k < pieces; ++k) {
     const IterationPlan plan = schedule.At({done + k * piece, done + (k + 1) * piece});
     const bool is_coarse = now.has_coarse_views && plan.is_coarse;
-    ahead.seconds += pace.Seconds(is_coarse, ahead.gaussians) / pieces;
-    ahead.full_seconds += pace.Seconds(false, ahead.gaussians) / pieces;
+    ahead.seconds += timer.Seconds(is_coarse, ahead.gaussians) / pieces;
+    ahead.full_seconds += timer.Seconds(false, ahead.gaussians) / pieces;
     if (plan.densifies) {
       ahead.gaussians = std::min(limit, growth.After(gaussians, ++changes));
       ahead.most_gaussians = std::max(ahead.most_gaussians, ahead.gaussians);
-      ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
+      ahead.change_seconds += timer.ChangeSeconds(ahead.gaussians);
     }
     if (plan.lowers_sh_degrees) {
-      judged_seconds += 2 * judging * pace.Seconds(false, ahead.gaussians);  // two passes
+      scoring_seconds += 2 * iterations_per_scoring * timer.Seconds(false, ahead.gaussians);  // two passes
     }
     if (plan.prunes) {
       if (before_pruning == 0) before_pruning = static_cast<Index>(ahead.gaussians);
-      judged_seconds += pace.ScoringSeconds(ahead.gaussians, judging);
+      scoring_seconds += timer.ScoringSeconds(ahead.gaussians, iterations_per_scoring);
       const double left = ExpectedAfter(options.pruning, plan.span, before_pruning);
       ahead.gaussians = std::min(ahead.gaussians, left);
     }
   }
   const bool is_limited = options.time_limit > 0 && !options.pruning.prunes_to_count();
-  ahead.change_seconds += is_limited ? std::min(judged_seconds, kScoringFraction * options.time_limit) : judged_seconds;
+  ahead.change_seconds +=
+      is_limited ? std::min(scoring_seconds, kScoringFraction * options.time_limit) : scoring_seconds;
   return ahead;
 }
 
@@ -89,9 +90,9 @@ double StagePlanner::IterationsInTime(const StageProgress& now) const {
 StagePlanner::ForecastKind StagePlanner::NextForecast(bool grows) {
   const bool is_first_guess = grows && !growth_.is_known();
   const bool is_late = session_.Seconds() - begin_seconds_ >= 1;
-  if (!timer_.is_known() || has_foretold_ || (is_first_guess && (!is_late || has_guessed_)))
+  if (!timer_.is_known() || has_forecast_ || (is_first_guess && (!is_late || has_guessed_)))
     return ForecastKind::kNothing;
-  (is_first_guess ? has_guessed_ : has_foretold_) = true;
+  (is_first_guess ? has_guessed_ : has_forecast_) = true;
   return is_first_guess ? ForecastKind::kFirstGuess : ForecastKind::kForecast;
 }
 

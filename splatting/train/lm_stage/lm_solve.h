@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Code shared by both kinds of LM stage: saved state, start, iteration loop, resulting model, and the reaction when a
-// GPU runs out of memory.
+// Code shared by both kinds of LM stage, of Gaussians alone (SplatLm) and of Gaussians with cameras (JointLm, both in
+// lm_stage.h): saved state, start, iteration loop, resulting model, and the reaction when a GPU runs out of memory.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,13 +25,13 @@
 
 namespace vesta::gs {
 
-// The header of a saved LM stage. The solver state (LmStepper::Save) follows it; its x begins with the model's
-// parameters. Options and photographs are not saved.
+// The first part of a saved LM stage. The state of the solver (LmStepper::Save) follows. Its parameter vector x comes
+// first, and x begins with the parameters of the model. Options and photographs are not saved.
 struct LmStageHeader {
   splat::ModelLayout layout;
-  int done = 0;                   // iterations of earlier solves
+  int done = 0;                   // iterations of earlier solves; a stage has several if a GPU ran out of memory
   std::vector<float> units;       // length units of the Gaussians at the start of the stage
-  bool eliminates_views = false;  // with camera refinement
+  bool eliminates_views = false;  // whether PCG solves the reduced system (with camera refinement)
 
   template <class Archive>
   void Visit(Archive& archive) {
@@ -69,12 +69,12 @@ class LmStart {
   LmStart& operator=(const LmStart&) = delete;
 
   bool saved() const { return saved_.has_value(); }
-  // Constructs a stepper from `args` and the saved solver state; call at most once. Throws like the constructor.
+  // Constructs a Stepper from `args` and the saved state of the solver; call at most once. Throws like the constructor.
   template <class Stepper, class... Args>
-  Stepper GoOn(Args&&... args) {
+  Stepper MakeStepper(Args&&... args) {
     return session_.saved().Validate([&] { return Stepper(std::forward<Args>(args)..., reader_); });
   }
-  // Finished iterations of the saved solve; the stage begins with its best model.
+  // Number of finished iterations of the saved solve; 0 for a new stage.
   int finished() const { return saved_ ? session_.saved().first_iteration() - header.done : 0; }
 
   LmStageHeader header;
@@ -85,14 +85,14 @@ class LmStart {
   ArchiveReader reader_;
 };
 
-// The best model of a stepper; refers to the stepper's x.
+// The best model of a stepper so far; refers to the stepper's memory.
 template <Backend B>
 splat::Model<float> BestOf(const LmStepper<B>& stepper, const splat::ModelLayout& layout) {
   return {stepper.x().data(), layout, layout.sh_degree};
 }
 
-// Runs the stepper until it converges or the session stops. header: saved before the solver state. best: the best
-// model, for the history. moved: called after each step. Returns the engine's full report.
+// Runs the stepper until it is done or the session stops. header: saved before the solver state in checkpoints. best:
+// the best model, for the history. moved: called after each step. Returns the solver's full report.
 template <Backend B>
 std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageHeader& header,
                        const ModelToRecord& best, const std::function<void()>& moved) {
@@ -109,7 +109,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     session.history().Record(Stage::kLm, 0, best);
     if (!stepper.done()) session.interim().SaveWhereDue(Stage::kLm, 0, save);
   }
-  // Predict the time of the next step from the latest one, including its evaluation.
+  // The next step, with its evaluation, is expected to take as long as the latest one.
   for (double latest = 0; !stepper.done() && !session.early_end().ShouldStop(latest);) {
     const double begin = session.clock().Total();
     const LmIteration& row = stepper.Step();
@@ -137,13 +137,14 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
   return summary.FullReport();
 }
 
-// The model of an LM stage, which is the beginning of the stepper's best x: in the memory of B and on the host.
+// The best model of an LM stage so far: the first elements of the stepper's x. It is in the memory of backend B and,
+// after TakeBest, on the host.
 template <class B>
 class LmModel {
  public:
-  // copies: device copies of the training photographs for evaluation; empty: use the session's. workspace: free between
-  // steps. model: receives the data in TakeBest(); until then it holds older data, or none if x is on the host. All
-  // must outlive this object.
+  // copies: device copies of the training photographs for evaluation; empty: the session's photographs are used.
+  // workspace: used for evaluation; the solver must not need its content between steps. model: has the layout;
+  // TakeBest() stores the parameters in it. All must outlive this object.
   LmModel(TrainingSession& session, const LmStepper<B>& stepper, std::span<const TargetView<B>> copies,
           typename SplatBackend<B>::Workspace& workspace, SplatModel& model)
       : session_(session), stepper_(stepper), copies_(copies), workspace_(workspace), model_(model) {}
@@ -179,17 +180,19 @@ class LmModel {
   SplatModel& model_;
 };
 
-// Runs the whole LM stage. `problem` is a SplatLm or a JointLm: it creates the least-squares problem and its start, and
-// follows the steps. Stores the best model, records its last state and returns the engine's full report. If a GPU runs
-// out of memory, the stage continues from its best model with less memory if the problem supports it, else it ends
-// after the last finished iteration. Throws OutOfDeviceMemory if no iteration finished and there was no Adam stage;
-// throws Error if a saved state does not belong to this stage.
+// Runs the whole LM stage. `problem` is a SplatLm or a JointLm (lm_stage.h): it creates the least-squares problem and
+// its start vector, and its Moved() is called after each step. Stores the best model in `model`, records the last state
+// in the history and returns the solver's full report.
+// If a GPU runs out of memory, the stage continues from its best model with less memory if problem.ReduceMemory() is
+// true; else it ends after the last finished iteration, with an empty report. Throws OutOfDeviceMemory if it would end
+// without a finished iteration and there was no Adam stage. Throws Error if a saved state does not belong to this
+// stage.
 template <class B, class StageProblem>
 std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& start, StageProblem& problem) {
   constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
   vesta::LmOptions engine = problem.EngineOptions();
   int& done = start.header.done;
-  int finished = start.finished();  // iterations since then; the model is their best
+  int finished = start.finished();  // iterations of the current solve
   bool resumes = start.saved();
   for (;;) {
     try {
@@ -199,7 +202,7 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
       if (!resumes) x = problem.Start(model);
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done, its x holds the model
       engine.max_iterations = std::max(0, session.plan().lm.iterations - done);
-      LmStepper<B> stepper = resumes ? start.template GoOn<LmStepper<B>>(engine, backend, solved)
+      LmStepper<B> stepper = resumes ? start.template MakeStepper<LmStepper<B>>(engine, backend, solved)
                                      : LmStepper<B>(engine, backend, solved, std::move(x));
       if (std::exchange(resumes, false)) problem.Resumed(stepper);
       LmModel<B> best(session, stepper, problem.copies(), problem.workspace(), model);
@@ -213,7 +216,7 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
     } catch (const OutOfDeviceMemory& error) {
       done += std::exchange(finished, 0);
       resumes = false;  // the model is the result of the saved solve
-      if (!problem.TakeLessMemory()) {
+      if (!problem.ReduceMemory()) {
         if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(notes::kLmEnds, done, error.what());
         return "";

@@ -51,7 +51,7 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
   const TrainOptions& options = session.options();
   ResolvedPlan& plan = session.Decide();
   const bool finds_cameras = FindsCamerasByLm(options);
-  const StageMemory memory = MemoryToPlanBy(stages, options.memory, plan.held_mib);
+  const StageMemory memory = MemoryForStages(stages, options.memory, plan.held_mib);
   const JacobianKind asked = plan.lm.jacobian;
   try {
     plan.lm_memory = finds_cameras ? PlanJointLm(counts, options, memory) : PlanLm(counts, plan.lm, memory);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LM stage: Levenberg-Marquardt on all training views, planned to fit the memory (memory/memory_plan.h).
+// The LM stage: Levenberg-Marquardt on all training views, in a form that fits into the memory (memory/memory_plan.h).
 #pragma once
 
 #include <memory>
@@ -22,11 +22,11 @@
 
 namespace vesta::gs {
 
-// units: the length unit of each Gaussian.
+// Options of the least-squares problem for a model with this layout. units: the length unit of each Gaussian.
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const splat::ModelLayout& layout,
                                      const std::vector<float>& units);
 
-// LM on the Gaussians alone, for SolveLmStage, in any memory space.
+// LM on the Gaussians alone, in the memory of backend B. SolveLmStage (lm_solve.h) calls the functions.
 template <class B>
 class SplatLm {
  public:
@@ -56,9 +56,10 @@ class SplatLm {
   auto& workspace() { return problem_->workspace(); }
   void Resumed(const LmStepper<B>&) {}
   void Moved(const LmStepper<B>&) {}
-  // Stops caching views: each view is rebuilt when needed. The plan counts only some views, and other programs may use
-  // the GPU's memory. Returns false if views are not cached already.
-  bool TakeLessMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
+  // Stops caching views: from now on each view is rebuilt when needed. Returns false if views are already not cached.
+  // (The GPU can run out of memory despite the plan: it is estimated from some of the views, and other programs may
+  // allocate.)
+  bool ReduceMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
 
  private:
   TrainingSession& session_;
@@ -71,14 +72,15 @@ class SplatLm {
 
 JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::ModelLayout& layout,
                                    const LmStageHeader& header);
-// header.eliminates_views: see JointProblemOptions.
+// Options of the solver. header.eliminates_views: whether PCG solves the system without the views
+// (JointProblemOptions).
 vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header);
 // The start vector of the problem: splat parameters, then the unknowns of all views of the layout.
 HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
                              const std::vector<ViewUnknowns>& views);
 
-// LM on Gaussians, cameras and exposures jointly (FindsCamerasByLm, cameras/joint/joint_problem.h), for SolveLmStage,
-// in any memory space, on one process. Starts from the session's cameras and stores the refined ones there.
+// LM on Gaussians, cameras and exposures jointly (cameras/joint/joint_problem.h), in the memory of backend B, on one
+// process. SolveLmStage calls the functions. Starts from the session's cameras and stores the refined ones there.
 template <class B>
 class JointLm {
  public:
@@ -107,7 +109,7 @@ class JointLm {
     for (std::size_t v = 0; v < views.size(); ++v) cameras().Set(v, views[v]);
     cameras().DevelopAll();
   }
-  bool TakeLessMemory() { return false; }
+  bool ReduceMemory() { return false; }
 
  private:
   TrainingCameras& cameras() { return session_.cameras(); }
@@ -127,8 +129,8 @@ class JointLm {
   std::optional<JointProblem<B>> problem_;
 };
 
-// Runs the LM stage in one memory space, following the session's plan. Stores the best model and refined cameras,
-// records their last state and returns the engine's full report. Throws like SolveLmStage.
+// Runs the LM stage in the memory of backend B, as planned in session.plan(). Stores the best model and the refined
+// cameras, records the last state in the history and returns the solver's full report. Throws like SolveLmStage.
 template <class B>
 std::string RunLmStage(TrainingSession& session, SplatModel& model) {
   LmStart start(session, model);
@@ -145,14 +147,15 @@ extern template std::string RunLmStage<CpuBackend<float>>(TrainingSession& sessi
 
 // The result of the stage.
 struct LmOutcome {
-  Index batches = 1;          // batches of views
-  MemoryScene counts;         // of the initial model
-  std::string report = {};    // of the engine
+  Index batches = 1;          // number of batches of views
+  MemoryScene counts;         // sizes of the initial model and its views
+  std::string report = {};    // the solver's full report; empty if LM did not run
   std::string left_out = {};  // the reason if LM did not fit into memory; else empty
 };
 
-// Plans the stage and runs it from this model, within the available memory. If LM does not fit, it is skipped after an
-// Adam stage; without one, Error is thrown.
+// Plans the stage and runs it on `model`, within the available memory. Does nothing if LM has 0 iterations or the
+// training has ended. If LM does not fit into the memory, it is skipped if there was an Adam stage; otherwise throws
+// Error.
 LmOutcome RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model);
 
 }  // namespace vesta::gs

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints: the state of a training in a file, from which a stage resumes bit-identically.
+// Checkpoints: files with the state of a training. A training that resumes from one ends with the same bits as without
+// the interruption.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,14 +23,14 @@
 
 namespace vesta::gs {
 
-// State that both stages share.
+// The part of a checkpoint that is common to both stages, Adam and LM.
 struct RunState {
-  // For the caller: the place of the photographs and the given options. Stored unchanged.
+  // Text that the caller needs for resuming, such as the folder of the photographs and the options. Stored unchanged.
   std::string origin = {};
   Stage stage = Stage::kAdam;
-  int iteration = 0;                     // of the stage
+  int iteration = 0;                     // iterations done in the stage
   std::uint64_t scene = 0;               // FingerprintOf the scene
-  double seconds = 0, eval_seconds = 0;  // of the training; of its evaluations
+  double seconds = 0, eval_seconds = 0;  // time of the training without evaluations; time of evaluations
   std::vector<HistoryRow> history = {};
   std::vector<std::string> notes = {};
   std::vector<ViewUnknowns> cameras = {};  // of the training views if cameras are refined; else empty
@@ -48,11 +49,11 @@ struct Checkpoint {
   int iteration() const { return run.iteration; }
 };
 
-// A hash of the views' names, sizes, cameras and roles.
+// A hash of the names, sizes, cameras, poses and roles of all views. Photographs and points do not enter.
 std::uint64_t FingerprintOf(const Scene& scene);
 
-// Writes the file atomically (kernels/core/files.h): an older file stays until the new one is complete. The state is
-// streamed. Throws Error (one line, with the path).
+// Writes a checkpoint. stage_state: function that writes the state of the stage. An older file at `path` stays until
+// the new one is complete (kernels/core/files.h). Throws Error (one line, with the path) if the file cannot be written.
 void WriteCheckpoint(const std::string& path, RunState& run, const std::function<void(ArchiveWriter&)>& stage_state);
 
 // True if the file starts like a checkpoint; false if it cannot be read.
@@ -62,7 +63,7 @@ bool IsCheckpoint(const std::string& path);
 // damaged.
 Checkpoint ReadCheckpoint(const std::string& path);
 
-// The saved stage that a training resumes from.
+// The saved state from which a training resumes, if any. The stage to which it belongs reads it once (Take).
 class SavedStage {
  public:
   // null: the training begins with Adam's first iteration. Must outlive this object.
@@ -80,20 +81,22 @@ class SavedStage {
 
   // Empty without a checkpoint, or after Take().
   const std::optional<std::string_view>& state() const { return state_; }
-  // Returns the state once if it belongs to stage `of`; else returns nothing.
+  // Returns the state if it belongs to stage `of` and was not taken before; else nothing.
   std::optional<std::string_view> Take(Stage of) {
     return of == first_stage() ? std::exchange(state_, std::nullopt) : std::nullopt;
   }
-  // Returns the state for another Take().
+  // Stores a state that was taken, so that Take() returns it again.
   void GiveBack(std::optional<std::string_view> state) { state_ = state; }
 
-  // Throws Error: the state is invalid. The message names the checkpoint and, if given, the reason.
+  // Throws Error with the message that the saved state is invalid, the path of the checkpoint and, if given, the
+  // reason.
   [[noreturn]] void Refuse(const std::string& why = "") const {
     Fail(kBadFile,
          "{}: the saved state does not fit this training{}; resume from another checkpoint, or start a new training",
          checkpoint_->path, why.empty() ? "" : fmt::format(" ({})", why));
   }
-  // Returns read(). If read() throws an Error because of the saved state, calls Refuse().
+  // Returns read(), a function that reads the saved state. If it throws Error, calls Refuse() with that message.
+  // Exceptions for lack of device memory or the failure of another process pass through.
   template <class Read>
   auto Validate(const Read& read) const {
     try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The history of a training, and the conditions that end the training early: its caller, a time limit, a target PSNR.
+// The history of a training, the use of its time limit, and the conditions that end the training early.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@ namespace vesta::gs {
 // Returns the model in host memory.
 using ModelOnHost = std::function<splat::Model<float>()>;
 
-// A model for the history, in any memory space.
+// A model to record: functions that evaluate it, or copy it to host memory.
 struct ModelToRecord {
   Index gaussians = 0;
   std::function<Evaluation()> evaluate;
@@ -43,20 +43,20 @@ class RecordedHistory {
   Evaluation Evaluate(const splat::Model<float>& model) {
     return renderer_.Evaluate(model, cameras_.scene(), measured_);
   }
-  // Evaluates with the clock stopped, and adds a row.
+  // Evaluates the model while the clock is paused, and adds a row. Collective.
   void Record(Stage stage, int iteration, const ModelToRecord& model);
   // The same for a model in host memory.
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
     Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
-  // Predicted seconds of the next evaluation: the time of the latest one. Before the first it is estimated from
-  // `seconds_per_pixel` of training; 0: unknown.
+  // Predicted seconds of the next evaluation: the time of the latest one. Before the first one, an estimate from
+  // `seconds_per_pixel`, the training time per pixel; 0 if that is unknown (0).
   double SecondsAhead(double seconds_per_pixel) const;
 
   bool empty() const { return rows_.empty(); }
   // True if the last row belongs to this stage.
   bool ends_with(Stage stage) const { return !empty() && rows_.back().stage == stage; }
-  // From the latest row; 0 without rows or without such views.
+  // PSNR in the latest row, dB; 0 without rows or without such views.
   double training_psnr() const { return empty() ? 0 : rows_.back().train.psnr; }
   double held_out_psnr() const { return empty() ? 0 : rows_.back().held_out.psnr; }
 
@@ -75,7 +75,7 @@ class RecordedHistory {
   double latest_seconds_ = 0;  // of one evaluation; 0: none yet
 };
 
-// Divides the time limit among the parts of a training. The limit includes evaluations.
+// Divides the time limit (TrainOptions::time_limit) among the parts of a training. Evaluations count as used time.
 class TimeBudget {
  public:
   // All arguments must outlive this object.
@@ -83,8 +83,8 @@ class TimeBudget {
       : options_(options), processes_(processes), clock_(clock) {}
 
   bool is_limited() const { return options_.time_limit > 0; }
-  // True if there is time for a history row that takes `seconds` and is not the last. Such rows may take a twentieth of
-  // a time limit. Collective.
+  // True if there is time for a history row that takes `seconds`. All rows but the last may together take a twentieth
+  // of the time used so far. Always true without a limit. Collective.
   bool HasTimeToRecord(double seconds) const;
   // Seconds left for the Adam stage and its last evaluation; infinity without a time limit.
   double SecondsForAdam() const;
@@ -95,7 +95,7 @@ class TimeBudget {
   const TrainingClock& clock_;
 };
 
-// Conditions that end a training early: its caller, its time limit, its target PSNR.
+// Conditions that end a training early: a request of the caller, the time limit, or the target PSNR.
 class EarlyEnd {
  public:
   // All arguments must outlive this object.
@@ -103,9 +103,11 @@ class EarlyEnd {
            const TrainingClock& clock, const RecordedHistory& history)
       : options_(options), callbacks_(callbacks), processes_(processes), clock_(clock), history_(history) {}
 
-  // True if the caller of any rank requests a stop, or the time limit is reached by rank 0's clock; stays true. The
-  // limit includes evaluations. Collective. ahead: seconds of the next work that cannot be interrupted.
+  // True if the caller of any process requests a stop, or if rank 0's clock plus `ahead` reaches the time limit. ahead:
+  // seconds of the next work, which cannot be interrupted. Once true, it stays true. Evaluations count as used time.
+  // Collective.
   bool ShouldStop(double ahead = 0);
+  // The latest result of ShouldStop.
   bool stopped() const { return stopped_; }
 
   // has_reached_target: the held-out PSNR of the latest history row is at least the target. misses_target: there is a

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output during a training: checkpoints, snapshots, and the requests of a viewer.
+// Output during a training: checkpoints, snapshots of the model, and answers to the requests of a viewer.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ using WriteState = std::function<void(ArchiveWriter&)>;
 
 class InterimOutput {
  public:
-  // References to the session state that this class saves and consults. All must outlive this object.
+  // The parts of the session that this class saves or reads. All must outlive this object.
   struct Parts {
     const TrainCallbacks& callbacks;
     std::uint64_t fingerprint;  // of the scene with its given cameras
@@ -34,23 +34,24 @@ class InterimOutput {
   };
   explicit InterimOutput(const Parts& parts);
 
-  // True if checkpoints may be written.
+  // True if checkpoints may be written: there is a path, and an interval or a viewer that can request them.
   bool Saves() const;
   // True if this process has written a checkpoint.
   bool has_saved() const { return has_saved_; }
-  // Call after each iteration. Saves the state if an interval has passed, if the viewer requests it, or if a training
-  // with intervals stops. state: writes it. An older checkpoint stays until the new one is complete.
+  // Call after each iteration. Writes a checkpoint if the interval has passed or the viewer requests one. If an
+  // interval is set, also writes one when the training stops early. state: writes the state of the stage. A failure to
+  // write becomes a note.
   void SaveWhereDue(Stage stage, int iteration, const WriteState& state);
-  // Call at the end of each iteration except the last. Serves the viewer's requests, and waits while it pauses the
-  // training.
+  // Call at the end of each iteration except the last. Passes the model to the viewer if it requests one. While the
+  // viewer pauses the training, the function does not return; this time counts neither as training nor as evaluation.
   void ServeViewer(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
-  // Writes a snapshot of the model if one is due.
+  // Passes the model to TrainCallbacks::snapshot if its interval has passed. A failure becomes a note.
   void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
 
  private:
   // seconds: of the training.
   void Save(Stage stage, int iteration, double seconds, const WriteState& state);
-  // Runs `write`. Turns an Error into a note and returns it; else returns an empty string.
+  // Runs `write`. If it throws Error, adds the note "WHAT: MESSAGE" and returns it; else returns an empty string.
   std::string NoteError(const char* what, const std::function<void()>& write);
 
   Parts parts_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The notes of a training: one line for each deviation from the options. All texts are here.
+// The notes of a training: lines for the user about deviations from the options. All texts are here.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 
 namespace vesta::gs {
 
-// Formats for TrainingSession::Note. In some, the last argument is the message of an Error.
+// Formats for TrainingSession::Note. In most formats that end with ": {}", the last argument is the message of an
+// Error.
 namespace notes {
 
 inline constexpr char kEvaluatesSomeViews[] =
@@ -48,7 +49,7 @@ inline constexpr char kLmByOneView[] = "LM continues with one view at a time: {}
 
 }  // namespace notes
 
-// The notes so far, without duplicates: a resumed training may add one again.
+// The notes so far. A note that is already in the list is not added again, since a resumed training may repeat it.
 class TrainingNotes {
  public:
   void Add(std::string line) {

@@ -46,7 +46,7 @@ std::vector<float> TrainingUnits(const TrainingSession& session, const SplatMode
   return LengthUnits(model, session.training_views(), NearPlane(scene), scene.extent);
 }
 
-StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib) {
+StageMemory MemoryForStages(const StageRunners& stages, const MemoryOptions& options, double held_mib) {
   return stages.device_memory ? DeviceMemory(options, stages.device_memory().free_bytes)
                               : HostMemory(options, held_mib);
 }

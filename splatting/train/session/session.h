@@ -30,26 +30,27 @@
 
 namespace vesta::gs {
 
-// The memory available to the stages now.
-StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib);
+// The memory that is available to the stages now, on the GPU or the host. held_mib: memory that the process already
+// uses.
+StageMemory MemoryForStages(const StageRunners& stages, const MemoryOptions& options, double held_mib);
 
-// Sizes for planning the memory of a training, and its largest model so far.
+// Sizes for memory planning: of models and views, of rollback snapshots on the GPU, and of the largest model so far.
 class TrainingMemory {
  public:
   // cameras must outlive this object.
   explicit TrainingMemory(const TrainingCameras& cameras) : cameras_(cameras) {}
 
-  // Sizes of this model and the training views for memory planning. most, with_entries: see memory/stage_bytes.h.
+  // Sizes of this model in the training views. most, with_entries: see CountMemory (memory/stage_bytes.h).
   MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
 
-  // spare_device_bytes: GPU memory beyond the plan of the Adam stage. kept_on_device: the largest rollback copy that
-  // was kept on the GPU instead of the host.
+  // spare_device_bytes: free GPU memory that the plan of the Adam stage does not use. device_snapshot_bytes: size of
+  // the largest rollback snapshot that was stored on the GPU (train/adam_stage/rollback_point.h); 0: none.
   double spare_device_bytes() const { return spare_device_bytes_; }
   void SetSpareDeviceBytes(double bytes) { spare_device_bytes_ = bytes; }
-  double kept_on_device() const { return kept_on_device_; }
-  void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
+  double device_snapshot_bytes() const { return device_snapshot_bytes_; }
+  void NoteDeviceSnapshot(double bytes) { device_snapshot_bytes_ = std::max(device_snapshot_bytes_, bytes); }
 
-  // The largest model passed to NoteModel: before each pruning round, and at the end of the training.
+  // The largest model so far. NoteModel is called before each pruning round, and at the end of the training.
   const splat::ModelLayout& largest_model() const { return largest_model_; }
   void NoteModel(const splat::ModelLayout& layout) {
     if (layout.Size() > largest_model_.Size()) largest_model_ = layout;
@@ -57,13 +58,14 @@ class TrainingMemory {
 
  private:
   const TrainingCameras& cameras_;
-  double spare_device_bytes_ = 0, kept_on_device_ = 0;
+  double spare_device_bytes_ = 0, device_snapshot_bytes_ = 0;
   splat::ModelLayout largest_model_;
 };
 
 class TrainingSession {
  public:
-  // Collective. Throws Error if the checkpoint belongs to another scene.
+  // seconds_before: time since the start of the process. Collective. Throws Error if callbacks.resume belongs to
+  // another scene.
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks);
   TrainingSession(const TrainingSession&) = delete;
@@ -71,7 +73,8 @@ class TrainingSession {
 
   const TrainOptions& options() const { return options_; }
   const ResolvedPlan& plan() const { return plan_; }
-  // For decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp); the stages only read the plan.
+  // Write access to the plan, for decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp). The
+  // stages only read it.
   ResolvedPlan& Decide() { return plan_; }
   // The schedule of the Adam stage.
   const TrainingSchedule& schedule() const { return schedule_; }
@@ -97,7 +100,7 @@ class TrainingSession {
   const TimeBudget& time() const { return time_; }
   TrainingMemory& memory() { return memory_; }
   const TrainingMemory& memory() const { return memory_; }
-  // The state to resume from.
+  // The saved state to resume from, if any.
   SavedStage& saved() { return saved_; }
   const SavedStage& saved() const { return saved_; }
   InterimOutput& interim() { return interim_; }
@@ -135,12 +138,13 @@ class TrainingSession {
   InterimOutput interim_;
 };
 
-// LengthUnits from the training views. A Gaussian outside all views gets the scene's extent.
+// The unit of length of each Gaussian, from the training views (LengthUnits). For a Gaussian outside all views it is
+// the scene's extent.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
 
-// Evaluates the model, on the host if a GPU has too little memory. copies: device copies of the training photographs,
-// if any. model() returns the model in the memory of B and may throw OutOfDeviceMemory; on_host() returns it on the
-// host.
+// Evaluates a model in the memory of backend B, or on the host if a GPU has too little memory. copies: device copies of
+// the training photographs, if any. model() returns the model in the memory of B, and may throw OutOfDeviceMemory.
+// on_host() returns a copy on the host.
 template <class B>
 Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetView<B>> copies,
                               const std::function<splat::Model<float>()>& model,

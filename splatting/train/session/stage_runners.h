@@ -17,10 +17,10 @@ struct DeviceMemoryUse {
   double peak_bytes = 0;  // maximum in use so far
 };
 
-// The two stages in one memory space (RunAdamStage, RunLmStage). Both store their resulting model and record its last
-// state; lm returns the engine's full report.
+// The two stages in one memory space (RunAdamStage, RunLmStage). Each trains the given model in place and adds its last
+// evaluation to the history; lm returns the solver's full report.
 struct StageRunners {
-  std::string device;
+  std::string device;  // "cpu" or "cuda"
   std::function<void(TrainingSession&, SplatModel&)> adam;
   std::function<std::string(TrainingSession&, SplatModel&)> lm;
   std::function<DeviceMemoryUse()> device_memory = {};  // empty if both run in host memory

@@ -19,16 +19,16 @@ inline const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam
 struct HistoryRow {
   Stage stage = Stage::kAdam;
   int iteration = 0;
-  double seconds = 0;  // since the start of the process, without evaluations
+  double seconds = 0;  // training time (TrainingClock): from the start of the process, without evaluations
   double cost = 0;     // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
   Quality train, held_out, test;
   Index gaussians = 0;
 };
 
-// Predicted memory and the chosen LM plan (memory_plan.h).
+// Predicted and measured memory, and how LM ran (memory_plan.h).
 struct MemoryReport {
-  double predicted_mib = 0;  // maximum of the process
-  // The same for the GPU, its free memory before the run, and its maximum in use; 0 without a GPU.
+  double predicted_mib = 0;  // predicted peak of the process
+  // Of the GPU: predicted peak, free memory before the run, and measured peak; 0 without a GPU.
   double device_predicted_mib = 0, device_free_mib = 0, device_peak_mib = 0;
   JacobianKind jacobian = JacobianKind::kCachedViews;
   int batches = 1;
@@ -40,10 +40,10 @@ struct TrainResult {
   std::vector<ViewUnknowns> cameras;  // of the training views relative to the given cameras; empty without refinement
   CameraChanges camera_changes;
   std::vector<HistoryRow> history;                            // not empty; the last row describes the model
-  double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // time of each part
-  bool stopped = false;                                       // by the callback or the time limit
+  double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // since the start or resume: stages, evaluations
+  bool stopped = false;                                       // stopped early by the callback or the time limit
   bool saved = false;                                         // a checkpoint was written
-  std::string lm_report;                                      // the engine's full report, empty without LM
+  std::string lm_report;                                      // the solver's full report, empty without LM
   std::string lm_left_out;         // the reason if LM was requested but did not run; else empty
   std::vector<std::string> notes;  // deviations from the options, one line each
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The current views of a training. With camera refinement, training views move away from their given cameras, and their
-// photographs are brought to a common exposure.
+// The current views of a training. During camera refinement, the cameras of the training views move. If exposures are
+// refined, the inverse of each found exposure is applied to the photograph, so that all have a common exposure.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@ namespace vesta::gs {
 
 class TrainingCameras {
  public:
-  // given must outlive this object. With camera refinement it is copied, including photographs. With exposure
-  // refinement, stored photographs are loaded into memory.
+  // given must outlive this object. It is copied if cameras are refined, including the photographs in memory. If
+  // exposures are refined, photographs of a store are loaded into memory too.
   TrainingCameras(const Scene& given, const CameraOptions& options);
 
   // The scene with the current training views; other views keep their given cameras.
@@ -25,15 +25,16 @@ class TrainingCameras {
   const std::vector<const View*>& given() const { return given_views_; }
   // The unknowns of each training view, relative to its given camera; empty without refinement.
   const std::vector<ViewUnknowns>& found() const { return found_; }
-  // Sets the camera at once; the photograph changes only in Develop.
+  // Sets the unknowns of a training view and moves its camera. The photograph changes only in Develop.
   void Set(std::size_t view, const ViewUnknowns& found);
-  // Applies the found exposure to the photograph; returns false if it already has it.
+  // Recomputes the photograph with the inverse of the found exposure. Returns false if nothing changes.
   bool Develop(std::size_t view);
   void DevelopAll();
-  // Memory of the copied photographs.
+  // Memory of the copied photographs, MiB.
   double CopiedMib() const;
-  // Restores the unknowns of all views from a checkpoint. Returns false if they are invalid: wrong count, not finite, a
-  // fixed unknown changed, or different lenses for views that share one.
+  // Restores the unknowns of all training views from a checkpoint. Returns false, and changes nothing, if they are
+  // invalid: wrong number of views, values that are not finite or not plausible, a change of a fixed lens or exposure,
+  // or different lenses for views that share one.
   bool Restore(const std::vector<ViewUnknowns>& found);
 
  private:

@@ -8,8 +8,8 @@
 
 namespace vesta::gs {
 
-// An interval in iterations, or in minutes of the training clock; both 0: never. If `iterations` is set, every LM
-// iteration is due, since one takes the time of hundreds of Adam iterations. Minutes mean the same in both stages.
+// An interval in Adam iterations, in minutes of the training clock, or both; both 0: never. If `iterations` is set,
+// every LM iteration is due, since one takes the time of hundreds of Adam iterations.
 struct Interval {
   int iterations = 0;
   double minutes = 0;
@@ -21,7 +21,8 @@ class IntervalTimer {
  public:
   // seconds: the start on the training clock.
   explicit IntervalTimer(double seconds) : last_seconds_(seconds) {}
-  // Call after an iteration; seconds: the current training clock.
+  // Call after each iteration. seconds: the current time of the training clock. If the work is due, its minutes are
+  // counted from now on.
   bool IsDue(const Interval& interval, Stage stage, int iteration, double seconds) {
     const bool by_iterations = interval.iterations > 0 && (stage == Stage::kLm || iteration % interval.iterations == 0);
     const bool by_time = interval.minutes > 0 && seconds - last_seconds_ >= 60 * interval.minutes;
@@ -33,15 +34,16 @@ class IntervalTimer {
   double last_seconds_;
 };
 
-// Seconds of the training, including the time before it was resumed. The clock starts at `before` seconds, with
-// `paused` seconds of pauses. It stands still during evaluations.
+// The clock of a training. It continues from an earlier run: `before` seconds of training, and `paused` seconds of
+// pauses for evaluations. It is paused while a Pause object exists.
 class TrainingClock {
  public:
   TrainingClock(double before, double paused) : start_(Now() - before - paused), paused_(paused) {}
+  // Training time in seconds, without pauses.
   double Seconds() const { return Now() - start_ - paused_; }
   // Including pauses.
   double Total() const { return Now() - start_; }
-  // Time the clock has stood still.
+  // Seconds of all pauses.
   double Paused() const { return paused_; }
 
   class Pause {
@@ -55,7 +57,7 @@ class TrainingClock {
     TrainingClock& clock_;
     double begin_;
   };
-  // Time that counts neither as training nor as a pause.
+  // While such an object exists, time counts neither as training nor as a pause.
   class ExcludedTime {
    public:
     explicit ExcludedTime(TrainingClock& clock) : clock_(clock), begin_(Now()) {}

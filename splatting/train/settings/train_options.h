@@ -20,13 +20,14 @@ struct TrainOptions : StageOptions {
   LearningRates lr;
   std::optional<int> sh_degree;  // none: chosen from the number of training views (DefaultShDegree)
   std::array<double, 3> background{0, 0, 0};
-  // Divisor of the image size; applied by the code that loads the scene.
+  // Divisor of the image width and height; applied by the code that loads the scene, not by the training.
   int downscale = 1;
-  // Camera::eps2d of the scene; set by the code that loads the scene.
+  // 2D dilation, pixels^2. Must equal Camera::eps2d of the scene, which the code that loads the scene sets.
   double eps2d = splat::kEps2d;
   std::uint64_t seed = 0;
   double time_limit = 0;  // seconds from the start of the process; 0: none
-  // Target PSNR of the held-out views (ViewRole::kHeldOut), dB. The Adam stage ends when it is reached; 0: none.
+  // Target PSNR of the held-out views (ViewRole::kHeldOut), dB; 0: none. When an evaluation reaches it, the training
+  // ends.
   double target_psnr = 0;
   int evaluated_views = 300;  // maximal number of training views per evaluation; other views are all evaluated
 };
@@ -34,12 +35,14 @@ struct TrainOptions : StageOptions {
 // The fields of all groups, named "group.field"; the fields of TrainOptions itself are named "train.field".
 const schema::Table<TrainOptions>& TrainFields();
 
-// Key before version 0.2 -> present key, of each option that was renamed. Old keys are refused with the present one.
+// For each renamed option: key before version 0.2 -> present key. An old key is an error whose message names the
+// present key.
 const std::map<std::string, std::string>& RenamedOptions();
 
 // Throws Error (one line) if a field is out of range or fields contradict each other.
 void ValidateOptions(const TrainOptions& options);
 
+// A named set of defaults.
 struct Preset {
   const char* name;
   TrainOptions (*options)();
@@ -49,10 +52,13 @@ const std::vector<Preset>& Presets();
 TrainOptions PresetOptions(const std::string& name);
 // Methods to refine a trained splat.
 enum class RefineMethod { kViews, kLm, kBoth };  // Adam on single views, LM on all views, or Adam and then LM
-// The preset for refinement: no densification, full-size views, all SH bands. LM runs until the cost stops decreasing,
-// at most 12 iterations. The default method has the largest gain for its work: views, or LM for the paper's presets.
+// The options to refine a trained splat, based on the preset `name`: no densification or pruning, full-size views, all
+// SH bands. The LM stage ends after 12 iterations, or when one lowers the cost by less than 0.1 %. The default method
+// is kViews, the largest gain per time. For the presets of 3DGS-LM (paper, paper_code) it is kLm, with their LM
+// options.
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
-// The preset for pruning: Gaussians are pruned from the first iterations on, and the rest of the stage compensates.
+// The options to prune a trained splat: like RefinePresetOptions, but Gaussians are pruned during the first 70 % of the
+// Adam stage, and further iterations compensate. The caller sets how many (PruningOptions::keep_fraction).
 TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
 
 // Stores the background and eps2d in the model.

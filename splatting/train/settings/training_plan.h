@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan of a training: decisions that the options leave open, and the schedule of the Adam stage.
+// The plan of a training: values that are chosen because the options leave them open, and the schedule of the Adam
+// stage.
 #pragma once
 
 #include "problems/gaussian_splatting/scene/scene.h"
@@ -9,26 +10,28 @@
 
 namespace vesta::gs {
 
-// The default number of Adam iterations: 76 per training view, but at least 4,000 (docs/decisions/training-length.md).
+// The default length of the Adam stage in processed views: 76 times the number of training views, but at least 4,000
+// (docs/decisions/training-length.md).
 double IterationsFor(Index training_views);
 
-// Fills in each std::optional of the options: iterations and SH degree. If a time limit but no number of iterations is
-// given, time alone ends the Adam stage. Throws Error if the options are invalid, or if the batch is larger than the
-// number of training views.
+// Fills in the options that may be empty: AdamOptions::iterations and sh_degree. If a time limit but no number of
+// iterations is given, only the limit ends the Adam stage. Throws Error if the options are invalid, or if batch_size
+// exceeds the number of training views.
 TrainOptions FitToScene(TrainOptions options, Index training_views);
 
-// Values that are decided when a training runs, because the options leave them open. The options themselves never
+// Values that are chosen while a training runs, because the options leave them open. The options themselves never
 // change.
 struct ResolvedPlan {
   explicit ResolvedPlan(const TrainOptions& options) : max_gaussians(options.density.max_gaussians), lm(options.lm) {}
 
-  double held_mib = 0;  // memory outside the stages: program, images, copies of cameras
+  // Memory in MiB that the process uses besides the stages: program, photographs and copies of them.
+  double held_mib = 0;
   Index max_gaussians;  // density.max_gaussians, or fewer if memory is limited
   LmStageOptions lm;    // options of the LM stage as it runs; 0 iterations: skipped
   LmPlan lm_memory;     // how the LM stage fits into the memory
 };
 
-// Everything that one iteration does besides the Adam step.
+// The events of one Adam iteration.
 struct IterationPlan {
   StageSpan span;
   bool is_coarse = false;          // uses half-size views
@@ -50,10 +53,11 @@ class TrainingSchedule {
   explicit TrainingSchedule(const TrainOptions& options) : options_(options) {}
 
   const TrainOptions& options() const { return options_; }
-  // The number of iterations, unless a time limit ends the stage earlier.
+  // The number of iterations of the Adam stage, unless a time limit ends it earlier.
   int iterations() const;
+  // The events of the iteration with this span.
   IterationPlan At(const StageSpan& span) const;
-  // True if the parameters after this iteration enter their average.
+  // True if the parameters after this iteration are added to their average (parameter_mean.h).
   bool Averages(const StageSpan& span, int iteration) const;
 
  private:

@@ -169,7 +169,7 @@ TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
     blocks.SetCovariance(i, std::pow(10.0, static_cast<double>(i % 13) - 9) * r * values.asDiagonal() * r.transpose());
     if (i % 2 == 0) blocks.SetBasis(i, RandomRotation(random));
   }
-  for (int turn = 0; turn < 8; ++turn) kernels_.turn_bases(blocks.arrays(), 0, kCount);
+  for (int turn = 0; turn < 8; ++turn) kernels_.rotate_bases(blocks.arrays(), 0, kCount);
   for (Index i = 0; i < kCount; ++i) {
     const Matrix q = blocks.Basis(i), c = blocks.Covariance(i);
     EXPECT_LT((q.transpose() * q - Identity()).norm(), 2e-5) << i;
@@ -189,7 +189,7 @@ TEST_P(BlockAdam, TurnsSurviveSingularCovariances) {
   Blocks blocks(2);
   const Vector g = Vector::LinSpaced(kBlockSize, 1, 11);
   blocks.SetCovariance(1, g * g.transpose());
-  for (int turn = 0; turn < 5; ++turn) kernels_.turn_bases(blocks.arrays(), 0, 2);
+  for (int turn = 0; turn < 5; ++turn) kernels_.rotate_bases(blocks.arrays(), 0, 2);
   EXPECT_EQ(blocks.Basis(0), Identity());
   const Matrix q = blocks.Basis(1);
   EXPECT_LT((q.transpose() * q - Identity()).norm(), 1e-5);
@@ -236,25 +236,26 @@ TEST(BlockAdamSteps, TurnWithTheGradients) {
   EXPECT_GT((TotalStep(SecondMoment::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
 }
 
-// The host tests each chunk (IsTurned), a device each view (FirstTurned); both agree.
-TEST(BlockAdamSteps, ChunksAreTurnedWithTheSameViews) {
+// The host tests each chunk (IsChunkRotated), a device each view (FirstRotatedChunk); both agree.
+TEST(BlockAdamSteps, HostAndDeviceRotateTheSameChunks) {
   for (const Index views : {1, 4, 25, 60}) {
     for (Index seen = views; seen < views + 60; ++seen) {
-      for (Index chunk = 0; chunk < 2 * kTurnEvery; ++chunk) {
+      for (Index chunk = 0; chunk < 2 * kRotationInterval; ++chunk) {
         bool with_any = false;
-        for (Index k = 0; k < views; ++k) with_any = with_any || FirstTurned(seen - k) == chunk % kTurnEvery;
-        EXPECT_EQ(IsTurned(chunk, seen, views), with_any) << chunk << " " << seen << " " << views;
+        for (Index k = 0; k < views; ++k)
+          with_any = with_any || FirstRotatedChunk(seen - k) == chunk % kRotationInterval;
+        EXPECT_EQ(IsChunkRotated(chunk, seen, views), with_any) << chunk << " " << seen << " " << views;
       }
     }
   }
 }
 
-// Each basis is rotated once every kTurnEvery views, for any number of views a step.
-TEST(BlockAdamSteps, BasesAreTurnedAsViewsAreSeen) {
-  constexpr Index kChunks = kTurnEvery + 3;
-  const auto turned_after = [](int views, int steps) {
+// Each basis is rotated once every kRotationInterval views, for any number of views a step.
+TEST(BlockAdamSteps, BasesAreRotatedOncePerInterval) {
+  constexpr Index kChunks = kRotationInterval + 3;
+  const auto rotated_after = [](int views, int steps) {
     SplatModel model;
-    model.Resize(0, kChunks * kTurnChunk);
+    model.Resize(0, kChunks * kRotationChunk);
     test::ModelAdam adam({}, SecondMoment::kBlock, views);
     vesta::test::Random random(9);
     for (int step = 0; step < steps; ++step) {
@@ -263,16 +264,16 @@ TEST(BlockAdamSteps, BasesAreTurnedAsViewsAreSeen) {
     }
     std::vector<Index> turned;
     for (Index chunk = 0; chunk < kChunks; ++chunk) {
-      if (adam.adam().bases().At(1, chunk * kTurnChunk) != 0) turned.push_back(chunk);
+      if (adam.adam().bases().At(1, chunk * kRotationChunk) != 0) turned.push_back(chunk);
     }
     return turned;
   };
-  EXPECT_EQ(turned_after(1, 1), (std::vector<Index>{24}));
-  EXPECT_EQ(turned_after(2, 1), (std::vector<Index>{23, 24}));
-  EXPECT_EQ(turned_after(2, 2), turned_after(1, 4));
-  EXPECT_EQ(turned_after(4, 3), turned_after(1, 12));
-  EXPECT_EQ(turned_after(25, 1).size(), static_cast<std::size_t>(kChunks));
-  EXPECT_EQ(turned_after(60, 1).size(), static_cast<std::size_t>(kChunks));
+  EXPECT_EQ(rotated_after(1, 1), (std::vector<Index>{24}));
+  EXPECT_EQ(rotated_after(2, 1), (std::vector<Index>{23, 24}));
+  EXPECT_EQ(rotated_after(2, 2), rotated_after(1, 4));
+  EXPECT_EQ(rotated_after(4, 3), rotated_after(1, 12));
+  EXPECT_EQ(rotated_after(25, 1).size(), static_cast<std::size_t>(kChunks));
+  EXPECT_EQ(rotated_after(60, 1).size(), static_cast<std::size_t>(kChunks));
 }
 
 TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {

@@ -49,9 +49,9 @@ inline void Densify(DensityControl<Host>& control, SplatModel& model, ModelAdam&
   if (plan.changes) {
     adam.Rearrange(plan.source, plan.kept);
     model = InOrder(std::move(model), std::vector<Index>(plan.source.begin(), plan.source.end()));
-    control.Renew(plan, iteration, model.data.data());
+    control.InitChildren(plan, iteration, model.data.data());
   }
-  control.Forget(model.count);
+  control.ResetStatistics(model.count);
 }
 
 }  // namespace vesta::gs::test

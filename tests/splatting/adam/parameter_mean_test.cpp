@@ -39,7 +39,7 @@ TEST(ParameterMean, IsThatOfAllSinceTheStart) {
   EXPECT_LT(b, c);
   EXPECT_NEAR(mean.value()[0], a + 2 * b + 6 * c, 1e-5);
   EXPECT_NEAR(mean.value()[1], -2 * a + 2 * b + 3 * c, 1e-5);
-  mean.StartAnew();
+  mean.Clear();
   EXPECT_TRUE(mean.empty());
   add({5});
   ASSERT_EQ(mean.value().size(), 1);

@@ -48,7 +48,7 @@ DensityOptions OptionsThatSplit() {
 void DensifyOnce(DensityScene& scene, const DensityOptions& options, const std::vector<float>& grad2d,
                  double extent = 1) {
   DensityControl<Host> control(options, extent, kSeed);
-  control.Forget(scene.model.count);
+  control.ResetStatistics(scene.model.count);
   scene.Observe(control, grad2d);
   test::ModelAdam adam{LearningRates()};
   test::Densify(control, scene.model, adam, 1);
@@ -69,10 +69,10 @@ TEST(Density, LeavesWhatIsPulledLittle) {
 TEST(Density, ThresholdIsOnTheMeanOverObservations) {
   DensityScene scene(4);
   DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
-  control.Forget(4);
+  control.ResetStatistics(4);
   test::ModelAdam adam{LearningRates()};
   DensityControl<Host> more(OptionsThatClone(), 1, kSeed);
-  more.Forget(4);
+  more.ResetStatistics(4);
   // The mean is 1.75e-4; another observation raises it to 2.5e-4, above the threshold of 2e-4.
   for (DensityControl<Host>* each : {&control, &more}) {
     scene.Observe(*each, Pulls(4, 1.5e-4f));
@@ -110,7 +110,7 @@ TEST(Density, Grad2dIsTheGradientByTheScreenMean) {
     DensityOptions options = OptionsThatClone();
     options.grow_grad2d = factor * grad2d;
     DensityControl<Host> control(options, 1, kSeed);
-    control.Forget(1);
+    control.ResetStatistics(1);
     control.Observe(density::Grad2dOf(scene.view, scene.workspace.splat_sums.data(), 5));
     SplatModel changed = model;
     test::ModelAdam adam{LearningRates()};
@@ -203,7 +203,7 @@ TEST(Density, CapIsHardAndGoesToTheStrongest) {
   DensityOptions options = OptionsThatClone();
   options.max_gaussians = kCount + kRoom;
   DensityControl<Host> control(options, 1, kSeed);
-  control.Forget(kCount);
+  control.ResetStatistics(kCount);
   std::vector<float> grad2d;
   for (Index i = 0; i < kCount; ++i) grad2d.push_back(kStrong * static_cast<float>(1 + (7 * i) % kCount));
   const SplatModel before = scene.model;
@@ -230,7 +230,7 @@ TEST(Density, RoomThatWasNotThereIsNotForgotten) {
   DensityOptions options = OptionsThatClone();
   options.max_gaussians = 100;
   DensityControl<Host> before(options, 1, kSeed);
-  before.Forget(kCount);
+  before.ResetStatistics(kCount);
   before.LimitGaussians(kCount + 4);
   std::string saved;
   ArchiveWriter writer([&](std::string_view bytes) { saved += bytes; });
@@ -259,7 +259,7 @@ TEST(Density, PrunesTheTransparentAndTheHuge) {
   options.max_gaussians = 5;
   const SplatModel before = scene.model;
   DensityControl<Host> control(options, 2, kSeed);
-  control.Forget(5);
+  control.ResetStatistics(5);
   test::ModelAdam adam{LearningRates()};
   test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 3);
@@ -276,7 +276,7 @@ TEST(Density, NeverEmptiesAModel) {
   std::fill_n(scene.model.attribute(splat::kOpacity), 3, -9.0f);
   const SplatModel before = scene.model;
   DensityControl<Host> control({}, 1, kSeed);
-  control.Forget(3);
+  control.ResetStatistics(3);
   test::ModelAdam adam{LearningRates()};
   test::Densify(control, scene.model, adam, 1);
   EXPECT_EQ(scene.model.data, before.data);
@@ -299,7 +299,7 @@ TEST(Density, MomentsFollowTheModel) {
   std::vector<float> gradient(scene.model.data.size(), 1.0f);
   adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
   DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
-  control.Forget(4);
+  control.ResetStatistics(4);
   scene.Observe(control, {kStrong, 0, 0, kStrong});
   test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 6);

@@ -28,7 +28,7 @@ After Iterate(const test::SyntheticViews& all, Communicator* ranks) {
   const ProcessGroup processes(ranks);
   const Share own = processes.OwnShare(count);
   DensityControl<Host> density({}, 1, 0);
-  density.Forget(all.gaussians());
+  density.ResetStatistics(all.gaussians());
   SumOfViews<Host> sum;
   TermExchange exchange;
   After after;

@@ -43,12 +43,12 @@ class ViewGradients : public testing::Test {
     learned.grad2d = {density.grad2d().begin(), density.grad2d().end()};
     learned.seen = {density.seen().begin(), density.seen().end()};
     learned.objective = cost.objective, learned.values = cost.values;
-    density.Forget(all.gaussians());
+    density.ResetStatistics(all.gaussians());
     return learned;
   }
   static DensityControl<Host> ControlOf(const SyntheticViews& all) {
     DensityControl<Host> density({}, 1, 0);
-    density.Forget(all.gaussians());
+    density.ResetStatistics(all.gaussians());
     return density;
   }
   static Learned InOrder(const SyntheticViews& all, const std::vector<int>& order) {
@@ -153,7 +153,7 @@ TEST_F(ViewGradients, HoldWhatIsSeen) {
   const SyntheticViews all(1);
   gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
-  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].grad2d_view(), true, gradient.data());
+  ViewGradient<Host> term = terms.Extract(all.layout, all.views[0].grad2d_view(), true, gradient.data());
   EXPECT_EQ(term.blocks(), 3) << "of five blocks, two are not visible";
   EXPECT_LE(term.rows(), 3 * all.layout.MostRows());
   EXPECT_NEAR(static_cast<double>(BytesOf(term).size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
@@ -161,7 +161,7 @@ TEST_F(ViewGradients, HoldWhatIsSeen) {
   std::vector<std::int32_t> nothing(static_cast<std::size_t>(all.gaussians()), -1);
   density::Grad2dView grad2d_view = all.views[0].grad2d_view();
   grad2d_view.rank_of = nothing.data();
-  EXPECT_EQ(terms.Take(all.layout, grad2d_view, true, gradient.data()).blocks(), 0);
+  EXPECT_EQ(terms.Extract(all.layout, grad2d_view, true, gradient.data()).blocks(), 0);
 }
 
 TEST_F(ViewGradients, Grad2dIsLeftOutWhereNobodyNeedsIt) {
@@ -192,7 +192,7 @@ TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   const SyntheticViews all(1);
   gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
-  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].grad2d_view(), true, gradient.data());
+  ViewGradient<Host> term = terms.Extract(all.layout, all.views[0].grad2d_view(), true, gradient.data());
   const std::vector<unsigned char> bytes = BytesOf(term);
   const auto all_bytes = static_cast<Index>(bytes.size());
   ViewGradient<Host> received;

@@ -155,11 +155,11 @@ TEST(Floaters, IsolatedIsFarFromAllForItsSize) {
 TEST(Floaters, UnsupportedIsWhatNoViewShows) {
   const Scene scene = test::RingOfCameras(6, 60, 40, false);
   const ScoringViews scoring_views = TrainingViewsOf(scene, {0, 0, 0});
-  EXPECT_EQ(FindFloaters(test::RandomModel(kCount, 0, 4), &scoring_views).unsupported, 0);
+  EXPECT_EQ(FindFloaters(test::RandomModel(kCount, 0, 4), &scoring_views).under_observed, 0);
   const SplatModel model = WithOneAt(4.5, 0.9, 0.5);  // above all images
   EXPECT_EQ(FindFloaters(model, nullptr).kept.size(), static_cast<std::size_t>(kCount));
   const FloaterCount count = FindFloaters(model, &scoring_views);
-  EXPECT_EQ(count.unsupported, 1);
+  EXPECT_EQ(count.under_observed, 1);
   EXPECT_FALSE(Keeps(count, 7));
 }
 

@@ -31,7 +31,7 @@ struct Fit {
   }
   ScoringViews MakeScoringViews() const { return TrainingViewsOf(scene, {0, 0, 0}); }
   ShRemovalCost Measure() const { return ShRemovalCost(ToKernelModel(model), MakeScoringViews()); }
-  double Cost() const { return MeasureRemovalCost(ToKernelModel(model), MakeScoringViews()).cost; }
+  double Cost() const { return MeasureRemovalCost(ToKernelModel(model), MakeScoringViews()).loss; }
   void Lower(const ShRemovalCost& removal, Index i, int degree) {
     for (int a = 0; a < model.num_attributes() - splat::kSh; ++a) {
       model.attribute(splat::kSh + a)[i] = a < 3 * ShCoefficients(degree) ? removal.Coefficient(i, degree, a) : 0;
@@ -42,16 +42,16 @@ struct Fit {
 TEST(ShRemovalCost, IsTheRiseOfTheCostAtTheLowerDegree) {
   const Fit fit;
   const ShRemovalCost removal = fit.Measure();
-  EXPECT_NEAR(removal.cost(), fit.Cost(), 1e-6 * fit.Cost());
+  EXPECT_NEAR(removal.loss(), fit.Cost(), 1e-6 * fit.Cost());
   int compared = 0;
   for (Index i = 0; i < fit.model.count; ++i) {
     for (int degree = 0; degree < kDegree; ++degree) {
       Fit lower = fit;
       lower.Lower(removal, i, degree);
-      const double rise = lower.Cost() - removal.cost();
+      const double rise = lower.Cost() - removal.loss();
       // The SSIM part is only a quadratic approximation.
-      EXPECT_NEAR(removal.Rise(i, degree), rise, 0.3 * std::abs(rise) + 5e-4 * removal.cost()) << i << " " << degree;
-      compared += std::abs(rise) > 0.003 * removal.cost() ? 1 : 0;
+      EXPECT_NEAR(removal.Rise(i, degree), rise, 0.3 * std::abs(rise) + 5e-4 * removal.loss()) << i << " " << degree;
+      compared += std::abs(rise) > 0.003 * removal.loss() ? 1 : 0;
     }
   }
   EXPECT_GT(compared, 10) << "that matter";
@@ -64,7 +64,7 @@ TEST(ShRemovalCost, StandsInBetterThanLeavingOut) {
   for (Index i = 1; i < fit.model.count; i += 3) {
     Fit lower = fit;
     for (int a = splat::kSh + 3; a < fit.model.num_attributes(); ++a) lower.model.attribute(a)[i] = 0;
-    left_out += lower.Cost() - removal.cost();
+    left_out += lower.Cost() - removal.loss();
     stood_in += removal.Rise(i, 0);
   }
   EXPECT_LT(stood_in, 0.9 * left_out);
@@ -75,7 +75,7 @@ TEST(ShRemovalCost, WhatLooksAlikeFromAllSidesLosesNothing) {
   const ShRemovalCost removal = fit.Measure();
   for (Index i = 0; i < fit.model.count; i += 3) {
     for (int degree = 0; degree < kDegree; ++degree)
-      EXPECT_NEAR(removal.Rise(i, degree), 0, 1e-5 * removal.cost()) << i;
+      EXPECT_NEAR(removal.Rise(i, degree), 0, 1e-5 * removal.loss()) << i;
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(removal.Coefficient(i, 0, c), fit.model.attribute(splat::kSh + c)[i], 1e-5) << i;
     }

@@ -72,7 +72,7 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   std::vector<double> rise = removal.rise;
   std::ranges::sort(rise);
   // A weight between the scores of the 10th and 11th Gaussian.
-  const double aic_weight = (rise[9] + rise[10]) / 2 * removal.values / (removal.cost * padded.model.num_attributes());
+  const double aic_weight = (rise[9] + rise[10]) / 2 * removal.values / (removal.loss * padded.model.num_attributes());
   ASSERT_GT(aic_weight, 0);
   std::set<Index> gone;
   constexpr int kRounds = 20;

@@ -31,12 +31,12 @@ TEST(RemovalCost, CostIsThatOfTheTrainingViews) {
   for (const View& view : fit.scene.views) {
     if (view.is_trained()) values += 3.0 * view.camera.width * view.camera.height;
   }
-  const double cost = fit.Measure().cost;
+  const double cost = fit.Measure().loss;
   EXPECT_NEAR(cost, values * renderer.Evaluate(fit.model, fit.scene).cost, 1e-5 * cost);
   for (View& view : fit.scene.views) {
     if (!view.is_trained()) view.image.rgb.assign(view.image.rgb.size(), 0.5f);
   }
-  EXPECT_EQ(fit.Measure().cost, cost) << "test views do not count";
+  EXPECT_EQ(fit.Measure().loss, cost) << "test views do not count";
 }
 
 TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
@@ -46,12 +46,12 @@ TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
   int compared = 0;
   for (Index i = 0; i < fit.model.count; ++i) {
     const float before = std::exchange(logit[i], -100.0f);
-    const double rise = fit.Measure().cost - removal.cost;
+    const double rise = fit.Measure().loss - removal.loss;
     logit[i] = before;
     const double said = removal.rise[static_cast<std::size_t>(i)];
     // The SSIM part is only a quadratic approximation, and most rises are large.
-    EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * removal.cost) << i;
-    compared += std::abs(rise) > 0.01 * removal.cost ? 1 : 0;
+    EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * removal.loss) << i;
+    compared += std::abs(rise) > 0.01 * removal.loss ? 1 : 0;
   }
   EXPECT_GT(compared, 20) << "that matter";
 }
@@ -70,18 +70,18 @@ TEST(RemovalCost, PixelsThatDoNotCountHaveNoSay) {
   EXPECT_EQ(fit.Measure().rise, whole.rise);
   mask_from(24);
   const RemovalCost half = fit.Measure();
-  EXPECT_LT(half.cost, 0.8 * whole.cost);
+  EXPECT_LT(half.loss, 0.8 * whole.loss);
   EXPECT_EQ(half.values, whole.values / 2);
   float* logit = fit.model.attribute(splat::kOpacity);
   for (Index i = 0; i < 10; ++i) {
     const float before = std::exchange(logit[i], -100.0f);
-    const double rise = fit.Measure().cost - half.cost;
+    const double rise = fit.Measure().loss - half.loss;
     logit[i] = before;
-    EXPECT_NEAR(half.rise[static_cast<std::size_t>(i)], rise, 0.35 * std::abs(rise) + 0.002 * half.cost) << i;
+    EXPECT_NEAR(half.rise[static_cast<std::size_t>(i)], rise, 0.35 * std::abs(rise) + 0.002 * half.loss) << i;
   }
   mask_from(0);
   const RemovalCost nothing = fit.Measure();
-  EXPECT_EQ(nothing.cost, 0);
+  EXPECT_EQ(nothing.loss, 0);
   for (const double rise : nothing.rise) EXPECT_EQ(rise, 0);
 }
 

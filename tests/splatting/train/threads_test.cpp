@@ -72,7 +72,7 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
     options.grow_scale3d = 0.1;
     options.max_gaussians = kCount + 3000;
     DensityControl<Host> control(options, 1, 5);
-    control.Forget(kCount);
+    control.ResetStatistics(kCount);
     scene.Observe(control, grad2d);
     test::ModelAdam adam{LearningRates()};
     std::vector<float> gradient(scene.model.data.size(), 1.0f);
@@ -113,7 +113,7 @@ TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
   ExpectSameForAnyThreads([&] {
     SumOfViews<Host> sum;
     DensityControl<Host> density({}, 1, 0);
-    density.Forget(all.gaussians());
+    density.ResetStatistics(all.gaussians());
     sum.Begin(all.layout, 3, &density);
     std::vector<float> gradient;
     for (Index k = 0; k < 3; ++k) {

@@ -14,15 +14,15 @@ namespace vesta::gs {
 namespace {
 
 TEST(CameraSchedule, AMeanTurnIsFreeTheSoonerTheNarrowerTheFilter) {
-  EXPECT_EQ(MeanTurnFree(splat::kEps2d), 0.65);
-  EXPECT_EQ(MeanTurnFree(splat::kMaxEps2d), 0.65);
-  EXPECT_NEAR(MeanTurnFree(splat::kEps2d / 2), 0.55, 1e-12);
-  EXPECT_GT(MeanTurnFree(splat::kMinEps2d), 0.45);
-  EXPECT_LT(MeanTurnFree(splat::kMinEps2d), 0.46);
+  EXPECT_EQ(MeanRotationFreeFrom(splat::kEps2d), 0.65);
+  EXPECT_EQ(MeanRotationFreeFrom(splat::kMaxEps2d), 0.65);
+  EXPECT_NEAR(MeanRotationFreeFrom(splat::kEps2d / 2), 0.55, 1e-12);
+  EXPECT_GT(MeanRotationFreeFrom(splat::kMinEps2d), 0.45);
+  EXPECT_LT(MeanRotationFreeFrom(splat::kMinEps2d), 0.46);
 }
 
 constexpr FreeUnknowns kPose{.pose = true, .color = false};
-constexpr CameraSurroundings kAnywhere{.depth = 2, .most = 10, .done = 0};
+constexpr CameraStepContext kAnywhere{.depth = 2, .most = 10, .done = 0};
 
 // State of a pose in which a rotation and a shift are coupled.
 CameraStepState CoupledState() {
@@ -71,7 +71,7 @@ TEST(CameraStep, OfAnOlderCurvatureIsThatOfTheSizeOfNow) {
 TEST(CameraStep, GoesNoFurtherThanItMay) {
   CameraStepState state = CoupledState();
   const std::vector<double> gradient{100, 0, 0, 0, 0, 400};
-  const CameraSurroundings near{.depth = 2, .most = 0.01, .done = 0};
+  const CameraStepContext near{.depth = 2, .most = 0.01, .done = 0};
   const std::vector<double> step = CameraStep(kPose, gradient, state.curvature, near);
   EXPECT_NEAR(step[5], -0.01 * 2, 1e-12) << "the shift, in units of depth, is larger";
   EXPECT_LT(step[0], 0);
@@ -118,7 +118,7 @@ std::vector<double> Wanted(const FreeUnknowns& free, const splat::LensTangent& l
 }
 
 // Three views share a lens and have different poses. The lens step combines all views. Each view's own step, plus its
-// response to the lens (Follow), gives the rest.
+// response to the lens (FollowLensStep), gives the rest.
 TEST(LensStep, IsGaussNewtonsOfAllUnknownsTogether) {
   for (const FreeUnknowns& free : {kAll, FreeUnknowns{.pose = true, .color = false, .lens = true}}) {
     const splat::LensTangent lens{{0.02, -0.01, 0.03, 0.01}};
@@ -133,7 +133,8 @@ TEST(LensStep, IsGaussNewtonsOfAllUnknownsTogether) {
     for (int k = 0; k < splat::kLensTangent; ++k) EXPECT_NEAR(found.v[k], lens.v[k], 5e-4);  // for the damping
     for (std::uint64_t v = 0; v < 3; ++v) {
       const std::vector<double> own = CameraStep(free, views[v].gradient, views[v].curvature, {1, kNoLimit, 0}),
-                                follow = Follow(free, views[v].curvature, found), wanted = Wanted(free, lens, v);
+                                follow = FollowLensStep(free, views[v].curvature, found),
+                                wanted = Wanted(free, lens, v);
       ASSERT_EQ(own.size(), wanted.size());
       ASSERT_EQ(follow.size(), wanted.size());
       for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(own[i] + follow[i], wanted[i], 2e-3) << i;
@@ -158,7 +159,7 @@ TEST(LensStep, StaysWhereNothingIsKnown) {
   std::vector<double> no_numbers = ViewSystem(Wanted(kAll, {}, 1), 2).curvature;
   no_numbers[12 * 16] = std::numeric_limits<double>::quiet_NaN();  // couples lens and pose
   const splat::LensTangent lens{{0.1, 0.1, 0, 0}};
-  const std::vector<double> follow = Follow(kAll, no_numbers, lens);
+  const std::vector<double> follow = FollowLensStep(kAll, no_numbers, lens);
   for (int k = 0; k < kAll.OwnOfView().num_tangent(); ++k) EXPECT_EQ(follow[static_cast<std::size_t>(k)], 0);
 }
 

@@ -34,42 +34,42 @@ TEST(GrowthForecast, OfAModelThatDoesNotGrow) {
 }
 
 TEST(IterationTimer, FirstIterationsDoNotCount) {
-  IterationTimer pace;
-  EXPECT_FALSE(pace.is_known());
-  pace.Observe(true, 100, 10);
-  EXPECT_FALSE(pace.is_known());
-  pace.Observe(true, 100, 0.1);
-  EXPECT_TRUE(pace.is_known());
-  EXPECT_DOUBLE_EQ(pace.Seconds(true, 100), 0.1);
-  EXPECT_GT(pace.Seconds(true, 200), 0.15) << "more Gaussians take longer";
-  EXPECT_LE(pace.Seconds(true, 200), 0.2);
-  EXPECT_GT(pace.Seconds(false, 100), 0.1) << "the usual ratio";
-  pace.SetFullBeyondCoarse(0.2);
-  EXPECT_DOUBLE_EQ(pace.Seconds(false, 100), 0.3) << "foreseen";
-  pace.Observe(false, 100, 10);
-  pace.Observe(false, 100, 0.4);
-  EXPECT_DOUBLE_EQ(pace.Seconds(false, 100), 0.4) << "measured";
+  IterationTimer timer;
+  EXPECT_FALSE(timer.is_known());
+  timer.Observe(true, 100, 10);
+  EXPECT_FALSE(timer.is_known());
+  timer.Observe(true, 100, 0.1);
+  EXPECT_TRUE(timer.is_known());
+  EXPECT_DOUBLE_EQ(timer.Seconds(true, 100), 0.1);
+  EXPECT_GT(timer.Seconds(true, 200), 0.15) << "more Gaussians take longer";
+  EXPECT_LE(timer.Seconds(true, 200), 0.2);
+  EXPECT_GT(timer.Seconds(false, 100), 0.1) << "the usual ratio";
+  timer.SetFullMinusCoarse(0.2);
+  EXPECT_DOUBLE_EQ(timer.Seconds(false, 100), 0.3) << "foreseen";
+  timer.Observe(false, 100, 10);
+  timer.Observe(false, 100, 0.4);
+  EXPECT_DOUBLE_EQ(timer.Seconds(false, 100), 0.4) << "measured";
 }
 
 TEST(IterationTimer, FollowsIterationsThatBecomeSlower) {
-  IterationTimer pace;
-  for (int it = 0; it < 100; ++it) pace.Observe(false, 100, 0.1);
-  for (int it = 0; it < 100; ++it) pace.Observe(false, 100, 0.3);
-  EXPECT_NEAR(pace.Seconds(false, 100), 0.3, 0.002);
+  IterationTimer timer;
+  for (int it = 0; it < 100; ++it) timer.Observe(false, 100, 0.1);
+  for (int it = 0; it < 100; ++it) timer.Observe(false, 100, 0.3);
+  EXPECT_NEAR(timer.Seconds(false, 100), 0.3, 0.002);
 }
 
 TEST(IterationTimer, LeavesOutWhatOtherWorkHeldUp) {
-  IterationTimer pace;
-  for (int it = 0; it < 100; ++it) pace.Observe(false, 100, it % 20 == 7 ? 50 : 0.1);
-  EXPECT_NEAR(pace.Seconds(false, 100), 0.1, 1e-6);
+  IterationTimer timer;
+  for (int it = 0; it < 100; ++it) timer.Observe(false, 100, it % 20 == 7 ? 50 : 0.1);
+  EXPECT_NEAR(timer.Seconds(false, 100), 0.1, 1e-6);
 }
 
 TEST(IterationTimer, OfChangesIsInProportionToTheGaussians) {
-  IterationTimer pace;
-  EXPECT_EQ(pace.ChangeSeconds(1000), 0);
-  pace.ObserveChange(1000, 2);
-  pace.ObserveChange(3000, 6);
-  EXPECT_DOUBLE_EQ(pace.ChangeSeconds(5000), 10);
+  IterationTimer timer;
+  EXPECT_EQ(timer.ChangeSeconds(1000), 0);
+  timer.ObserveChange(1000, 2);
+  timer.ObserveChange(3000, 6);
+  EXPECT_DOUBLE_EQ(timer.ChangeSeconds(5000), 10);
 }
 
 // Progress `done` of the stage, with 100 Gaussians of at most 150.
@@ -78,15 +78,15 @@ StageProgress After(double done, bool has_coarse_views = true) {
 }
 
 TEST(ForecastStage, AddsUpWhatIsLeft) {
-  IterationTimer pace;
-  for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 1), pace.Observe(false, 100, 3);
+  IterationTimer timer;
+  for (int it = 0; it < 3; ++it) timer.Observe(true, 100, 1), timer.Observe(false, 100, 3);
   TrainOptions options;
   options.adam.half_resolution_until = 0.5;
   options.pruning = PruningOptions::None();
   DensityOptions& density = options.density;
   density.enabled = false;
   const auto ahead = [&](double done, bool has_coarse_views = true) {
-    return ForecastStage(pace, {}, TrainingSchedule(options), After(done, has_coarse_views));
+    return ForecastStage(timer, {}, TrainingSchedule(options), After(done, has_coarse_views));
   };
   EXPECT_NEAR(ahead(0).seconds, 2, 0.03);
   EXPECT_NEAR(ahead(0.25).seconds, (1 + 2 * 3) / 3.0, 0.03);
@@ -100,25 +100,25 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   density.begin = density.every = 0.1, density.end = 0.3;
   GrowthForecast growth;
   growth.Observe(90, 100);
-  const RemainingWork growing = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
+  const RemainingWork growing = ForecastStage(timer, growth, TrainingSchedule(options), After(0.1));
   EXPECT_EQ(growing.gaussians, 150) << "the cap";
   EXPECT_GT(growing.seconds, 1.1 * without_growth);
 
   options.pruning.aic_weight = 2;
-  const RemainingWork pruned = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
+  const RemainingWork pruned = ForecastStage(timer, growth, TrainingSchedule(options), After(0.1));
   EXPECT_EQ(pruned.gaussians, 90) << "60 % of 150";
   EXPECT_EQ(pruned.most_gaussians, 150);
   EXPECT_LT(pruned.seconds, growing.seconds);
 }
 
 TEST(ForecastStage, JudgesInAPartOfALimitedTime) {
-  IterationTimer pace;
-  for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 0.1), pace.Observe(false, 100, 0.1);
+  IterationTimer timer;
+  for (int it = 0; it < 3; ++it) timer.Observe(true, 100, 0.1), timer.Observe(false, 100, 0.1);
   TrainOptions options;
   options.density.enabled = false;
   constexpr double kViews = 20;
   const auto changes = [&] {
-    return ForecastStage(pace, {}, TrainingSchedule(options), After(0), kViews).change_seconds;
+    return ForecastStage(timer, {}, TrainingSchedule(options), After(0), kViews).change_seconds;
   };
   const double all = changes();
   EXPECT_GT(all, 8 * kViews * 0.1 * 0.6) << "at least eight rounds of pruning";
@@ -145,18 +145,18 @@ TEST(ForecastStage, EndsTheStageInTime) {
   options.adam.half_resolution_until = 0.5;
   DensityOptions& density = options.density;
   density.enabled = false;
-  IterationTimer pace;
+  IterationTimer timer;
   double clock = 0, done = 0;
   int coarse = 0, fine = 0;
   while (done < 1) {
     double left = 1e300;
-    if (pace.is_known())
-      left = (kTime - clock) / ForecastStage(pace, {}, TrainingSchedule(options), After(done)).seconds;
+    if (timer.is_known())
+      left = (kTime - clock) / ForecastStage(timer, {}, TrainingSchedule(options), After(done)).seconds;
     done += (1 - done) / std::max(1.0, left);
     const bool is_coarse = done <= options.adam.half_resolution_until;
     ++(is_coarse ? coarse : fine);
     const double seconds = is_coarse ? 1 : fine < 500 ? 3 : 5;
-    pace.Observe(is_coarse, 100, seconds);
+    timer.Observe(is_coarse, 100, seconds);
     clock += seconds;
     ASSERT_LT(clock, 2 * kTime);
   }

@@ -101,7 +101,7 @@ TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
 }
 
 // A model with several SH degrees, in both stages.
-TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
+TEST_F(Checkpoints, OfDifferentDegreesResumeToTheSameBits) {
   const SplatModel start =
       test::WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), test::MixedDegrees(60));
   const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(scene_, start, Options(), {}, callbacks); };
@@ -129,7 +129,7 @@ TEST_F(Checkpoints, ManyBreaksChangeNothing) {
   EXPECT_EQ(TrainUntil(Options(), Stage::kLm, 1000, true).model.data, whole.model.data);
 }
 
-TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
+TEST_F(Checkpoints, WhilePruningResumeToTheSameBits) {
   TrainOptions options = test::ShortTraining(kAdam, 0);
   options.pruning = {.keep_fraction = 0.5, .begin = 0.6, .end = 0.9, .every = 0.1};
   const TrainResult whole = Train(scene_, options, {}, {});
@@ -142,7 +142,7 @@ TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
 }
 
 // The limit on Gaussians is the one of the resumed run.
-TEST_F(Checkpoints, GoOnWithTheLimitsOfNow) {
+TEST_F(Checkpoints, ResumeWithTheCurrentLimits) {
   TrainUntil(Options(), Stage::kAdam, 10, false);
   TrainOptions fewer = Options();
   fewer.density.max_gaussians = 62;

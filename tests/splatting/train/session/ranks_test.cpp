@@ -105,7 +105,7 @@ TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
 }
 
 // Only rank 0 writes the checkpoint. Any change it makes for that must be made on all ranks.
-void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, const std::vector<int>& stops) {
+void ExpectStopAndResume(const Scene& scene, const TrainOptions& options, const std::vector<int>& stops) {
   const TrainResult whole = TrainOn(1, scene, options);
   const TempFolder folder;
   const std::string path = folder / "checkpoint";
@@ -137,7 +137,7 @@ TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
   std::vector<int> all(14);
   std::iota(all.begin(), all.end(), 1);
   // Three views an iteration: 15 iterations.
-  ExpectToBeStoppedAndGoOn(test::TrainingScene(), TrainingOnRanks(45, 1), all);
+  ExpectStopAndResume(test::TrainingScene(), TrainingOnRanks(45, 1), all);
 }
 
 // The clock of rank 0 decides, even if the others differ.
