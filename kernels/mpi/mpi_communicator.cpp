@@ -108,7 +108,7 @@ class MpiCommunicator final : public Communicator {
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
   }
-  bool IsKnown(const std::string& why) noexcept override {
+  bool IsReportedByOtherRank(const std::string& why) noexcept override {
     if (rank_ == 0 || is_abandoned_) return is_abandoned_;
     const auto patience = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
     while (std::chrono::steady_clock::now() < patience) {
@@ -179,7 +179,7 @@ class MpiCommunicator final : public Communicator {
     CheckMpi(MPI_Test(&abandoned_by_, &told, &status), "MPI_Test");
     if (told == 0) return;
     is_abandoned_ = true;
-    throw OthersGaveUp(fmt::format("process {} of {}: {}", status.MPI_SOURCE, size_, words_.data()));
+    throw OtherRankFailed(fmt::format("process {} of {}: {}", status.MPI_SOURCE, size_, words_.data()));
   }
 
   MpiOptions options_;
@@ -191,7 +191,7 @@ class MpiCommunicator final : public Communicator {
 };
 
 void CheckSameInstructions(Communicator& ranks) {
-  const std::vector<std::string> names = GatherWords(ranks, IsaName(ActiveIsa()));
+  const std::vector<std::string> names = GatherStrings(ranks, IsaName(ActiveIsa()));
   for (std::size_t r = 1; r < names.size(); ++r) {
     if (names[r] != names[0]) {
       Fail(kUnavailable,

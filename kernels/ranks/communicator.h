@@ -16,9 +16,9 @@
 namespace vesta {
 
 // Thrown by calls after another rank failed. Contains that rank's message: "process 2 of 4: no room".
-class OthersGaveUp : public Error {
+class OtherRankFailed : public Error {
  public:
-  explicit OthersGaveUp(const std::string& words) : Error(kUnavailable, words) {}
+  explicit OtherRankFailed(const std::string& words) : Error(kUnavailable, words) {}
 };
 
 // Statistics of the data that a rank has received.
@@ -30,7 +30,7 @@ struct RankTraffic {
 };
 
 // Collective: all ranks must call the same functions in the same order, each from one thread. If a rank has called
-// Abandon or has died, the calls of the others throw OthersGaveUp with its message.
+// Abandon or has died, the calls of the others throw OtherRankFailed with its message.
 class Communicator {
  public:
   using Bytes = std::span<std::byte>;
@@ -47,11 +47,11 @@ class Communicator {
   // `receive`. All sizes must be multiples of 4 bytes.
   void AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                 std::span<const std::size_t> receive_sizes);
-  // Tells the other ranks why this rank stops. Their pending and later calls throw OthersGaveUp. Never throws.
+  // Tells the other ranks why this rank stops. Their pending and later calls throw OtherRankFailed. Never throws.
   virtual void Abandon(const std::string& why) noexcept = 0;
   // Whether another rank has just called Abandon with the same message, for instance because all ranks miss the same
   // file. The message then need not be printed again. Waits up to half a second, except on rank 0.
-  virtual bool IsKnown(const std::string& /*why*/) noexcept { return false; }
+  virtual bool IsReportedByOtherRank(const std::string& /*why*/) noexcept { return false; }
 
   const RankTraffic& traffic() const { return traffic_; }
 
@@ -67,7 +67,7 @@ class Communicator {
 };
 
 // Communicator of a single process.
-class SoloRank final : public Communicator {
+class SingleRankCommunicator final : public Communicator {
  public:
   int rank() const override { return 0; }
   int size() const override { return 1; }
@@ -100,7 +100,7 @@ std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine);
 template <class T>
 void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts);
 // Gathers one string per rank, in rank order.
-std::vector<std::string> GatherWords(Communicator& ranks, const std::string& mine);
+std::vector<std::string> GatherStrings(Communicator& ranks, const std::string& mine);
 // Logical or over all ranks.
 bool OnAnyRank(Communicator& ranks, bool mine);
 

@@ -51,7 +51,7 @@ class SumPlan {
   // Number of entries of the sum that may differ from zero, per finishing rank; and the positions of this rank's
   // entries in its share.
   const std::vector<std::size_t>& whole_counts() const { return whole_counts_; }
-  const Support& own_positions() const { return places_in_share_; }
+  const Support& own_positions() const { return own_positions_; }
   // Number of values that a rank receives to finish its share, and to get the whole sum.
   Index ReceivedValuesOfShare(int rank) const;
   Index ReceivedValues(int rank) const;
@@ -64,7 +64,7 @@ class SumPlan {
   std::vector<Support> finished_;
   std::vector<std::vector<EntryRange>> sent_;
   std::vector<std::size_t> whole_counts_;
-  Support places_in_share_;
+  Support own_positions_;
 };
 
 // Computes sums by a SumPlan. S: float or double, in host memory.

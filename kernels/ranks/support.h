@@ -39,7 +39,7 @@ class Support {
 Support Union(const Support& a, const Support& b);
 Support Intersection(const Support& a, const Support& b);
 // Positions of the entries of both supports in a compact vector over `in`: ascending ranges with gaps between them.
-std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in);
+std::vector<EntryRange> PositionsIn(const Support& entries, const Support& in);
 
 // left += right: compact vectors over a and b; `both` is the union of a and b. If `both` is larger than a, the sum is
 // formed in `spare`, which is then swapped with `left`. Entries in only one of the supports are copied.
@@ -48,6 +48,6 @@ void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpa
                 HostBuffer<S>& spare);
 // whole = the compact vector at the support, zero elsewhere.
 template <class S>
-void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
+void Expand(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
 
 }  // namespace vesta

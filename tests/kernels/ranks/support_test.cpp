@@ -46,7 +46,7 @@ TEST(Support, CompactVectorsAddUp) {
   AddCompact(Union(a, b), left, a, three.view(), Union(a, b), spare);
   EXPECT_THAT(std::vector<double>(left.begin(), left.end()), ElementsAre(2, 13, 20, 4));
   std::vector<double> whole(8, -1);
-  Spread<double>(Union(a, b), left.view(), {whole.data(), 8});
+  Expand<double>(Union(a, b), left.view(), {whole.data(), 8});
   EXPECT_THAT(whole, ElementsAre(0, 2, 13, 20, 0, 0, 4, 0));
 }
 
@@ -56,8 +56,8 @@ TEST(Support, IntersectionAndPlaces) {
   EXPECT_EQ(both, Support({{5, 10}, {20, 22}, {24, 26}, {45, 50}}));
   EXPECT_EQ(Intersection(b, a), both);
   // Ten entries precede the second range in a compact vector of a, and twenty precede the third.
-  EXPECT_EQ(PlacesIn(b, a), (std::vector<EntryRange>{{5, 12}, {14, 16}, {25, 30}}));
-  EXPECT_TRUE(PlacesIn(Support({{10, 20}}), a).empty());
+  EXPECT_EQ(PositionsIn(b, a), (std::vector<EntryRange>{{5, 12}, {14, 16}, {25, 30}}));
+  EXPECT_TRUE(PositionsIn(Support({{10, 20}}), a).empty());
 }
 
 }  // namespace
