@@ -27,7 +27,7 @@ class PartialVector {
     for (int i = 0; i < count_; ++i) p[i] = lane[i];
   }
   // Returns v with the other lanes set to zero.
-  V Used(const V& v) const {
+  V ZeroOutside(const V& v) const {
     alignas(64) S lane[V::size];
     v.store_aligned(lane);
     return Load(lane);
@@ -44,7 +44,7 @@ class PartialVector<float> {
   explicit PartialVector(int count) : mask_(static_cast<__mmask16>((1U << count) - 1)) {}
   FloatLanes Load(const float* p) const { return _mm512_maskz_loadu_ps(mask_, p); }
   void Store(float* p, const FloatLanes& v) const { _mm512_mask_storeu_ps(p, mask_, v); }
-  FloatLanes Used(const FloatLanes& v) const { return _mm512_maskz_mov_ps(mask_, v); }
+  FloatLanes ZeroOutside(const FloatLanes& v) const { return _mm512_maskz_mov_ps(mask_, v); }
 
  private:
   __mmask16 mask_;
@@ -57,7 +57,7 @@ class PartialVector<float> {
       : mask_(_mm256_cmpgt_epi32(_mm256_set1_epi32(count), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))) {}
   FloatLanes Load(const float* p) const { return _mm256_maskload_ps(p, mask_); }
   void Store(float* p, const FloatLanes& v) const { _mm256_maskstore_ps(p, mask_, v); }
-  FloatLanes Used(const FloatLanes& v) const { return _mm256_and_ps(v, _mm256_castsi256_ps(mask_)); }
+  FloatLanes ZeroOutside(const FloatLanes& v) const { return _mm256_and_ps(v, _mm256_castsi256_ps(mask_)); }
 
  private:
   __m256i mask_;
@@ -87,14 +87,14 @@ class WholeBlock {
   void Store(S* p, const T& x) const {
     Unrolled<kRows>([&](auto r) { x.v[r].store_unaligned(p + r * stride_); });
   }
-  T Used(const T& x) const { return x; }
+  T ZeroOutside(const T& x) const { return x; }
 
  private:
   Index stride_;
 };
 
 // Access to a block at the right or lower edge of the image. Only its first `rows` rows and the first `pixels` pixels
-// of each row exist. The others are zero when loaded and in Used, and are not stored.
+// of each row exist. The others are zero when loaded and in ZeroOutside, and are not stored.
 template <class S, int kRows>
 class EdgeBlock {
  public:
@@ -115,10 +115,10 @@ class EdgeBlock {
       if (r < rows_) part_.Store(p + r * stride_, x.v[r]);
     });
   }
-  T Used(const T& x) const {
+  T ZeroOutside(const T& x) const {
     T result(S(0));
     Unrolled<kRows>([&](auto r) {
-      if (r < rows_) result.v[r] = part_.Used(x.v[r]);
+      if (r < rows_) result.v[r] = part_.ZeroOutside(x.v[r]);
     });
     return result;
   }

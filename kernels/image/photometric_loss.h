@@ -105,7 +105,7 @@ struct PhotometricValue {
   double objective = 0.0;      // l1 * absolute + ssim * dissimilarity
 
   // Sets cost and objective from the sums.
-  void Weigh(const PhotometricWeights& weights);
+  void SetCost(const PhotometricWeights& weights);
 };
 
 // Throws Error if a weight is negative or a threshold is not positive.

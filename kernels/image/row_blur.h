@@ -33,7 +33,7 @@ class ScratchRows {
 
   // Takes the next `count` rows and returns the address of the first row's first value. The padding of each row is
   // zero.
-  S* Take(int count) {
+  S* Allocate(int count) {
     S* const first = next_ + kPad;
     for (int row = 0; row < count; ++row, next_ += stride_) {
       for (Index i = 0; i < kPad; ++i) next_[i] = S(0);
@@ -67,9 +67,9 @@ class WindowBlur {
       : width_(rows.width),
         height_(rows.height),
         stride_(ScratchStride(rows.width)),
-        ring_(scratch.Take(kRing * kStored)),
-        down_(scratch.Take(kRows * N)),
-        zeros_(scratch.Take(1)) {
+        ring_(scratch.Allocate(kRing * kStored)),
+        down_(scratch.Allocate(kRows * N)),
+        zeros_(scratch.Allocate(1)) {
     for (int i = 0; i < width_; ++i) zeros_[i] = S(0);
     for (int k = 0; k <= kWindowRadius; ++k) tap_[k] = V(rows.taps[kWindowRadius + k]);
   }
@@ -80,7 +80,7 @@ class WindowBlur {
   // Writes stored field n of a block.
   template <class Access>
   void StoreRows(int row, int n, int column, const Access& access, const typename Access::T& value) {
-    const auto used = access.Used(value);
+    const auto used = access.ZeroOutside(value);
     for (int r = 0; r < access.rows(); ++r) used.v[r].store_aligned(Row(row + r, n) + column);
   }
 
@@ -187,7 +187,7 @@ class ImageRows {
       : rows_(rows), blur_(blur), next_(begin), load_(load) {}
 
   // Stores all rows before `end` in the blur's ring.
-  VESTA_FLATTEN void MakeUpTo(int end) {
+  VESTA_FLATTEN void ComputeUpTo(int end) {
     for (; next_ < end; ++next_) {
       const Index position = PositionOf(rows_, next_, 0);
       ForBlocks<S, 1>(rows_.width, 1, [&](int column, const auto& access) {
@@ -222,13 +222,13 @@ class BlurredRows {
         end_rows_(end_rows) {}
 
   // Computes all rows before `end`, and perhaps a few more. Each row is computed once.
-  void MakeUpTo(int end) {
+  void ComputeUpTo(int end) {
     while (next_ < end) {
       int count = Blur::kRows;
       for (const int stop : ends_) {
         if (next_ < stop && stop - next_ < count) count = stop - next_;
       }
-      source_.MakeUpTo(blur_.InputEnd(next_ + count));
+      source_.ComputeUpTo(blur_.InputEnd(next_ + count));
       blur_.Block(next_, count, derive_, out_, end_rows_);
       next_ += count;
     }
