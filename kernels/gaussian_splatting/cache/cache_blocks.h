@@ -30,19 +30,19 @@ struct CachePairs {
 inline namespace VESTA_ISA {
 
 template <class S>
-VESTA_HD inline void Keep(const S& x, S* kept) {
-  *kept = x;
+VESTA_HD inline void StoreValue(const S& x, S* stored) {
+  *stored = x;
 }
 template <class S>
-VESTA_HD inline void Keep(const S& x, Half* kept) {
-  *kept = ToHalf(static_cast<float>(x));
+VESTA_HD inline void StoreValue(const S& x, Half* stored) {
+  *stored = ToHalf(static_cast<float>(x));
 }
 template <class S>
-VESTA_HD inline S Kept(const S& x) {
+VESTA_HD inline S LoadValue(const S& x) {
   return x;
 }
 template <class S>
-VESTA_HD inline S Kept(const Half& x) {
+VESTA_HD inline S LoadValue(const Half& x) {
   return static_cast<S>(FromHalf(x));
 }
 
@@ -53,8 +53,9 @@ struct alignas(kEntryValues * sizeof(E)) CacheEntry {
 
   template <class S>
   VESTA_HD Entry<S> Read() const {
-    const CacheEntry kept = *this;
-    return {Kept<S>(kept.weight), {Kept<S>(kept.contrast[0]), Kept<S>(kept.contrast[1]), Kept<S>(kept.contrast[2])}};
+    const CacheEntry stored = *this;
+    return {LoadValue<S>(stored.weight),
+            {LoadValue<S>(stored.contrast[0]), LoadValue<S>(stored.contrast[1]), LoadValue<S>(stored.contrast[2])}};
   }
 };
 
@@ -93,7 +94,7 @@ struct MaskBlock {
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const int k = block.thread() / kTileSize, y = block.thread() % kTileSize;
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    const std::int64_t left = SumOverPixels<bool>(
+    const std::int64_t remaining = SumOverPixels<bool>(
         block, lists, pixel, shared.splats, [&](int, const Blend<S>& blend) { return blend.alpha > S(0); },
         [&](int splat, bool part) { shared.part[splat][pixel.in_tile()] = part; },
         [&](std::int64_t first, int count) {
@@ -102,7 +103,8 @@ struct MaskBlock {
           for (int x = 0; x < kTileSize; ++x) bits |= (shared.part[k][y * kTileSize + x] ? 1U : 0U) << x;
           Write(block.id(), first + k, y, bits);
         });
-    ForEachLeft<kTileSize>(block, lists, left, [&](std::int64_t pair, int row) { Write(block.id(), pair, row, 0); });
+    ForEachRemaining<kTileSize>(block, lists, remaining,
+                                [&](std::int64_t pair, int row) { Write(block.id(), pair, row, 0); });
   }
 
  private:
@@ -155,20 +157,20 @@ struct FillBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    Passing<S> passing(pixel);
+    PixelBlending<S> blending(pixel);
     S behind[3] = {pixel.Load(image, 0), pixel.Load(image, 1), pixel.Load(image, 2)};
     ForEachHit(
-        block, lists, pixel, passing, shared.splats,
+        block, lists, pixel, blending, shared.splats,
         [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
         [&](int k, const S&, const S&, const Blend<S>& blend) {
           if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // the splat closed the pixel
           const EntryMaker<E, S> entry(blend);
-          CacheEntry<E> kept;
-          Keep(entry.Weight(), &kept.weight);
+          CacheEntry<E> stored;
+          StoreValue(entry.Weight(), &stored.weight);
           for (int c = 0; c < 3; ++c) {
-            Keep(entry.Contrast(shared.splats[k].color[c], behind[c]), &kept.contrast[c]);
+            StoreValue(entry.Contrast(shared.splats[k].color[c], behind[c]), &stored.contrast[c]);
           }
-          entries[shared.masks.Position(k, pixel.x, pixel.y)] = kept;
+          entries[shared.masks.Position(k, pixel.x, pixel.y)] = stored;
         });
   }
 };
@@ -203,7 +205,7 @@ struct CachedTangentBlock {
         const std::uint32_t rank = lists.ranks[first + thread];
         shared.splats[thread] = InTile(lists.splats[rank], TileOrigin<S>(lists, TileOf(block)));
         shared.tangents[thread] = tangents[rank];
-        ToEntryUnits<E>(shared.tangents[thread]);
+        DivideByEntryScale<E>(shared.tangents[thread]);
       }
       shared.masks.Stage(block, cache, places, first, count);
       block.Sync();
@@ -256,7 +258,7 @@ struct CachedAdjointBlock {
     block.Sync();
     if (thread >= count * kSplatTangent) return;
     const int k = thread / kSplatTangent, i = thread % kSplatTangent;
-    sums[first + k].w[i] = EntryUnit<E, S>(i) * WeighCotangentRows(shared.splats[k], shared.rows[k], i);
+    sums[first + k].w[i] = InverseEntryScale<E, S>(i) * CotangentFromRows(shared.splats[k], shared.rows[k], i);
   }
 
  private:

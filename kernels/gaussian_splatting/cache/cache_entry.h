@@ -39,13 +39,13 @@ struct EntryScale<Half> {
 };
 // Unscales a product with scaled entries: the factor for component i of a tangent or cotangent.
 template <class E, class S>
-VESTA_HD constexpr S EntryUnit(int i) {
+VESTA_HD constexpr S InverseEntryScale(int i) {
   return static_cast<S>(i < kColor ? 1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast)
                                    : 1 / EntryScale<E>::kWeight);
 }
 template <class E, class S>
-VESTA_HD inline void ToEntryUnits(SplatTangent<S>& tangent) {
-  for (int i = 0; i < kSplatTangent; ++i) tangent.w[i] *= EntryUnit<E, S>(i);
+VESTA_HD inline void DivideByEntryScale(SplatTangent<S>& tangent) {
+  for (int i = 0; i < kSplatTangent; ++i) tangent.w[i] *= InverseEntryScale<E, S>(i);
 }
 
 // Computes the scaled entry of a splat; contrast(k) is the contrast of colour k.
@@ -59,7 +59,7 @@ class EntryMaker {
   // one.
   VESTA_HD V Contrast(const V& c, V& behind) const {
     behind = Fnma(blend_.weight, c, behind);
-    return V(static_cast<S>(EntryScale<E>::kContrast)) * MovingAlpha(blend_.alpha, Fnma(behind, inverse_, c));
+    return V(static_cast<S>(EntryScale<E>::kContrast)) * ZeroAtAlphaCap(blend_.alpha, Fnma(behind, inverse_, c));
   }
 
  private:

@@ -91,16 +91,16 @@ struct EntryPass {
 // Positions of a tile's rows in a splat's whitened coordinates: pixel x of row y is at (p0[y] + r x, q[y]), as in the
 // traversal.
 template <class V, class S>
-struct RowPlaces {
+struct RowPositions {
   using L = Lanes<V>;
   V r;
   alignas(64) S p0[kTileSize], q[kTileSize];
 
   // splat: from InTile.
-  explicit RowPlaces(const Splat<S>& splat) : r(splat.r) {
+  explicit RowPositions(const Splat<S>& splat) : r(splat.r) {
     const RowSplat<V> all = InAllLanes<V>(splat);
     for (int row = 0; row < kTileSize; row += L::kWidth) {
-      const RowPlace<V> place(all, L::Iota() + V(static_cast<S>(row)));
+      const RowPosition<V> place(all, L::Iota() + V(static_cast<S>(row)));
       L::Store(q + row, place.q);
       L::Store(p0 + row, place.p0);
     }
@@ -152,9 +152,9 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
     }
     const std::uint32_t rank = lists.ranks[pair];
     SplatTangent<S> tangent = tangents[rank];
-    ToEntryUnits<E>(tangent);
+    DivideByEntryScale<E>(tangent);
     const S* w = tangent.w;
-    const RowPlaces<V, S> places(InTile(lists.splats[rank], origin));
+    const RowPositions<V, S> places(InTile(lists.splats[rank], origin));
     alignas(64) S linear[kTileSize], constant[kTileSize];  // psi = constant[y] - p (linear[y] + rho p)
     for (int row = 0; row < kTileSize; row += L::kWidth) {
       const V q = L::Load(places.q + row);
@@ -207,14 +207,14 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
     };
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
       // A lane of a 16-lane vector has at most one term per row of a tile.
-      constexpr int kTilesOfAPart = kTermsOfAPart / kTileSize;
+      constexpr int kTilesPerPartialSum = kTermsPerPartialSum / kTileSize;
       const std::int64_t tiles = e - cache.splat_begin[rank];
-      if (tiles > 0 && tiles % kTilesOfAPart == 0) take_part();
+      if (tiles > 0 && tiles % kTilesPerPartialSum == 0) take_part();
       const std::uint32_t pair = cache.pairs_of_splat[e];
       // The entries are contiguous, the masks are not.
       if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
       const int tile = static_cast<int>(cache.tiles_of_splat[e]);
-      const RowPlaces<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));
+      const RowPositions<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));
       const S* u = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
       ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
         const S* here = u + row * kTileSize + k * L::kWidth;
@@ -226,7 +226,7 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       });
     }
     take_part();
-    ToEntryUnits<E>(sum);
+    DivideByEntryScale<E>(sum);
     sums[rank] = sum;
   }
 }

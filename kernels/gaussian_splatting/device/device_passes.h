@@ -40,7 +40,7 @@ LensTangent LensCotangent(const Splat<float>* splats, Index count, const PosedCa
                           const SplatTangent<float>* cotangents);
 
 // The steps of tile_pairs.h, in their order.
-void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);
+void CountVisibleSplats(const std::uint32_t* keys, Index count, Index* seen);
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
                   Splat<float>* splats, std::int32_t* rank_of);
 void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts);

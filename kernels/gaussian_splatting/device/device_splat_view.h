@@ -71,17 +71,17 @@ struct DeviceViewWorkspace {
   static double BuildBytes(const ViewCounts& view, double gaussians) {
     // Estimated memory of CUB's sort: digit counters for each chunk of about a thousand items.
     constexpr double kSort = 0.25;
-    return kSpareRoom * (gaussians * (4 * sizeof(std::uint32_t) + sizeof(Splat<float>)) +
-                         5 * sizeof(std::uint32_t) * view.pairs) +
+    return kSpareCapacity * (gaussians * (4 * sizeof(std::uint32_t) + sizeof(Splat<float>)) +
+                             5 * sizeof(std::uint32_t) * view.pairs) +
            sizeof(Index) * view.splats + kSort * std::max(gaussians, view.pairs);
   }
   static double ProductBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatTangent<float>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatTangent<float>);
   }
   // The counts of entries per pair replace the counts of tiles per splat.
   static double CacheBytes(const ViewCounts& view) { return sizeof(Index) * std::max(0.0, view.pairs - view.splats); }
   static double GramBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatGram<float>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatGram<float>);
   }
 };
 
@@ -117,7 +117,7 @@ class DeviceSplatView {
   // d_image = J_raster tangents, by rank. SplatTangents returns memory for the tangents: workspace.splat_sums, or
   // pair_sums, which tangent passes do not use.
   void ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const;
-  SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& room) const;
+  SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& buffer) const;
   // See SplatView; here it runs one pass after the other.
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
                        DeviceViewWorkspace& workspace) const {

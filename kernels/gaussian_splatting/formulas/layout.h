@@ -42,12 +42,12 @@ struct ModelLayout {
   std::int64_t count = 0;  // Gaussians
   int sh_degree = 0;       // 0..3, the highest of all Gaussians
   // Number of Gaussians, at the end, without band 1, 2, 3. 0 for bands above sh_degree, which no Gaussian has.
-  std::int64_t lacking[kMaxShDegree] = {};
+  std::int64_t without_band[kMaxShDegree] = {};
 
   // Number of Gaussians with this band, 0..3; these are the first ones.
   VESTA_HD constexpr std::int64_t WithBand(int band) const {
     if (band > sh_degree) return 0;
-    return band == 0 ? count : count - lacking[band - 1];
+    return band == 0 ? count : count - without_band[band - 1];
   }
   // Number of Gaussians with this attribute.
   VESTA_HD constexpr std::int64_t Rows(int attribute) const { return WithBand(BandOf(attribute)); }
@@ -72,12 +72,12 @@ struct ModelLayout {
   friend constexpr bool operator==(const ModelLayout&, const ModelLayout&) = default;
 
   // Whether a layout read from a file is valid.
-  constexpr bool IsOfModel() const {
+  constexpr bool IsValid() const {
     constexpr std::int64_t kMost = std::int64_t{1} << 40;  // beyond it, sizes would overflow
     if (sh_degree < 0 || sh_degree > kMaxShDegree || count < 1 || count > kMost) return false;
     std::int64_t below = 0;
     for (int band = 1; band <= kMaxShDegree; ++band) {
-      const std::int64_t lack = lacking[band - 1];
+      const std::int64_t lack = without_band[band - 1];
       if (band > sh_degree ? lack != 0 : lack < below || lack >= count) return false;
       below = lack;
     }
@@ -85,7 +85,7 @@ struct ModelLayout {
   }
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(sh_degree, count, lacking);
+    archive(sh_degree, count, without_band);
   }
 };
 
@@ -94,7 +94,7 @@ constexpr ModelLayout LayoutOfBands(const std::int64_t (&with_band)[kMaxShDegree
   ModelLayout layout{.count = with_band[0]};
   for (int band = 1; band <= kMaxShDegree && with_band[band] > 0; ++band) {
     layout.sh_degree = band;
-    layout.lacking[band - 1] = with_band[0] - with_band[band];
+    layout.without_band[band - 1] = with_band[0] - with_band[band];
   }
   return layout;
 }

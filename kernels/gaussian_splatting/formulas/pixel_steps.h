@@ -23,7 +23,7 @@ VESTA_HD inline V EvaluateAlpha(const V& exponent) {
 
 // Returns `value`, a derivative by log alpha, or 0 at the cap, where alpha is constant.
 template <class V>
-VESTA_HD inline V MovingAlpha(const V& alpha, const V& value) {
+VESTA_HD inline V ZeroAtAlphaCap(const V& alpha, const V& value) {
   return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));
 }
 
@@ -87,7 +87,7 @@ VESTA_HD inline S Psi(const SplatTangent<S>& tangent, const S& p, const S& q) {
 // updated to that behind it.
 template <class V>
 VESTA_HD inline V TangentWeight(const Blend<V>& blend, const V& psi, V& minus_dT) {
-  const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
+  const V d_alpha_T = ZeroAtAlphaCap(blend.alpha, blend.weight) * psi;
   const V d_weight = Fnma(blend.alpha, minus_dT, d_alpha_T);
   // minus_dT + d_weight would be a small difference of large numbers behind opaque splats.
   minus_dT = Fma(minus_dT, V(1) - blend.alpha, d_alpha_T);
@@ -100,12 +100,12 @@ VESTA_HD inline V TangentColor(const Blend<V>& blend, const V& d_weight, const V
 
 // Contribution of a splat of colour c to u . colour of the pixel.
 template <class V>
-VESTA_HD inline V ShareOf(const Blend<V>& blend, const V c[3], const V u[3]) {
+VESTA_HD inline V ContributionOf(const Blend<V>& blend, const V c[3], const V u[3]) {
   return blend.weight * Fma(c[0], u[0], Fma(c[1], u[1], c[2] * u[2]));
 }
 // alpha / (1 - alpha).
 template <class V>
-VESTA_HD inline V Odds(const V& alpha) {
+VESTA_HD inline V AlphaOdds(const V& alpha) {
   return alpha * Reciprocal(V(1) - alpha);
 }
 // Derivative of a pixel's weighted sum with respect to log alpha, 0 at the cap. share: the splat's contribution to the
@@ -113,7 +113,7 @@ VESTA_HD inline V Odds(const V& alpha) {
 template <class V>
 VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& share, V& behind) {
   behind = behind - share;
-  return MovingAlpha(blend.alpha, Fnma(behind, odds, share));
+  return ZeroAtAlphaCap(blend.alpha, Fnma(behind, odds, share));
 }
 
 // Exponents of p and q in the derivatives of psi with respect to xi, zeta, rho, kappa, sigma, lambda. All except the

@@ -121,14 +121,14 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
 
 // Whether the linear projection is accurate enough for the Gaussian (kDepthSpread).
 template <class L, class T>
-VESTA_HD inline auto IsShallowOrInFront(const L& lens, const ProjectionState<L, T>& state) {
+VESTA_HD inline auto IsProjectionAccurate(const L& lens, const ProjectionState<L, T>& state) {
   T variance(0);
   for (int k = 0; k < 3; ++k) {
     const T along = state.scale[k] * state.A[6 + k];
     variance = Fma(along, along, variance);
   }
   const T most = T(kDepthSpread) * state.t[2];
-  return lens.Shows(state.t, state.at) | (variance <= most * most);
+  return lens.IsInRange(state.t, state.at) | (variance <= most * most);
 }
 
 // Whitened tangent of a shape and its derivative (the a and v parts of a SplatShape<Dual<T>>).

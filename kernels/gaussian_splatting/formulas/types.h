@@ -68,7 +68,7 @@ inline constexpr int kTileSize = 16;  // width and height, pixels
 
 // Longer sums are split into partial sums of this many terms. In float, a sum of a million equal terms loses three
 // digits.
-inline constexpr int kTermsOfAPart = 4096;
+inline constexpr int kTermsPerPartialSum = 4096;
 
 // The splats of one view in depth order, and a list of the splats that touch each tile. `ranks` are indices into
 // `splats`.
@@ -98,7 +98,7 @@ struct ViewCounts {
 };
 
 // Spare capacity of buffers that views share, as a factor, so that the next view seldom needs a reallocation.
-inline constexpr double kSpareRoom = 1.125;
+inline constexpr double kSpareCapacity = 1.125;
 
 // A camera with its pose, in the form of the kernels.
 //

@@ -23,7 +23,7 @@ struct DualLens : LensConstants<S> {
     this->Pixel(x, y, u, v);
   }
   template <class T>
-  VESTA_HD auto Shows(const T t[3], const Point<T>& /*at*/) const {
+  VESTA_HD auto IsInRange(const T t[3], const Point<T>& /*at*/) const {
     return t[2] == t[2];
   }
 

@@ -54,7 +54,7 @@ struct LensConstants {
 //   PointAt   maps an image-plane point and a depth z back to a point
 //   Project   computes the pixel of t, and the place (Point<T>) at which the derivative J of the pixel is evaluated;
 //             for points far outside the image this is not t itself
-//   Shows     whether the derivative is evaluated at t itself
+//   IsInRange     whether the derivative is evaluated at t itself
 //   Adjoint   maps cotangents of the pixel and of products with J back to t: construct it from J, call Apply once per
 //             product, then Finish
 //   kName     the name in camera_model of transforms.json
@@ -68,7 +68,7 @@ concept LensModel = requires(const L lens, const float* t, float& u, float& v, f
   L::PointAt(u, v, u, out);
   lens.Project(t, u, v, at);
   lens.Jacobian(t, at).Apply(u, t, u, v);
-  { lens.Shows(t, at) } -> std::convertible_to<bool>;
+  { lens.IsInRange(t, at) } -> std::convertible_to<bool>;
   adjoint.Apply(u, t, u, v, u, v, out);
   adjoint.Finish(lens, t, u, v, out);
 };

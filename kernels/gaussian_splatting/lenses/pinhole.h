@@ -47,7 +47,7 @@ struct Pinhole : LensConstants<S> {
     this->Pixel(x, y, u, v);
   }
   template <class T>
-  VESTA_HD auto Shows(const T t[3], const Point<T>& at) const {
+  VESTA_HD auto IsInRange(const T t[3], const Point<T>& at) const {
     T x, y;
     Plane(t, x, y);
     return (x == at.tx) & (y == at.ty);

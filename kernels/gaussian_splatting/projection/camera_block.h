@@ -92,7 +92,7 @@ VESTA_HD void CameraTangentRange(const Model<S>& model, const CameraConstants<S,
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
-    if (!Lanes<V>::Any(SeenLanes(block, rank_of))) continue;
+    if (!Lanes<V>::Any(VisibleLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     V mean[3], q[4], d_mean[3], d_quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k);
@@ -123,7 +123,7 @@ VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S,
   for (std::int64_t i = begin; i < end; i += Lane::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
-    if (!Lane::Any(SeenLanes(block, rank_of))) continue;
+    if (!Lane::Any(VisibleLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(

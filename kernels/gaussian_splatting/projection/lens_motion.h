@@ -3,7 +3,7 @@
 //
 // A change of the focal length stretches means and footprints about the principal point, except for the 2D dilation.
 // Colours and depths do not change. The derivative can therefore be computed from the splat alone. If the projection is
-// linearised at the border of the lens's range (Shows of lens.h), that place is held constant.
+// linearised at the border of the lens's range (IsInRange of lens.h), that place is held constant.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/project.h"

@@ -108,7 +108,7 @@ struct ProjectedBlock {
 
 // The visible lanes of a block.
 template <class V, class S>
-VESTA_HD typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
+VESTA_HD typename Lanes<V>::Mask VisibleLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
   bool is_seen[Lanes<V>::kWidth];
   for (int lane = 0; lane < Lanes<V>::kWidth; ++lane) is_seen[lane] = lane < block.n && rank_of[block.i + lane] >= 0;
   return Lanes<V>::LoadMask(is_seen);
@@ -173,10 +173,10 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
                       (b.state.det < largest_det) & (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) &
                       (shape.u < V(camera.u_hi)) & (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) &
-                      IsShallowOrInFront(camera.lens, b.state);
+                      IsProjectionAccurate(camera.lens, b.state);
     bool is_seen[Lane::kWidth];
     Lane::StoreMask(is_seen, seen);
-    for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;
+    for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kInvisible;
     if (!Lane::Any(seen)) continue;
 
     V dir[3], basis[ShCoefficients(Degree)], color[3];
@@ -242,7 +242,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S, L>& c
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     block.PrefetchAhead(dx, at, NumAttributes(Degree), model.count);
-    if (!Lanes<V>::Any(SeenLanes(block, rank_of))) continue;
+    if (!Lanes<V>::Any(VisibleLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return D(block.Load(model.x + at(a)), block.Load(dx + at(a))); };
     D mean[3], log_scale[3], quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
@@ -285,7 +285,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     block.PrefetchAhead(g, at, NumAttributes(Degree), model.count);
-    const auto seen = SeenLanes(block, rank_of);
+    const auto seen = VisibleLanes(block, rank_of);
     if (!Lanes<V>::Any(seen)) continue;
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(
@@ -340,7 +340,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     block.PrefetchAhead(blocks, of_block, PackedSize(kGeometry), model.count);
-    const auto seen = SeenLanes(block, rank_of);
+    const auto seen = VisibleLanes(block, rank_of);
     if (!Lanes<V>::Any(seen)) continue;
     V m[kGramSums], G[kSplatTangent][kSplatTangent];
     GatherRecords<kGramSums>(

@@ -37,12 +37,12 @@ struct Model : ModelLayout {
 };
 
 // Sort key of a Gaussian that is not visible.
-inline constexpr std::uint32_t kNotSeen = 0xffffffffu;
+inline constexpr std::uint32_t kInvisible = 0xffffffffu;
 
 // Kernels for one SH degree, for ranges of Gaussians whose colours have exactly that degree (Model::ForEachDegree).
 template <class S>
 struct ProjectKernels {
-  // For Gaussians [begin, end): key[i] = the bits of the depth as float (ascending with depth), or kNotSeen. If
+  // For Gaussians [begin, end): key[i] = the bits of the depth as float (ascending with depth), or kInvisible. If
   // visible, also splats[i]. Not visible: at or before the near plane, opacity under 1/255, support outside the image,
   // or any non-finite value.
   void (*project)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,

@@ -39,7 +39,7 @@ inline namespace VESTA_ISA {
 // Fraction of a splat's energy that remains under the window, from its conic: 2 ln 2 times the squared map from d to
 // (p, q).
 template <class S>
-VESTA_HD inline S EnergyUnderWindow(const Splat<S>& splat, S variance) {
+VESTA_HD inline S EnergyAfterBlur(const Splat<S>& splat, S variance) {
   const S scale = static_cast<S>(kTwoLn2) * variance, r2 = splat.r * splat.r, s2 = splat.s * splat.s;
   const S trace = r2 * (S(1) + splat.beta * splat.beta) + s2;
   return S(1) / std::sqrt(S(1) + scale * (trace + scale * r2 * s2));
@@ -71,23 +71,23 @@ struct LossOfChange {
     }
   }
   // Factor for AddCurvature and AddRise at the pixels of a splat.
-  V LeftByWindow(const Splat<S>& splat) const { return V(loss.ssim * EnergyUnderWindow(splat, loss.window_variance)); }
-  // bend += second derivative of the loss with respect to t, if pixels of channel k change by t share.
-  void AddCurvature(int k, int offset, const V& share, const V& left_by_window, V& bend) const {
-    const V of_pixel = Fma(left_by_window, L::Load(curvature[k] + offset), L::Load(diagonal[k] + offset));
+  V WindowFactor(const Splat<S>& splat) const { return V(loss.ssim * EnergyAfterBlur(splat, loss.window_variance)); }
+  // second += second derivative of the loss with respect to t, if pixels of channel k change by t share.
+  void AddCurvature(int k, int offset, const V& share, const V& window_factor, V& second) const {
+    const V of_pixel = Fma(window_factor, L::Load(curvature[k] + offset), L::Load(diagonal[k] + offset));
     const V own = share * L::Load(counts + offset);
-    bend = Fma(own * own, of_pixel, bend);
+    second = Fma(own * own, of_pixel, second);
   }
   // rise += rise of the loss if pixels of channel k change by `change`.
-  void AddRise(int k, int offset, const V& change, const V& left_by_window, V& rise) const {
+  void AddRise(int k, int offset, const V& change, const V& window_factor, V& rise) const {
     const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
     const PixelPenalty<V> before(e, loss.penalty), after(e + delta, loss.penalty);
-    const V slope = Fnma(l1, before.derivative,
-                         L::Load(gradient[k] + offset));  // slope and bend contain only the SSIM part of the loss
+    // First and second derivative of the SSIM part of the loss: the totals minus the parts of the penalty.
+    const V ssim_slope = Fnma(l1, before.derivative, L::Load(gradient[k] + offset));
     const V pointwise = Fnma(l1, before.Curvature(loss.penalty), L::Load(diagonal[k] + offset));
-    const V bend = Fma(left_by_window, L::Load(curvature[k] + offset), pointwise);
-    rise = Fma(l1, after.value - before.value, Fma(delta, Fma(V(S(0.5)) * bend, delta, slope), rise));
+    const V ssim_curvature = Fma(window_factor, L::Load(curvature[k] + offset), pointwise);
+    rise = Fma(l1, after.value - before.value, Fma(delta, Fma(V(S(0.5)) * ssim_curvature, delta, ssim_slope), rise));
   }
 };
 

@@ -63,7 +63,7 @@ struct ForwardPass {
     for (int k = 0; k < 3; ++k) state.color[k] = Fma(blend.weight, V(of[place].color[k]), state.color[k]);
     state.transmittance = Select(blend.open, blend.transmittance, state.transmittance);
   }
-  V Over(const V& background, int channel, int offset) const {
+  V WithBackground(const V& background, int channel, int offset) const {
     return Fma(L::Load(transmittance + offset), background, L::Load(color[channel] + offset));
   }
 };
@@ -114,7 +114,7 @@ struct TangentPass {
           TangentColor(blend, d_weight, V(of[place].color[k]), V(of[place].d_color[k]), state.d_color[k]);
     }
   }
-  V Over(const V& background, int channel, int offset) const {
+  V WithBackground(const V& background, int channel, int offset) const {
     return Fnma(L::Load(minus_dT + offset), background, L::Load(d_color[channel] + offset));
   }
 };
@@ -166,7 +166,7 @@ struct AdjointPass {
   void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
     const V u_here[3] = {L::Load(u[0] + offset), L::Load(u[1] + offset), L::Load(u[2] + offset)};
     V rest = L::Load(behind + offset);
-    const V g = ByLogAlpha(blend, Odds(blend.alpha), ShareOf(blend, state.c, u_here), rest);
+    const V g = ByLogAlpha(blend, AlphaOdds(blend.alpha), ContributionOf(blend, state.c, u_here), rest);
     L::Store(behind + offset, rest);
     for (int k = 0; k < 3; ++k) state.total.AddColor(k, blend.weight, u_here[k]);
     state.total.AddShape(g, p, V(q));
@@ -188,7 +188,7 @@ struct GramPass {
   };
   State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}, {}}; }
   void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
-    const V odds = Odds(blend.alpha);
+    const V odds = AlphaOdds(blend.alpha);
     state.total.Add(blend.weight, p, q, [&](int k) {
       V rest = L::Load(behind[k] + offset);
       const V d = ByLogAlpha(blend, odds, blend.weight * state.c[k], rest);

@@ -28,15 +28,15 @@ struct ForwardBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    Passing<S> passing(pixel);
+    PixelBlending<S> blending(pixel);
     S color[3] = {S(0), S(0), S(0)};
     ForEachHit(
-        block, lists, pixel, passing, shared.splats, [](std::int64_t, int) {},
+        block, lists, pixel, blending, shared.splats, [](std::int64_t, int) {},
         [&](int k, const S&, const S&, const Blend<S>& blend) {
           for (int c = 0; c < 3; ++c) color[c] = Fma(blend.weight, shared.splats[k].color[c], color[c]);
         });
     for (int c = 0; c < 3; ++c) {
-      pixel.Store(image, c, Fma(passing.transmittance, lists.background[c], color[c]));
+      pixel.Store(image, c, Fma(blending.transmittance, lists.background[c], color[c]));
     }
   }
 };
@@ -56,10 +56,10 @@ struct TangentBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    Passing<S> passing(pixel);
+    PixelBlending<S> blending(pixel);
     S d_color[3] = {S(0), S(0), S(0)}, minus_dT(0);
     ForEachHit(
-        block, lists, pixel, passing, shared.splats,
+        block, lists, pixel, blending, shared.splats,
         [&](std::int64_t first, int count) {
           const int k = block.thread();
           if (k < count) shared.tangents[k] = tangents[lists.ranks[first + k]];
@@ -102,31 +102,32 @@ struct AdjointBlock {
     for (int c = 0; c < 3; ++c) {
       my_u[c] = pixel.Load(u, c);
       behind += my_u[c] * pixel.Load(image, c);
-      shared.u[c][PlaceOfU(pixel.x, pixel.y)] = my_u[c];
+      shared.u[c][IndexInU(pixel.x, pixel.y)] = my_u[c];
     }
-    const std::int64_t left = SumOverPixels<Share>(
+    const std::int64_t remaining = SumOverPixels<Share>(
         block, lists, pixel, shared.splats,
         [&](int k, const Blend<S>& blend) {
-          const S share = ShareOf(blend, shared.splats[k].color, my_u);
-          return Share{ByLogAlpha(blend, Odds(blend.alpha), share, behind), blend.weight};
+          const S share = ContributionOf(blend, shared.splats[k].color, my_u);
+          return Share{ByLogAlpha(blend, AlphaOdds(blend.alpha), share, behind), blend.weight};
         },
-        [&](int k, const Share& share) { shared.shares[k][PlaceOfShare(pixel.x, pixel.y)] = share; },
+        [&](int k, const Share& share) { shared.shares[k][IndexInShares(pixel.x, pixel.y)] = share; },
         [&](std::int64_t first, int count) {
           if (thread / kTileSize < count) AddRow(shared, thread / kTileSize, thread % kTileSize);
           block.Sync();
           if (thread < count * kSplatTangent) {
             const int k = thread / kSplatTangent, i = thread % kSplatTangent;
-            sums[entries[first + k]].w[i] = WeighCotangentRows(shared.splats[k], shared.rows[k], i);
+            sums[entries[first + k]].w[i] = CotangentFromRows(shared.splats[k], shared.rows[k], i);
           }
         });
-    ForEachLeft<kSplatTangent>(block, lists, left, [&](std::int64_t pair, int i) { sums[entries[pair]].w[i] = S(0); });
+    ForEachRemaining<kSplatTangent>(block, lists, remaining,
+                                    [&](std::int64_t pair, int i) { sums[entries[pair]].w[i] = S(0); });
   }
 
  private:
   // Index of a pixel in shares and in u. Rows are rotated to avoid bank conflicts: the pixels of half a warp (two rows
   // of eight) are on different banks, and so are the pixels of a column.
-  VESTA_HD static int PlaceOfShare(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
-  VESTA_HD static int PlaceOfU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
+  VESTA_HD static int IndexInShares(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
+  VESTA_HD static int IndexInU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
 
   VESTA_HD void AddRow(Shared& shared, int k, int y) const {
     const Splat<S>& splat = shared.splats[k];
@@ -134,8 +135,8 @@ struct AdjointBlock {
     const PixelRange reached = row.PixelsIn(0, kTileSize - 1);
     CotangentRow<S> total;
     for (int x = reached.begin; x < reached.end; ++x) {
-      const Share& share = shared.shares[k][PlaceOfShare(x, y)];
-      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][PlaceOfU(x, y)]);
+      const Share& share = shared.shares[k][IndexInShares(x, y)];
+      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][IndexInU(x, y)]);
       total.AddShape(share.g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
     for (int i = 0; i < kCotangentRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
@@ -171,18 +172,18 @@ struct GramBlock {
     S behind[3];
     for (int c = 0; c < 3; ++c) {
       behind[c] = pixel.Load(image, c);
-      shared.omega[c][Place(pixel.x, pixel.y)] = pixel.Load(omega, c);
+      shared.omega[c][PixelIndex(pixel.x, pixel.y)] = pixel.Load(omega, c);
     }
-    const std::int64_t left = SumOverPixels<Share>(
+    const std::int64_t remaining = SumOverPixels<Share>(
         block, lists, pixel, shared.splats,
         [&](int k, const Blend<S>& blend) {
-          const S odds = Odds(blend.alpha), *color = shared.splats[k].color;
+          const S odds = AlphaOdds(blend.alpha), *color = shared.splats[k].color;
           Share share;
           share.w = blend.weight;
           for (int c = 0; c < 3; ++c) share.d[c] = ByLogAlpha(blend, odds, blend.weight * color[c], behind[c]);
           return share;
         },
-        [&](int k, const Share& share) { shared.shares[k][Place(pixel.x, pixel.y)] = share; },
+        [&](int k, const Share& share) { shared.shares[k][PixelIndex(pixel.x, pixel.y)] = share; },
         [&](std::int64_t first, int count) {
           GramRow<S> part;
           const int k = thread / kParts;
@@ -200,16 +201,17 @@ struct GramBlock {
           for (int i = thread; i < count * kGramSums; i += kThreads) {
             const int of = i / kGramSums;
             sums[entries[first + of]].m[i % kGramSums] =
-                WeighGramRows(shared.powers[of], shared.parts[of], i % kGramSums);
+                GramSumFromRows(shared.powers[of], shared.parts[of], i % kGramSums);
           }
         });
-    ForEachLeft<kGramSums>(block, lists, left, [&](std::int64_t pair, int i) { sums[entries[pair]].m[i] = S(0); });
+    ForEachRemaining<kGramSums>(block, lists, remaining,
+                                [&](std::int64_t pair, int i) { sums[entries[pair]].m[i] = S(0); });
   }
 
  private:
   // Index of a pixel in shares and omega. Half rows are rotated to avoid bank conflicts between eight neighbouring
   // threads, each at the same pixel of its own half row.
-  VESTA_HD static int Place(int x, int y) {
+  VESTA_HD static int PixelIndex(int x, int y) {
     const int half = x / kHalf;
     return y * kTileSize + half * kHalf + (x + 2 * y + half) % kHalf;
   }
@@ -220,7 +222,7 @@ struct GramBlock {
     const RowSpan<S> row = RowInTile(splat, y);
     const PixelRange reached = row.PixelsIn(first, first + kHalf - 1);
     for (int x = reached.begin; x < reached.end; ++x) {
-      const int at = Place(x, y);
+      const int at = PixelIndex(x, y);
       const Share& share = shared.shares[k][at];
       part.Add(share.w, OffsetAt(static_cast<S>(x), splat.r, row.p0), [&](int c) {
         return GramColor<S>{shared.omega[c][at], share.d[c]};

@@ -57,7 +57,7 @@ struct CotangentRow {
 };
 // Component i of the cotangent from the row sums of a tile. splat: from InTile.
 template <class S>
-VESTA_HD inline S WeighCotangentRows(const Splat<S>& splat, const S (&rows)[kTileSize][kCotangentRowSums], int i) {
+VESTA_HD inline S CotangentFromRows(const Splat<S>& splat, const S (&rows)[kTileSize][kCotangentRowSums], int i) {
   const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
   S sum(0);
   for (int y = 0; y < kTileSize; ++y) {
@@ -158,8 +158,8 @@ VESTA_HD inline void PowersOfRow(const S& q, S power[kRowPowers]) {
 // Sum i of SplatGram from the row sums of a tile, with consecutive parts for each row. powers: PowersOfRow of the
 // splat's rows.
 template <int kParts, class S>
-VESTA_HD inline S WeighGramRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
-                                int i) {
+VESTA_HD inline S GramSumFromRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
+                                  int i) {
   constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors, kPartsOfRow = kParts / kTileSize;
   // The monomial p^a q^b of the sum, and the index of its sums for p^0.
   int monomial = i, base = 0;

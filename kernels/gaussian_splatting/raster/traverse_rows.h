@@ -43,7 +43,7 @@ class RowBatch {
   // Prepares row y of the tile. row_done(first splat, q) is called for each vector of splats.
   template <class RowDone>
   void SetRow(int y, const RowDone& row_done) {
-    for (int& count : met_) count = 0;
+    for (int& count : num_touching_) count = 0;
     for (int i = 0; i < size; i += L::kWidth) {
       const RowSplat<V> splats{L::Load(u_ + i),       L::Load(v_ + i),    L::Load(r_ + i),
                                L::Load(s_ + i),       L::Load(beta_ + i), L::Load(log2_opacity_ + i),
@@ -52,15 +52,16 @@ class RowBatch {
       L::Store(peak_ + i, span.peak);
       L::Store(p0_ + i, span.p0);
       for (int k = 0; k < kVectors; ++k) {
-        met_[k] += AppendSetBits(span.Meets(k), static_cast<std::uint32_t>(i), meets_[k] + met_[k]);
+        num_touching_[k] +=
+            AppendSetBits(span.TouchesVector(k), static_cast<std::uint32_t>(i), touching_[k] + num_touching_[k]);
       }
       row_done(i, span.q);
     }
-    for (int k = 0; k < kVectors; ++k) meets_[k][met_[k]] = meets_[k][met_[k] + 1] = kSplats;
+    for (int k = 0; k < kVectors; ++k) touching_[k][num_touching_[k]] = touching_[k][num_touching_[k] + 1] = kSplats;
   }
   // For the current row: number and list of the splats that touch vector k. The list ends with two empty entries.
-  int met(int k) const { return met_[k]; }
-  const std::uint32_t* meets(int k) const { return meets_[k]; }
+  int num_touching(int k) const { return num_touching_[k]; }
+  const std::uint32_t* touching(int k) const { return touching_[k]; }
   V P(std::uint32_t splat, const V& columns) const { return OffsetAt(columns, V(r_[splat]), V(p0_[splat])); }
   V Exponent(std::uint32_t splat, const V& p) const { return ExponentAt(p, V(peak_[splat])); }
 
@@ -68,8 +69,8 @@ class RowBatch {
   alignas(64) S u_[kSplats], v_[kSplats], r_[kSplats + 1] = {}, s_[kSplats], beta_[kSplats],
                                                        log2_opacity_[kSplats], support_[kSplats], inv_r_[kSplats];
   alignas(64) S peak_[kPlaces] = {}, p0_[kPlaces] = {};  // of the current row
-  int met_[kVectors];
-  std::uint32_t meets_[kVectors][kPlaces];
+  int num_touching_[kVectors];
+  std::uint32_t touching_[kVectors][kPlaces];
 };
 
 // Pass has these members:
@@ -99,9 +100,9 @@ template <class V, class S, class Pass>
       const int y = std::countr_zero(rows);
       batch.SetRow(y, [&](int first, const V& q) { pass.PrepareRow(first, q); });
       for (int k = 0; k < batch.kVectors; ++k) {
-        const int met = batch.met(k);
-        if (met == 0 || (pixels.open[k] >> y & 1U) == 0) continue;
-        const std::uint32_t* places = batch.meets(k);
+        const int count = batch.num_touching(k);
+        if (count == 0 || (pixels.open[k] >> y & 1U) == 0) continue;
+        const std::uint32_t* places = batch.touching(k);
         const int offset = y * kTileSize + k * L::kWidth;
         const V columns = iota + V(static_cast<S>(k * L::kWidth));
         V transmittance = L::Load(pixels.transmittance + offset);
@@ -109,7 +110,7 @@ template <class V, class S, class Pass>
         // The exponent is computed two splats ahead and alpha one, to hide their latency.
         V p = batch.P(places[0], columns), alpha = EvaluateAlpha(batch.Exponent(places[0], p));
         V next_p = batch.P(places[1], columns), exponent = batch.Exponent(places[1], next_p);
-        for (int i = 0; i < met; ++i) {
+        for (int i = 0; i < count; ++i) {
           const V after_p = batch.P(places[i + 2], columns), after_exponent = batch.Exponent(places[i + 2], after_p);
           const V next_alpha = EvaluateAlpha(exponent);
           const Blend<V> blend = BlendSplat(transmittance, alpha);

@@ -22,18 +22,18 @@ struct SplatRows {
   alignas(64) S q[kTileSize];
   alignas(64) S peak[kTileSize + 1] = {};  // with an extra element without a row
   alignas(64) S p0[kTileSize + 1] = {};    // with an extra element without a row
-  std::uint32_t meets[kVectors];           // bit y of meets[k]: touches row y in the vector from pixel k * width on
+  std::uint32_t touched[kVectors];         // bit y of touched[k]: touches row y in the vector from pixel k * width on
 
   // splat: from InTile.
   void Set(const Splat<S>& splat) {
     const RowSplat<V> all = InAllLanes<V>(splat);
-    for (std::uint32_t& rows : meets) rows = 0;
+    for (std::uint32_t& rows : touched) rows = 0;
     for (int row = 0; row < kTileSize; row += L::kWidth) {
       const RowSpan<V> span(all, L::Iota() + V(static_cast<S>(row)));
       L::Store(q + row, span.q);
       L::Store(peak + row, span.peak);
       L::Store(p0 + row, span.p0);
-      for (int k = 0; k < kVectors; ++k) meets[k] |= span.Meets(k) << row;
+      for (int k = 0; k < kVectors; ++k) touched[k] |= span.TouchesVector(k) << row;
     }
   }
 };
@@ -65,7 +65,7 @@ template <class V, class S, class Pass>
     const V r(splat.r);
     for (int k = 0; k < pixels.kVectors; ++k) {
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
-      std::uint32_t todo = rows.meets[k] & pixels.open[k];
+      std::uint32_t todo = rows.touched[k] & pixels.open[k];
       if (todo == 0) continue;
       // alpha is computed one row ahead to hide its latency.
       int row = std::countr_zero(todo);

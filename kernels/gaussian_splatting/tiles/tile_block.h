@@ -54,14 +54,14 @@ struct BlockPixel {
 
 // Blending state of a pixel, from front to back.
 template <class S>
-struct Passing {
+struct PixelBlending {
   S transmittance = S(1);  // behind the last splat that contributes to the pixel
   bool open;
 
-  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.inside) {}
+  VESTA_HD explicit PixelBlending(const BlockPixel& pixel) : open(pixel.inside) {}
   // Processes the next splat (from InTile); calls hit(p, q, blend) if it contributes to the pixel.
   template <class Hit>
-  VESTA_HD void Meet(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
+  VESTA_HD void BlendNext(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
     const RowSpan<S> row = RowInTile(splat, pixel.y);
     const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), alpha = AlphaAt(p, row.peak);
     if (!(alpha > S(0))) return;
@@ -98,7 +98,7 @@ struct SplatBatch {
   std::uint8_t warps[kBatch];
 
   VESTA_HD const Splat<S>& operator[](int k) const { return splats[k]; }
-  VESTA_HD bool Concerns(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
+  VESTA_HD bool Touches(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
 
   // Loads the splats of the pairs [first, first + count). Needs a barrier before and after it.
   template <class Block>
@@ -123,7 +123,7 @@ struct ListedSplatBatch : SplatBatch<S, kBatch> {
     const int warp = block.thread() % kRasterWarps, word = block.thread() / kRasterWarps;
     std::uint32_t bits = 0;
     for (int k = 32 * word; k < count && k < 32 * (word + 1); ++k) {
-      bits |= (this->Concerns(k, warp) ? 1U : 0U) << k % 32;
+      bits |= (this->Touches(k, warp) ? 1U : 0U) << k % 32;
     }
     lists[warp][word] = bits;
   }
@@ -151,10 +151,11 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
 // For passes that sum over splats: calls hit(k, p, q, blend) for each splat that contributes to the thread's pixel,
 // front to back until it is closed. The splat is splats[k]. stage(first, count) loads further data of a batch.
 template <int kBatch, class S, class Block, class Stage, class Hit>
-VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel, Passing<S>& passing,
-                                ListedSplatBatch<S, kBatch>& splats, const Stage& stage, const Hit& hit) {
+VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
+                                PixelBlending<S>& blending, ListedSplatBatch<S, kBatch>& splats, const Stage& stage,
+                                const Hit& hit) {
   ForEachBatch<kBatch>(
-      block, lists, [&] { return block.Count(passing.open) != 0; },
+      block, lists, [&] { return block.Count(blending.open) != 0; },
       [&](std::int64_t first, int count) {
         stage(first, count);
         splats.Stage(block, lists, first, count);
@@ -163,9 +164,10 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
         block.Sync();
         const std::uint32_t* mine = splats.lists[block.thread() / 32];
         for (int word = 0; 32 * word < count; ++word) {
-          for (std::uint32_t bits = mine[word]; bits != 0 && passing.open; bits &= bits - 1) {
+          for (std::uint32_t bits = mine[word]; bits != 0 && blending.open; bits &= bits - 1) {
             const int k = 32 * word + LowestBit(bits);
-            passing.Meet(pixel, splats[k], [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
+            blending.BlendNext(pixel, splats[k],
+                               [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
           }
         }
       });
@@ -178,18 +180,18 @@ template <class Share, int kBatch, class S, class Block, class ShareOf, class Pu
 VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                            SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,
                                            const Sum& sum) {
-  Passing<S> passing(pixel);
+  PixelBlending<S> blending(pixel);
   const int warp = block.thread() / 32;
   return ForEachBatch<kBatch>(
-      block, lists, [&] { return block.Count(passing.open) != 0; },
+      block, lists, [&] { return block.Count(blending.open) != 0; },
       [&](std::int64_t first, int count) {
         splats.Stage(block, lists, first, count);
         block.Sync();
         for (int k = 0; k < count; ++k) {
           Share share{};
-          if (passing.open && splats.Concerns(k, warp)) {
-            passing.Meet(pixel, splats[k],
-                         [&](const S&, const S&, const Blend<S>& blend) { share = share_of(k, blend); });
+          if (blending.open && splats.Touches(k, warp)) {
+            blending.BlendNext(pixel, splats[k],
+                               [&](const S&, const S&, const Blend<S>& blend) { share = share_of(k, blend); });
           }
           put(k, share);
         }
@@ -200,7 +202,7 @@ VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lis
 
 // Calls visit(pair, i) for i < kN and the pairs from `first` to the end of the block's tile, split among all threads.
 template <int kN, class S, class Block, class Visit>
-VESTA_HD inline void ForEachLeft(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
+VESTA_HD inline void ForEachRemaining(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
   const std::int64_t end = lists.tile_begin[block.id() + 1];
   for (std::int64_t i = first * kN + block.thread(); i < end * kN; i += kRasterThreads) {
     visit(i / kN, static_cast<int>(i % kN));

@@ -23,7 +23,7 @@ struct GatherSorted {
   std::int32_t* rank_of;
 
   VESTA_HD void operator()(Index r) const {
-    const bool seen = keys[r] != kNotSeen;
+    const bool seen = keys[r] != kInvisible;
     rank_of[indices[r]] = seen ? static_cast<std::int32_t>(r) : -1;
     if (seen) splats[r] = unsorted[indices[r]];
   }
@@ -36,7 +36,7 @@ struct CountVisible {
   Index* seen;
 
   VESTA_HD void operator()(Index r) const {
-    if (keys[r] != kNotSeen && (r + 1 == count || keys[r + 1] == kNotSeen)) *seen = r + 1;
+    if (keys[r] != kInvisible && (r + 1 == count || keys[r + 1] == kInvisible)) *seen = r + 1;
   }
 };
 

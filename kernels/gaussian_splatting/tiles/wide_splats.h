@@ -111,8 +111,8 @@ struct SumWideBlock {
       if (lane < kLanes) {
         S sum(0);
         const Index end = splat_begin[r + 1];
-        for (Index begin = splat_begin[r] + lane; begin < end; begin += Index{kTermsOfAPart} * kLanes) {
-          const Index part_end = Min(begin + Index{kTermsOfAPart} * kLanes, end);
+        for (Index begin = splat_begin[r] + lane; begin < end; begin += Index{kTermsPerPartialSum} * kLanes) {
+          const Index part_end = Min(begin + Index{kTermsPerPartialSum} * kLanes, end);
           S part(0);
           for (Index e = begin; e < part_end; e += kLanes) part += records[kN * e + component];
           sum += part;

@@ -32,14 +32,14 @@ struct ViewWorkspace {
   // Bytes that a view needs for a number of Gaussians: for Build; for products with J and J^T; the extra bytes of a
   // cached Jacobian; and the bytes of Gram matrices.
   static double BuildBytes(const ViewCounts& view, double gaussians) {
-    return kSpareRoom * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
+    return kSpareCapacity * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
   }
   static double ProductBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatTangent<S>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatTangent<S>);
   }
   static double CacheBytes(const ViewCounts& view) { return 3 * sizeof(S) * kTileSize * kTileSize * view.tiles; }
   static double GramBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatGram<S>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatGram<S>);
   }
 };
 

@@ -87,7 +87,7 @@ TYPED_TEST(Lenses, RayAndProjectionAgree) {
     this->camera_.lens.Project(this->t_, u, v, at);
     EXPECT_NEAR(u, this->u_, 1e-10);
     EXPECT_NEAR(v, this->v_, 1e-10);
-    EXPECT_TRUE(this->camera_.lens.Shows(this->t_, at));
+    EXPECT_TRUE(this->camera_.lens.IsInRange(this->t_, at));
   }
 }
 
