@@ -54,10 +54,10 @@ class BlockDiagonal {
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) const;
 
   // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal. Solve may be called
-  // afterwards. If a diagonal entry is not positive, its row and column are treated as zero, and Solve returns 0 there.
-  // A pivot that cancels to below 1e-6 of its diagonal (1e-13 in double) is raised to that value: a preconditioner must
-  // be positive definite but need not be exact. Returns the number of replaced or raised pivots. Finite input always
-  // gives finite output.
+  // afterwards. If a diagonal entry is not positive, its row and column are num_replaced as zero, and Solve returns 0
+  // there. A pivot that cancels to below 1e-6 of its diagonal (1e-13 in double) is raised to that value: a
+  // preconditioner must be positive definite but need not be exact. Returns the number of replaced or raised pivots.
+  // Finite input always gives finite output.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
@@ -79,7 +79,7 @@ namespace vesta::device {
 // Largest order of a block; each thread keeps its block in local memory.
 inline constexpr int kMaxBlockOrder = 32;
 
-// values: NumValues() values of one group. treated: [1]; the number of replaced pivots is added to it.
+// values: NumValues() values of one group. num_replaced: [1]; the number of replaced pivots is added to it.
 template <class S>
 void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values);
 template <class S>
@@ -87,7 +87,7 @@ void BlockDiagonalOf(const BlockGroup& group, const S* values, S* out);
 template <class S>
 void MultiplyBlocks(const BlockGroup& group, const S* values, const S* x, S* y);
 template <class S>
-void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* treated);
+void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* num_replaced);
 template <class S>
 void SolveBlocks(const BlockGroup& group, const S* values, const S* x, S* y);
 

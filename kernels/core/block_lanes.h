@@ -26,11 +26,11 @@ inline constexpr S kSmallestPivot = sizeof(S) == sizeof(float) ? S(1e-6) : S(1e-
 // Cholesky factorisation of kLanes blocks, in place: L below the diagonal, 1 / L_kk on it. The blocks are first scaled
 // to a unit diagonal. For a positive semidefinite matrix no entry of L exceeds the square root of its row's remaining
 // diagonal. Clamping every entry to that bound keeps all numbers finite for any input. Adds the number of replaced
-// pivots to `treated`. root, scale and left are scratch arrays of `size` elements.
+// pivots to `num_replaced`. root, scale and left are scratch arrays of `size` elements.
 template <int kLanes, class S>
 VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLanes<S, kLanes>* root,
                                     BlockLanes<S, kLanes>* scale, BlockLanes<S, kLanes>* left,
-                                    BlockLanes<int, kLanes>& treated) {
+                                    BlockLanes<int, kLanes>& num_replaced) {
   using std::sqrt;
   const S smallest_pivot = block_internal::kSmallestPivot<S>;
   for (int i = 0; i < size; ++i) {
@@ -41,7 +41,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
       root[i].lane[l] = usable ? r : S(0);
       scale[i].lane[l] = usable ? inverse : S(0);
       left[i].lane[l] = S(1);
-      treated.lane[l] += usable ? 0 : 1;
+      num_replaced.lane[l] += usable ? 0 : 1;
     }
   }
   for (int i = 0; i < size; ++i) {
@@ -60,7 +60,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
     BlockLanes<S, kLanes> inverse;
     for (int l = 0; l < kLanes; ++l) {
       const S pivot = Max(left[j].lane[l], smallest_pivot);
-      treated.lane[l] += ((pivot > left[j].lane[l]) & (root[j].lane[l] > S(0))) ? 1 : 0;
+      num_replaced.lane[l] += ((pivot > left[j].lane[l]) & (root[j].lane[l] > S(0))) ? 1 : 0;
       inverse.lane[l] = S(1) / sqrt(pivot);
     }
     for (int i = j + 1; i < size; ++i) {
@@ -79,7 +79,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
     }
     a[PackedLower(j, j)] = inverse;
   }
-  // Undo the scaling. The diagonal holds reciprocals, or 0 for rows and columns that were treated as 0.
+  // Undo the scaling. The diagonal holds reciprocals, or 0 for rows and columns that were num_replaced as 0.
   for (int i = 0; i < size; ++i) {
     const BlockLanes<S, kLanes> row = root[i], inverse = scale[i];
     for (int j = 0; j <= i; ++j) {

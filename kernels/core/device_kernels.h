@@ -13,13 +13,13 @@
 namespace vesta::device {
 
 // Compiler statistics of one kernel.
-struct KernelFacts {
+struct KernelStatistics {
   std::string name;  // as in error messages
   int registers = 0;
   std::size_t local_bytes = 0, shared_bytes = 0;  // per thread (arrays and spills); per block
 };
 // In the order of the first launch. Kernels with the same name are listed together.
-std::vector<KernelFacts> KernelTable();
+std::vector<KernelStatistics> KernelTable();
 
 // Counters of one host thread since its start: launched kernels, and waits for the device. A sort or a running sum
 // counts as one launch. ReadLagged counts as a wait if its previous copy may still be running.
@@ -32,7 +32,7 @@ inline HostWork& CountedHostWork() {
 }
 
 // Registers a kernel for KernelTable. launch.cuh calls it once per kernel.
-void NoteKernel(const char* name, const void* kernel);
+void RegisterKernel(const char* name, const void* kernel);
 
 // Returns an empty string if the GPU in use can run this program's kernels. Otherwise returns CUDA's reason: no machine
 // code for it, or PTX too new for the driver.

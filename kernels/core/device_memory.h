@@ -51,7 +51,7 @@ void Synchronize();
 // Waits at most for the copy that the previous call started.
 double ReadLagged(const double* scalar);
 // Discards the pending and earlier readings of these scalars.
-void ForgetLagged(const double* first, std::size_t count);
+void DiscardLagged(const double* first, std::size_t count);
 
 // Bytes that can be allocated now: free device memory plus unused memory of the pool.
 std::size_t FreeBytes();

@@ -67,8 +67,8 @@ class AtomicFile {
 void WriteFileAtomically(const std::string& path, std::string_view bytes);
 
 // Removes abandoned temporaries of AtomicFile from the folder, which killed processes leave behind. Only files for
-// which is_meant(name without the temporary ending) is true are removed.
+// which is_removable(name without the temporary ending) is true are removed.
 void RemoveAbandonedTemporaries(const std::string& folder,
-                                const std::function<bool(const std::string& name)>& is_meant);
+                                const std::function<bool(const std::string& name)>& is_removable);
 
 }  // namespace vesta

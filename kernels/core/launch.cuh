@@ -57,7 +57,7 @@ template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
   if (blocks == 0) return;
-  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
+  static const bool noted = (RegisterKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
   static_cast<void>(noted);
   LaunchOrThrow(
       [&] {
@@ -71,7 +71,7 @@ void Launch(const Kernel& kernel, Index blocks, const char* name) {
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
-  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
+  static const bool noted = (RegisterKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
   static_cast<void>(noted);
   // Enough blocks for the largest GPUs; the loop inside the kernel covers the remaining indices.
   constexpr Index kMostBlocks = 132 * 128;

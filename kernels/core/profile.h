@@ -73,7 +73,7 @@ class Profile {
     PhaseSeconds own = {};  // excluding child phases
   };
   // Adds the time since the last call to the open phase.
-  void Charge();
+  void AddElapsed();
 
   static inline constinit thread_local Profile* current_ = nullptr;
   Clock clock_;

@@ -68,7 +68,7 @@ std::vector<std::string> Nearest(const std::string& name, const std::vector<std:
 
 // Whether all values are distinct, and all names.
 template <class E, std::size_t N>
-constexpr bool EachOnce(const Choice<E> (&choices)[N]) {
+constexpr bool AreDistinct(const Choice<E> (&choices)[N]) {
   for (std::size_t i = 0; i < N; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (choices[i].value == choices[j].value) return false;
@@ -152,29 +152,31 @@ class Field : public FieldInfo {
  public:
   // A number within a range. A std::optional also accepts "auto"; an array of numbers is a colour.
   template <class C, class V>
-  Field(const char* called, V C::*member, Range within, const char* what_for, const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Numbers<V>::kKind, .help = what_for, .flag = own_flag},
+  Field(const char* field_name, V C::*member, Range allowed_range, const char* help_text,
+        const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Numbers<V>::kKind, .help = help_text, .flag = flag_name},
         print_([member](const O& o) { return Numbers<V>::ToText(o.*member); }),
-        parse_(
-            [member, within](const std::string& text, O& o) { return Numbers<V>::FromText(text, within, o.*member); }) {
-    range = within;
+        parse_([member, allowed_range](const std::string& text, O& o) {
+          return Numbers<V>::FromText(text, allowed_range, o.*member);
+        }) {
+    range = allowed_range;
     may_be_auto = kIsOptional<V>;
   }
   // A value of an enum. A std::optional also accepts "auto".
   template <class C, class V, class E, std::size_t N>
-  requires std::same_as<V, E> || std::same_as<V, std::optional<E>> Field(const char* called, V C::*member,
-                                                                         const Choice<E> (&among)[N],
-                                                                         const char* what_for,
-                                                                         const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag},
-        print_([member, values = std::span(among)](const O& o) -> std::string {
+  requires std::same_as<V, E> || std::same_as<V, std::optional<E>> Field(const char* field_name, V C::*member,
+                                                                         const Choice<E> (&allowed)[N],
+                                                                         const char* help_text,
+                                                                         const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kChoice, .help = help_text, .flag = flag_name},
+        print_([member, values = std::span(allowed)](const O& o) -> std::string {
           if constexpr (kIsOptional<V>) {
             return o.*member ? NameOf(*(o.*member), values) : "auto";
           } else {
             return NameOf(o.*member, values);
           }
         }),
-        parse_([member, values = std::span(among)](const std::string& text, O& o) {
+        parse_([member, values = std::span(allowed)](const std::string& text, O& o) {
           if constexpr (kIsOptional<V>) {
             if (text == "auto") {
               (o.*member).reset();
@@ -188,13 +190,13 @@ class Field : public FieldInfo {
           }
           return false;
         }) {
-    for (const Choice<E>& choice : among) choices.push_back(choice.name);
+    for (const Choice<E>& choice : allowed) choices.push_back(choice.name);
     may_be_auto = kIsOptional<V>;
   }
   // A boolean switch.
   template <class C>
-  Field(const char* called, bool C::*member, const char* what_for, const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kSwitch, .help = what_for, .flag = own_flag},
+  Field(const char* field_name, bool C::*member, const char* help_text, const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kSwitch, .help = help_text, .flag = flag_name},
         print_([member](const O& o) { return o.*member ? "true" : "false"; }),
         parse_([member](const std::string& text, O& o) {
           if (text != "true" && text != "false") return false;
@@ -203,19 +205,20 @@ class Field : public FieldInfo {
         }) {}
   // A string from a list of choices.
   template <class C>
-  Field(const char* called, std::string C::*member, const std::vector<const char*>& among, const char* what_for,
-        const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag, .choices = among},
+  Field(const char* field_name, std::string C::*member, const std::vector<const char*>& allowed, const char* help_text,
+        const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kChoice, .help = help_text, .flag = flag_name, .choices = allowed},
         print_([member](const O& o) { return o.*member; }),
-        parse_([member, among](const std::string& text, O& o) {
-          if (std::find(among.begin(), among.end(), text) == among.end()) return false;
+        parse_([member, allowed](const std::string& text, O& o) {
+          if (std::find(allowed.begin(), allowed.end(), text) == allowed.end()) return false;
           o.*member = text;
           return true;
         }) {}
   // Any non-empty text.
   template <class C>
-  Field(const char* called, std::string C::*member, Words words, const char* what_for, const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kWords, .help = what_for, .flag = own_flag},
+  Field(const char* field_name, std::string C::*member, Words words, const char* help_text,
+        const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kWords, .help = help_text, .flag = flag_name},
         print_([member](const O& o) { return o.*member; }),
         parse_([member](const std::string& text, O& o) {
           if (!text.empty()) o.*member = text;

@@ -14,10 +14,10 @@ using testing::IsEmpty;
 
 enum class Shape { kRound, kSquare };
 constexpr Choice<Shape> kShapes[] = {{Shape::kRound, "round"}, {Shape::kSquare, "square"}};
-static_assert(EachOnce(kShapes));
+static_assert(AreDistinct(kShapes));
 constexpr Choice<Shape> kTwiceNamed[] = {{Shape::kRound, "round"}, {Shape::kSquare, "round"}};
 constexpr Choice<Shape> kTwiceValued[] = {{Shape::kRound, "round"}, {Shape::kRound, "square"}};
-static_assert(!EachOnce(kTwiceNamed) && !EachOnce(kTwiceValued));
+static_assert(!AreDistinct(kTwiceNamed) && !AreDistinct(kTwiceValued));
 
 struct Part {
   int count = 3;
