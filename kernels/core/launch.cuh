@@ -33,10 +33,12 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
   kernel(block, shared);
 }
 
-// Blocks are small, so that functions that need many registers still occupy most of a multiprocessor.
+// Threads per block of ForEach. The number is small, so that functions with many registers still occupy most of a
+// multiprocessor.
 inline constexpr int kForEachThreads = 128;
-// F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor. With 1 the compiler may
-// use all registers; by default it spills some to fit one more block. 0 leaves the choice to the compiler.
+// F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor at once. With 1 the
+// compiler may use all registers. Without kMinBlocks (0) the compiler decides, and may store some values in memory to
+// fit one more block.
 template <class F>
 constexpr int MinBlocks() {
   if constexpr (requires { F::kMinBlocks; }) {
@@ -52,7 +54,7 @@ __global__ void __launch_bounds__(kForEachThreads, MinBlocks<F>()) RunForEach(In
   for (Index i = Index{kForEachThreads} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
 }
 
-// Launches `blocks` blocks of a block kernel.
+// Launches `blocks` blocks of a block kernel. name: its name in reports.
 template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
@@ -67,7 +69,7 @@ void Launch(const Kernel& kernel, Index blocks, const char* name) {
       name);
 }
 
-// Calls f(i) for each i in [0, count).
+// Calls f(i) for each i in [0, count). name: the kernel's name in reports.
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of options. A table lists the name, allowed values and help text of each field of a struct. Flags, help,
-// checks, files and benchmarks are generated from it.
+// Tables of options. A table lists the name, allowed values and help text of each field of a struct. Command-line
+// flags, help, checks, configuration files and the options of benchmarks are generated from the table.
 #pragma once
 
 #include <algorithm>
@@ -25,21 +25,22 @@ struct Range {
   double min, max;
 };
 
-// An enum value and its name. An option of that enum has an array of its choices.
+// An enum value and its name. An option of an enum type has an array of its choices.
 template <class E>
 struct Choice {
   E value;
   const char* name;
 };
 
-// Any non-empty text. placeholder: stands for the text in the help.
+// A field with any non-empty text. placeholder: the word that stands for the text in the help, such as FILE.
 struct Words {
   const char* placeholder;
 };
 
+// Kind of the values of a field. kWhole: integer. kSwitch: true or false. kWords: any text.
 enum class Kind { kWhole, kNumber, kSwitch, kChoice, kColor, kWords };
 
-// Description of a field, without the type of its struct.
+// Description of a field, independent of the type of the struct.
 struct FieldInfo {
   std::string name;  // name within the struct; "part.name" for a nested struct
   Kind kind;
@@ -48,7 +49,7 @@ struct FieldInfo {
   Range range = {};                       // kWhole, kNumber, and each channel of kColor
   std::vector<const char*> choices = {};  // kChoice
   const char* placeholder = "";           // kWords
-  bool may_be_auto = false;               // "auto" is valid too: chosen from the data
+  bool may_be_auto = false;               // whether "auto" is valid too: the value is then chosen from the data
 
   // Describes the allowed values: "from 0 to 1".
   std::string Allowed() const;
@@ -87,7 +88,8 @@ constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_
   return "?";
 }
 
-// How values of type V are printed, parsed and checked against a range.
+// Prints values of type V, and parses and checks them. FromText returns false and leaves `value` unchanged if the text
+// is not a number or not in the range.
 template <class V>
 struct Numbers {
   using Wide = std::conditional_t<std::is_floating_point_v<V>, double, Index>;
