@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Row loops for the gradient of the loss and products with its curvature. Included by image_kernels.simd.cpp.
+// Row loops for the gradient of the loss and for products with its curvature operator W. image_kernels.h describes the
+// arguments. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/image/window_loops.h"
@@ -8,6 +9,7 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
+// Gradient, and optionally diagonal and window curvature, of kQuadratic.
 template <class S>
 void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   const LossTerms<S> loss = args.loss;
@@ -89,7 +91,7 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
   BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
 }
 
-// Products with the curvature of the loss.
+// Products with W of kQuadratic.
 template <class S>
 void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
   const S scale = args.scale;

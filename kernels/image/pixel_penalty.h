@@ -25,6 +25,7 @@ PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights);
 
 inline namespace VESTA_ISA {
 
+// The penalty of a pixel with error e: |e|, value and derivative. T: scalar or vector of pixels.
 template <class T>
 struct PixelPenalty {
   T absolute, derivative, value;

@@ -10,7 +10,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// One sum for each row of a block, accumulated as vectors of S, then over the lanes in double.
+// One sum for each row of a block. Values are added lane by lane in S; the lanes are then added in double.
 template <class S>
 struct RowSums {
   using V = xsimd::batch<S>;
@@ -34,7 +34,8 @@ struct RowSums {
 constexpr auto kIdentity = [](const auto& fields) { return fields; };
 constexpr auto kNothing = [](int, int) {};
 
-// Loads u = x + y and e = x - y of two images; the four fields of a window are computed from them.
+// Returns a function that loads u = x + y and e = x - y of two images. kWithSquares computes the four fields of an SSIM
+// window from u and e.
 template <class S>
 auto SumAndDifference(const S* rendered, const S* truth) {
   return [=](Index i, const auto& access) {
