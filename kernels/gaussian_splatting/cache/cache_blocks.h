@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a view on a GPU, as block kernels (kernels/core/block_kernel.h): finding, counting and filling
-// entries, and products with them. cache_entry.h defines an entry.
+// The cached Jacobian of a view on a GPU, as block kernels (kernels/core/block_kernel.h): they find, count and compute
+// the entries, and multiply with them. An entry belongs to one pixel and one splat that contributes to it
+// (cache_entry.h).
 //
-// Entries are ordered by splat (in depth order), then by tile, then by row; the four numbers of an entry are adjacent.
-// Instead of indices, each (splat, tile) pair has a mask of its pixels. An entry's position is the pair's first
-// position plus the number of mask bits before its pixel. The tangent runs tile by tile with a thread per pixel. The
-// adjoint runs pair by pair in the order of the entries, with a thread per row of a tile.
+// Entries are ordered by splat (in depth order), then by tile, then by row and column. The four numbers of an entry are
+// adjacent. Instead of indices, each (splat, tile) pair stores a mask of its pixels. The index of an entry is the index
+// of the first entry of the pair plus the number of mask bits before its pixel.
+//
+// The tangent product uses a block of threads per tile, and a thread per pixel. The adjoint product processes the pairs
+// in the order of the entries, with a thread per row of a tile.
 #pragma once
 
 #include "kernels/gaussian_splatting/cache/cache_entry.h"
@@ -14,14 +17,16 @@
 
 namespace vesta::splat {
 
-// A (splat, tile) pair, ordered by splat.
+// A (splat, tile) pair. The cache stores its pairs ordered by splat, then by tile. rank: index of the splat in depth
+// order.
 struct CachePair {
   TileMask mask;
-  std::uint8_t above[kTileSize];  // number of entries in the rows above, at most 240
+  std::uint8_t above[kTileSize];  // number of entries of the pair in the rows above, at most 240
   std::uint32_t rank, tile;
 };
 
-// The array of all pairs.
+// All pairs of the cache. first_entry[e]: index of the first entry of pair e; the last element is the number of
+// entries.
 struct CachePairs {
   const CachePair* pairs;
   const std::int64_t* first_entry;  // [pairs + 1]
@@ -29,6 +34,7 @@ struct CachePairs {
 
 inline namespace VESTA_ISA {
 
+// Convert a number of an entry to and from the format of the cache: S itself, or Half.
 template <class S>
 VESTA_HD inline void StoreValue(const S& x, S* stored) {
   *stored = x;
@@ -46,7 +52,7 @@ VESTA_HD inline S LoadValue(const Half& x) {
   return static_cast<S>(FromHalf(x));
 }
 
-// The four numbers of an entry, read and written with one access: 8 bytes in 16-bit format.
+// The four numbers of an entry. A thread reads or writes them with a single access, of 8 bytes in 16-bit format.
 template <class E>
 struct alignas(kEntryValues * sizeof(E)) CacheEntry {
   E weight, contrast[3];
@@ -62,7 +68,7 @@ struct alignas(kEntryValues * sizeof(E)) CacheEntry {
 // Number of entries of a row to the left of pixel x.
 VESTA_HD inline int EntriesLeftOf(std::uint32_t row, int x) { return PopCount(row & ((1U << x) - 1)); }
 
-// For the pair at place e, with its mask already set: counts its entries, in total and per row.
+// For pair e of the cache, whose mask must be set: counts[e] = number of its entries. Also sets `above`.
 struct CountEntries {
   CachePair* pairs;
   std::int64_t* counts;
@@ -78,7 +84,8 @@ struct CountEntries {
   }
 };
 
-// Computes the masks of a tile's pairs. The mask of pair k of the lists is stored in pairs[places[k]].
+// Computes the masks of the pairs of a tile. The tile lists order the pairs by tile: pair k of the lists is pair
+// places[k] of the cache.
 template <class S>
 struct MaskBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
@@ -115,14 +122,14 @@ struct MaskBlock {
   }
 };
 
-// Positions of the entries of a batch of pairs, in shared memory.
+// Masks and first entries of a batch of pairs, in shared memory.
 template <int kBatch>
 struct StagedMasks {
   std::int64_t first[kBatch];
   std::uint16_t rows[kBatch][kTileSize];
   std::uint8_t above[kBatch][kTileSize];
 
-  // Loads the pairs [begin, begin + count) of the lists. Needs a barrier afterwards.
+  // Loads the pairs begin .. begin + count - 1 of the tile lists. The caller must call Sync afterwards.
   template <class Block>
   VESTA_HD void Stage(Block& block, const CachePairs& cache, const std::uint32_t* places, std::int64_t begin,
                       int count) {
@@ -134,13 +141,14 @@ struct StagedMasks {
       if (y == 0) first[k] = cache.first_entry[place];
     }
   }
+  // For pair k of the batch and pixel (x, y) of the tile: whether there is an entry, and its index.
   VESTA_HD bool Has(int k, int x, int y) const { return (rows[k][y] >> x & 1U) != 0; }
   VESTA_HD std::int64_t Position(int k, int x, int y) const {
     return first[k] + above[k][y] + EntriesLeftOf(rows[k][y], x);
   }
 };
 
-// Computes the entries of a tile's pairs. image: rendered from the same lists.
+// Computes the entries of the pairs of a tile. image: rendered from the same tile lists. places: see MaskBlock.
 template <class S, class E>
 struct FillBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
@@ -163,7 +171,7 @@ struct FillBlock {
         block, lists, pixel, blending, shared.splats,
         [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
         [&](int k, const S&, const S&, const Blend<S>& blend) {
-          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // the splat closed the pixel
+          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // no entry: the splat closed the pixel
           const EntryMaker<E, S> entry(blend);
           CacheEntry<E> stored;
           StoreValue(entry.Weight(), &stored.weight);
@@ -175,7 +183,7 @@ struct FillBlock {
   }
 };
 
-// CacheKernels::tangent.
+// GPU version of CacheKernels::tangent. places: see MaskBlock.
 template <class S, class E>
 struct CachedTangentBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
@@ -226,7 +234,8 @@ struct CachedTangentBlock {
   }
 };
 
-// sums[e] = the adjoint's sums for the pair at place e of [0, size).
+// sums[e] = the part of J^T u of pair e of the cache: the cotangent of its splat, summed over the pixels of its tile.
+// size: number of pairs.
 template <class S, class E>
 struct CachedAdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;

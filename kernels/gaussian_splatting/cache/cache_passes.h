@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a view: computing the entries (cache_entry.h), and products with them.
+// The cached Jacobian of a view on the CPU: computes the entries (cache_entry.h) and multiplies with them. A row of a
+// tile consists of one or more SIMD vectors.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +13,14 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The mask bits of vector k of a row.
+// The mask bits of vector k of a row. row: TileMask::rows.
 template <class V>
 inline std::uint32_t VectorBits(std::uint32_t row, int k) {
   constexpr int kWidth = Lanes<V>::kWidth;
   return row >> (k * kWidth) & ((1U << kWidth) - 1);
 }
 
-// Calls visit(row, k, bits) for each vector of the tile with a bit in the mask, in the order of the entries.
+// Calls visit(row, k, bits) for each vector k of each row with at least one entry, in the order of the entries.
 template <class V, class Visit>
 [[gnu::always_inline]] inline void ForEachVector(const TileMask& mask, const Visit& visit) {
   std::uint32_t todo = 0;
@@ -33,7 +34,8 @@ template <class V, class Visit>
   }
 }
 
-// Prefetch distance in (splat, tile) pairs, and number of prefetched 64-byte lines of their entries.
+// Prefetch distance in (splat, tile) pairs, and number of 64-byte cache lines of entries that are prefetched for a
+// pair.
 inline constexpr int kAhead = 3, kLinesAhead = 6;
 inline void Prefetch(const void* p) { __builtin_prefetch(p); }
 
@@ -59,7 +61,7 @@ struct EntryPass {
   using L = Lanes<V>;
   CacheLists cache;
   E* entries;
-  alignas(64) S behind[3][kTilePixels];             // weighted colour behind the current splat (passes.h)
+  alignas(64) S behind[3][kTilePixels];             // sum of the weighted colours behind the current splat (passes.h)
   alignas(64) S values[kEntryValues][kTilePixels];  // of the current splat
 
   struct State {
@@ -88,8 +90,8 @@ struct EntryPass {
   void Skip(std::int64_t) {}
 };
 
-// Positions of a tile's rows in a splat's whitened coordinates: pixel x of row y is at (p0[y] + r x, q[y]), as in the
-// traversal.
+// Positions of the rows of a tile in the whitened coordinates (p, q) of a splat (types.h): pixel x of row y is at
+// (p0[y] + r x, q[y]). TraverseSplats computes bit-identical values.
 template <class V, class S>
 struct RowPositions {
   using L = Lanes<V>;
@@ -105,11 +107,12 @@ struct RowPositions {
       L::Store(p0 + row, place.p0);
     }
   }
-  // p of vector k of a row.
+  // The coordinates p of the pixels of vector k of a row.
   V P(int row, int k) const { return OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(p0[row])); }
 };
 
-// The entries of one vector of pixels, stored at `at`. Like Entry, but loads values on demand to save registers.
+// The entries of one vector of pixels, stored at `at`. bits: the pixels with an entry. Like Entry, but a number is
+// loaded only when it is used, to save registers.
 template <class V, class E>
 struct PackedEntries {
   const E* at;
@@ -206,7 +209,8 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       total = {};
     };
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
-      // A lane of a 16-lane vector has at most one term per row of a tile.
+      // Partial sums of at most kTermsPerPartialSum terms per lane (types.h). A lane of a 16-lane vector has at most
+      // one term per row of a tile.
       constexpr int kTilesPerPartialSum = kTermsPerPartialSum / kTileSize;
       const std::int64_t tiles = e - cache.splat_begin[rank];
       if (tiles > 0 && tiles % kTilesPerPartialSum == 0) take_part();

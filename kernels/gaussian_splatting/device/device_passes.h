@@ -15,8 +15,8 @@ namespace vesta::splat::device_passes {
 
 using Index = std::int64_t;
 
-// The functions of ProjectKernels, for all Gaussians of the model. Project also sets indices[i] = i: the later sort by
-// depth permutes keys and indices together.
+// The functions of ProjectKernels, for all Gaussians of the model. rank_of[i]: index of Gaussian i in depth order, or
+// -1 if not visible. Project also sets indices[i] = i: the later sort by depth permutes keys and indices together.
 void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats);
 void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
