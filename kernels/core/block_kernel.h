@@ -99,8 +99,8 @@ struct SumChunks {
   }
 };
 
-// Number of indices per chunk in a reduction of `size` terms. There are at most kMaxChunks chunks. A chunk has at least
-// 4096 indices: launching a shorter one would cost more than its sum.
+// Number of indices per chunk in a reduction of `size` terms. There are at most kMaxChunks chunks. Each chunk except
+// the last has at least 4096 indices: launching a shorter one would cost more than its sum.
 inline constexpr Index kMaxChunks = 2048;
 constexpr Index ChunkSize(Index size) {
   constexpr Index kShortest = 4096, kStep = 256;

@@ -78,8 +78,8 @@ class RowBands {
 template <class S>
 struct PhotometricLinearization {
   ImageShape shape;
-  // Gram matrices use diag(diagonal) in place of W. Never negative. With kRootCenter it is the exact diagonal of W.
-  // With kQuadratic it is the pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for most
+  // Gram matrices use diag(diagonal) instead of W. Never negative. With kRootCenter it is the exact diagonal of W. With
+  // kQuadratic it is the pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for most
   // windows.
   HostBuffer<S> diagonal;
   HostBuffer<S> curvature;  // 2 (1/D1 - l/D2)

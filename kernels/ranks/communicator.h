@@ -103,7 +103,7 @@ inline Share ShareOf(std::int64_t count, int parts, int k) { return {count * k /
 template <class T>
 std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine);
 // The same if all ranks already know counts, the number of values of each rank. On entry `all` contains this rank's
-// values, on return those of all ranks.
+// values, on return the values of all ranks.
 template <class T>
 void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts);
 // Gathers one string per rank. Returns the strings in rank order.

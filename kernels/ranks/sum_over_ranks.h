@@ -29,8 +29,8 @@ void CheckTerms(Index terms, const Communicator& ranks);
 
 // Communication plan of a sum: the entries that each rank sends to each other rank. Each rank first adds its own terms
 // as far as the tree allows, which leaves at most two partial sums (nodes) per level. It then receives the values of
-// its share from the other ranks, and adds them. If all ranks need the whole sum, they exchange the finished shares.
-// The total traffic is that of an all-reduce.
+// its share from the other ranks, and adds them. If all ranks need the whole sum, they exchange the finished shares. An
+// all-reduce would transfer as many bytes.
 class SumPlan {
  public:
   // Plans sums of `terms` vectors of `size` entries. mine: the supports of this rank's terms (TermsOf). finished: the
@@ -55,7 +55,7 @@ class SumPlan {
   }
   // For each rank: number of entries of its share at which the sum may differ from zero.
   const std::vector<std::size_t>& whole_counts() const { return whole_counts_; }
-  // Positions of those entries of this rank's share within the share.
+  // For this rank: positions of these entries within its share.
   const Support& own_positions() const { return own_positions_; }
   // Number of values that a rank receives for its share of the sum, and for the whole sum.
   Index ReceivedValuesOfShare(int rank) const;
@@ -84,7 +84,7 @@ class SumOverRanks {
   // Frees the buffers that are stored for reuse in the next sum.
   void Release() { free_.clear(), spare_ = {}; }
   // out = the sum of all terms. make(term, to) must write the complete compact vector of a term; it is called for each
-  // term of this rank. All entries in the share of a rank must come before those of the next rank. Collective.
+  // term of this rank. All entries in the share of a rank must come before the share of the next rank. Collective.
   template <class Make>
   void Sum(const Make& make, HostSpan<S> out) {
     TreeSum<HostBuffer<S>> sum = SumOwnTerms(make);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Raster passes over one tile that predict the loss of a view after removing a splat, or with another colour of it.
-// Each splat is considered separately.
+// Raster passes over one tile that predict how the loss of a view changes if one splat is removed or gets another
+// colour. Each splat is considered separately, with all others unchanged.
 //
-// A pixel's colour is an affine function of the alpha of each splat. Without the splat it therefore changes by exactly
+// The colour of a pixel is an affine function of the alpha of each splat. Without the splat, with colour c, it
+// therefore changes by exactly
 //   delta = -alpha d colour / d alpha = S alpha / (1 - alpha) - w c                (pixel_steps.h: w = alpha T)
-// unless the pixel would then be closed later (the transmittance stop). loss_of_change.h computes the change of the
-// loss.
+// unless the pixel would then be closed later. loss_of_change.h computes the resulting change of the loss.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/loss_of_change.h"
@@ -56,7 +56,7 @@ void RemovalTile(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& l
   TraverseSplats<V>(lists, tile, pass);
 }
 
-// The same for other colours of the splat.
+// Rise of the loss for other colours of a splat.
 template <class V, class S>
 struct RecolorPass {
   using L = Lanes<V>;

@@ -3,10 +3,10 @@
 // pixel one thread. They use the formulas of the host's passes (passes.h) and the traversal of tile_block.h. S is float
 // on a device; tests run double on the host.
 //
-// Forward and tangent passes keep all data in registers. Adjoint and Gram passes sum over the pixels of each splat.
-// They sum within the tile, without atomics and without shuffles in the inner loop. For a few splats at a time, each
-// thread first handles a pixel and writes the contributions of the splats to shared memory. Then the threads handle
-// splats and rows and add the contributions.
+// Forward and tangent passes sum over splats and keep the sums of a pixel in registers. Adjoint and Gram passes sum
+// over the pixels of each splat, within the tile. They do so for a few splats at a time, without atomics, in two steps.
+// First, each thread computes the contributions of the splats at its pixel and writes them to shared memory. Then each
+// thread adds the contributions of one row, or half a row, of one splat.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/splat_sums.h"
@@ -15,7 +15,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// RasterKernels::forward.
+// GPU version of RasterKernels::forward.
 template <class S>
 struct ForwardBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
@@ -41,7 +41,7 @@ struct ForwardBlock {
   }
 };
 
-// RasterKernels::tangent.
+// GPU version of RasterKernels::tangent.
 template <class S>
 struct TangentBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
@@ -76,12 +76,13 @@ struct TangentBlock {
   }
 };
 
-// RasterKernels::adjoint. The sums of pair k of the lists are stored at sums[entries[k]].
+// GPU version of RasterKernels::adjoint. The sums of pair k of the lists are stored in sums[entries[k]]. entries[k]:
+// index of the pair in the order by splat.
 template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Share {
-    S g, w;  // derivatives of the pixel's part of u . image, by log alpha and by u . colour
+    S g, w;  // derivatives of the pixel's part of u . image with respect to log alpha, and with respect to u . c
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -143,13 +144,13 @@ struct AdjointBlock {
   }
 };
 
-// RasterKernels::gram. The sums of pair k are stored at sums[entries[k]].
+// GPU version of RasterKernels::gram. sums, entries: see AdjointBlock.
 template <class S>
 struct GramBlock {
   // Two threads per row.
   static constexpr int kThreads = kRasterThreads, kBatch = 8, kParts = 2 * kTileSize, kHalf = kTileSize / 2;
   struct alignas(16) Share {
-    S w, d[3];  // derivatives of the pixel's colours, by the splat's colour and by log alpha
+    S w, d[3];  // derivatives of the pixel's colours with respect to the splat's colour, and to log alpha
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The raster passes applied to images: the functions in RasterKernels.
+// The functions in RasterKernels: they load the pixels of a tile, run a pass (passes.h, loss_passes.h) and store the
+// result.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/loss_passes.h"
@@ -107,7 +108,7 @@ RasterKernels<S> MakeRasterKernels() {
           &RemovalTile<V, S>, &ColorCurvatureTile<V, S>, &RecolorTile<V, S>,        &CountTile<V, S>};
 }
 
-// A pass that does not blend: each pixel takes the values of the splat at which its transmittance falls below one half.
+// A pass that does not blend: each pixel gets the values of the splat at which its transmittance falls below one half.
 template <class V, class S>
 struct MedianPass {
   using L = Lanes<V>;

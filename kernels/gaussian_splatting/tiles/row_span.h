@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels that a splat covers in each row of a tile, and the values that are constant along a row. One template
-// serves three traversals, with bit-identical results on the host:
+// The pixels that a splat covers in each row of a tile, and the values of the splat that are constant along a row. The
+// same template is used in three ways, with bit-identical results on the host:
 //
 //   traverse_splats.h   the SIMD lanes are 16 rows of one splat
 //   traverse_rows.h     the SIMD lanes are 16 splats in one row
@@ -33,8 +33,8 @@ VESTA_HD inline Splat<S> InTile(const Splat<S>& splat, const TileOrigin<S>& orig
   return moved;
 }
 
-// The members of a splat from InTile that RowPosition and RowSpan need. The lanes hold the same splat, or one splat
-// each.
+// The members of a splat from InTile that RowPosition and RowSpan need. V is a scalar or a SIMD vector. All lanes
+// contain the same splat, or each lane contains a different one.
 template <class V>
 struct RowSplat {
   V u, v, r, s, beta, log2_opacity, support, inv_r;
@@ -45,14 +45,14 @@ VESTA_HD inline RowSplat<V> InAllLanes(const Splat<S>& splat) {
           V(splat.support), V(splat.inv_r)};
 }
 
-// Position of a row in a splat's whitened coordinates: pixel x is at (p0 + r x, q).
+// Position of a row in the whitened coordinates (p, q) of a splat (types.h): pixel x of the tile is at (p0 + r x, q).
 template <class V>
 struct RowPosition {
   V q;
   V p0;
   V middle;  // x where p is 0
 
-  // y: rows of the tile.
+  // y: row of the tile, for each lane.
   VESTA_HD RowPosition(const RowSplat<V>& splat, const V& y) {
     const V dy = y - splat.v;
     q = splat.s * dy;

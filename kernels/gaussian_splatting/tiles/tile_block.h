@@ -17,7 +17,7 @@ inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRas
 // A warp covers 8 x 4 pixels: a compact shape, so that a splat touches fewer warps.
 inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
-// The tile of a block of threads, as an int because its division is faster.
+// The tile of a block of threads. It is an int because divisions of int are faster.
 template <class Block>
 VESTA_HD inline int TileOf(const Block& block) {
   return static_cast<int>(block.id());
@@ -59,7 +59,8 @@ struct PixelBlending {
   bool open;
 
   VESTA_HD explicit PixelBlending(const BlockPixel& pixel) : open(pixel.inside) {}
-  // Processes the next splat (from InTile); calls hit(p, q, blend) if it contributes to the pixel.
+  // Blends the next splat (from InTile). Calls hit(p, q, blend) if its alpha at the pixel is at least 1/255. (If the
+  // splat closes the pixel, blend.alpha is 0.)
   template <class Hit>
   VESTA_HD void BlendNext(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
     const RowSpan<S> row = RowInTile(splat, pixel.y);
@@ -72,8 +73,8 @@ struct PixelBlending {
   }
 };
 
-// Bit w is set if the support of the splat (from InTile) meets the pixels of warp w. If it is not set, alpha is 0 for
-// all pixels of that warp.
+// Returns a mask: bit w is set if the support of the splat (from InTile) touches the pixels of warp w. If it is not
+// set, alpha is 0 at all pixels of the warp.
 template <class S>
 VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   const SupportReach<S> reach(splat);
@@ -100,7 +101,7 @@ struct SplatBatch {
   VESTA_HD const Splat<S>& operator[](int k) const { return splats[k]; }
   VESTA_HD bool Touches(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
 
-  // Loads the splats of the pairs [first, first + count). Needs a barrier before and after it.
+  // Loads the splats of the pairs first .. first + count - 1. The caller must call Sync before and after it.
   template <class Block>
   VESTA_HD void Stage(Block& block, const TileLists<S>& lists, std::int64_t first, int count) {
     const int k = block.thread();
@@ -110,13 +111,13 @@ struct SplatBatch {
   }
 };
 
-// The same with a list of splats for each warp, so that a warp does not visit the others.
+// The same, with a list for each warp of the splats that touch it, so that a warp does not visit other splats.
 template <class S, int kBatch>
 struct ListedSplatBatch : SplatBatch<S, kBatch> {
   static constexpr int kWords = (kBatch + 31) / 32;
   std::uint32_t lists[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
 
-  // Builds the lists. Needs a barrier after Stage and another one after List.
+  // Computes the lists. The caller must call Sync between Stage and List, and after List.
   template <class Block>
   VESTA_HD void List(Block& block, int count) {
     if (block.thread() >= kRasterWarps * kWords) return;
@@ -129,13 +130,14 @@ struct ListedSplatBatch : SplatBatch<S, kBatch> {
   }
 };
 
-// Number of pairs left, at most `most`.
+// end - first, but at most `most`.
 VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
   return end - first < most ? static_cast<int>(end - first) : most;
 }
 
-// Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() is true. go_on
-// contains a barrier, which frees shared memory. Returns the first pair not visited.
+// Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() returns true.
+// go_on must contain a barrier, so that visit may overwrite the shared memory of the previous batch. Returns the first
+// pair that was not visited.
 template <int kBatch, class S, class Block, class GoOn, class Visit>
 VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
                                           const Visit& visit) {
@@ -148,8 +150,8 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
   return first;
 }
 
-// For passes that sum over splats: calls hit(k, p, q, blend) for each splat that contributes to the thread's pixel,
-// front to back until it is closed. The splat is splats[k]. stage(first, count) loads further data of a batch.
+// For passes that sum over splats: calls hit(k, p, q, blend) for each splat splats[k] that contributes to the thread's
+// pixel, front to back until the pixel is closed. stage(first, count) is called for each batch, to load further data.
 template <int kBatch, class S, class Block, class Stage, class Hit>
 VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                 PixelBlending<S>& blending, ListedSplatBatch<S, kBatch>& splats, const Stage& stage,
@@ -173,9 +175,10 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
       });
 }
 
-// For passes that sum over the pixels of each splat. Each thread first handles a pixel and calls put(k, share) for each
-// splat: share_of(k, blend) if the splat contributes, else Share{}. In sum(first, count) threads then handle splats and
-// parts of the tile. Returns the first pair not summed because all pixels were closed.
+// For passes that sum over the pixels of each splat. For each splat k of a batch, every thread calls put(k, share) with
+// the share of its pixel: share_of(k, blend) if the splat contributes to the pixel, else Share{}. All threads then call
+// sum(first, count), which must add the shares. Returns the first pair that was not summed because all pixels were
+// closed.
 template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
 VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                            SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,
@@ -200,7 +203,8 @@ VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lis
       });
 }
 
-// Calls visit(pair, i) for i < kN and the pairs from `first` to the end of the block's tile, split among all threads.
+// Calls visit(pair, i) for 0 <= i < kN and all pairs from `first` to the end of the block's tile. The calls are divided
+// among all threads.
 template <int kN, class S, class Block, class Visit>
 VESTA_HD inline void ForEachRemaining(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
   const std::int64_t end = lists.tile_begin[block.id() + 1];
