@@ -104,7 +104,7 @@ TEST(SumOverRanks, GivesEachRankItsShare) {
   }
 }
 
-TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
+TEST(SumOverRanks, ReceivesAsManyValuesAsPlanned) {
   test::OnThreadRanks(3, [&](Communicator& ranks) {
     SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));
     const RankTraffic before = ranks.traffic();
@@ -116,7 +116,7 @@ TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
   });
 }
 
-TEST(SumOverRanks, OfDenseTermsOnPowersOfTwoMovesTheBytesOfAnAllReduce) {
+TEST(SumOverRanks, OfDenseTermsTransfersTheBytesOfAnAllReduce) {
   constexpr Index kDense = 1 << 12;
   test::OnThreadRanks(4, [&](Communicator& ranks) {
     SumOverRanks<float> sum(ranks, 64, kDense, std::vector<Support>(16, Support::All(kDense)));

@@ -21,7 +21,7 @@ TEST(Layout, OfOneDegreeIsAttributeByAttribute) {
   }
 }
 
-TEST(Layout, LeavesOutWhatGaussiansLack) {
+TEST(Layout, StoresNoBandsThatGaussiansLack) {
   const ModelLayout layout = LayoutOfBands({10, 7, 4, 1});
   std::int64_t offset = 0;
   for (int a = 0; a < kMaxAttributes; ++a) {
@@ -38,7 +38,7 @@ TEST(Layout, LeavesOutWhatGaussiansLack) {
   EXPECT_EQ(LayoutOfBands({10, 10, 10, 0}), (ModelLayout{.count = 10, .sh_degree = 2}));
 }
 
-TEST(Layout, ImpossibleOnesAreNone) {
+TEST(Layout, ImpossibleLayoutsAreInvalid) {
   EXPECT_TRUE(LayoutOfBands({10, 7, 4, 1}).IsValid());
   for (const ModelLayout& layout :
        {ModelLayout{.count = 0}, ModelLayout{.count = -1}, ModelLayout{.count = std::int64_t{1} << 60},

@@ -179,7 +179,7 @@ TEST(LensModels, AreFoundByName) {
 }
 
 // A Gaussian that moves along the optical axis of a telecentric lens looks the same.
-TEST(Telecentric, DepthHasNoPartInTheProjection) {
+TEST(Telecentric, ProjectionIgnoresTheDepth) {
   PosedCamera pose{};
   for (int i = 0; i < 9; ++i) pose.R[i] = i % 4 == 0 ? 1 : 0;
   pose.lens = {.fx = 20, .fy = 20, .cx = 30, .cy = 30};
