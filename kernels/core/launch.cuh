@@ -76,9 +76,9 @@ void ForEach(Index count, const F& f, const char* name) {
   static const bool noted = (RegisterKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
   static_cast<void>(noted);
   // Enough blocks for the largest GPUs; the loop inside the kernel covers the remaining indices.
-  constexpr Index kMostBlocks = 132 * 128;
+  constexpr Index kMaxBlocks = 132 * 128;
   const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
-  const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);
+  const auto blocks = static_cast<unsigned>(needed < kMaxBlocks ? needed : kMaxBlocks);
   LaunchOrThrow(
       [&] {
         RunForEach<<<blocks, kForEachThreads, 0, Stream()>>>(count, f);

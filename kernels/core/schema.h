@@ -64,8 +64,9 @@ std::string Print(double value);
 std::string Print(Index value);
 std::vector<std::string> SplitAt(const std::string& text, char separator);
 
-// Returns at most `most` names with the smallest edit distance, nearest first. Very different names are omitted.
-std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names, std::size_t most = 3);
+// Returns at most max_count names with the smallest edit distance, nearest first. Very different names are omitted.
+std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names,
+                                 std::size_t max_count = 3);
 
 // Whether all values are distinct, and all names.
 template <class E, std::size_t N>

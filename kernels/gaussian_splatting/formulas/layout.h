@@ -75,8 +75,8 @@ struct ModelLayout {
 
   // Whether a layout read from a file is valid.
   constexpr bool IsValid() const {
-    constexpr std::int64_t kMost = std::int64_t{1} << 40;  // beyond it, sizes would overflow
-    if (sh_degree < 0 || sh_degree > kMaxShDegree || count < 1 || count > kMost) return false;
+    constexpr std::int64_t kMaxCount = std::int64_t{1} << 40;  // beyond it, sizes would overflow
+    if (sh_degree < 0 || sh_degree > kMaxShDegree || count < 1 || count > kMaxCount) return false;
     std::int64_t below = 0;
     for (int band = 1; band <= kMaxShDegree; ++band) {
       const std::int64_t lack = without_band[band - 1];

@@ -130,8 +130,8 @@ VESTA_HD inline auto IsProjectionAccurate(const L& lens, const ProjectionState<L
     const T along = state.scale[k] * state.A[6 + k];
     variance = Fma(along, along, variance);
   }
-  const T most = T(kDepthSpread) * state.t[2];
-  return lens.IsInRange(state.t, state.at) | (variance <= most * most);
+  const T limit = T(kDepthSpread) * state.t[2];
+  return lens.IsInRange(state.t, state.at) | (variance <= limit * limit);
 }
 
 // Converts d, the derivative of a shape, to the first five components of a splat tangent (SplatTangent in types.h).

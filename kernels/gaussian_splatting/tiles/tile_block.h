@@ -130,9 +130,9 @@ struct ListedSplatBatch : SplatBatch<S, kBatch> {
   }
 };
 
-// end - first, but at most `most`.
-VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
-  return end - first < most ? static_cast<int>(end - first) : most;
+// end - first, but at most max_size.
+VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int max_size) {
+  return end - first < max_size ? static_cast<int>(end - first) : max_size;
 }
 
 // Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() returns true.
