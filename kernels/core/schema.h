@@ -68,7 +68,7 @@ std::vector<std::string> SplitAt(const std::string& text, char separator);
 std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names,
                                  std::size_t max_count = 3);
 
-// Whether all values are distinct, and all names.
+// Whether no two choices have the same value or the same name.
 template <class E, std::size_t N>
 constexpr bool AreDistinct(const Choice<E> (&choices)[N]) {
   for (std::size_t i = 0; i < N; ++i) {
@@ -80,7 +80,7 @@ constexpr bool AreDistinct(const Choice<E> (&choices)[N]) {
   return true;
 }
 
-// Returns "?" if the value is not among the choices.
+// Returns the name of the value, or "?" if it is not among the choices.
 template <class E>
 constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_t<E>>> choices) {
   for (const Choice<E>& choice : choices) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photometric loss of one view: absolute differences and structural similarity of a rendered image and the truth.
+// The photometric loss of one view: absolute differences and structural similarity (SSIM) of the rendered image and the
+// photograph (the truth).
 //
 //   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth
 //

@@ -15,11 +15,11 @@
 
 namespace vesta {
 
-// Thrown by the calls below after another rank failed. what() contains the message of that rank: "process 2 of 4: no
+// Thrown by collective calls after another rank failed. what() names this rank and its message: "process 2 of 4: no
 // room".
 class OtherRankFailed : public Error {
  public:
-  explicit OtherRankFailed(const std::string& words) : Error(kUnavailable, words) {}
+  explicit OtherRankFailed(const std::string& message) : Error(kUnavailable, message) {}
 };
 
 // Statistics of the data that a rank has received.
@@ -81,14 +81,13 @@ class SingleRankCommunicator final : public Communicator {
                   std::span<const std::size_t> receive_sizes) override;
 };
 
-// The next three functions read the environment variables that mpirun and similar launchers set. The numbers are 1 if
-// unknown.
-// Whether such a launcher started this process.
+// Whether mpirun or a similar launcher started this process. This function and the next two read the environment
+// variables that launchers set.
 bool IsStartedInRanks();
-// Number of started processes.
+// Number of started processes; 1 if unknown.
 int NumStartedRanks();
-// Number of these processes on this machine. Slurm lists one number per machine, without saying which machine this is;
-// the function then returns the largest number.
+// Number of these processes on this machine; 1 if unknown. Slurm lists one number per machine, without saying which
+// machine this is; the function then returns the largest number.
 int NumRanksOnThisMachine();
 
 // The k-th of `parts` pieces of [0, count). All pieces have about the same size.

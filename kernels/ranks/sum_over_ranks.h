@@ -42,8 +42,9 @@ class SumPlan {
   Index terms() const { return terms_; }
   Index size() const { return size_; }
   Communicator& ranks() const { return ranks_; }
-  // Support of a node of the tree; the second function returns its intersection with this rank's share.
+  // Support of a node of the tree.
   const Support& Of(const TreeNode& node) const { return supports_.at({node.begin, node.end}); }
+  // Intersection of this support with this rank's share.
   const Support& OfMine(const TreeNode& node) const { return mine_.at({node.begin, node.end}); }
   // The nodes that a rank has after it added its own terms.
   const std::vector<TreeNode>& nodes(int rank) const { return nodes_[static_cast<std::size_t>(rank)]; }

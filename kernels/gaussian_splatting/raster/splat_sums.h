@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sums over the pixels of a splat, for its cotangent and its Gram matrix. On the CPU they are computed pixel by pixel
 // (CotangentSums, GramSums). On a GPU, where many threads share the work, they are computed row by row (CotangentRow,
-// GramRow). Along a row the whitened coordinate q is constant, so a thread only computes sums of g p^a. They are
+// GramRow). Along a row the whitened coordinate q is constant, so the sums of a row contain only powers of p. They are
 // multiplied by powers of q when the rows are added.
 //
-// Cotangent: a pixel adds g, the derivative of its part of u . image with respect to log alpha, and w, the derivative
-// of its colour with respect to the splat's colour. With psi of pixel_steps.h:
+// Cotangent for the cotangent u of the image: g is the derivative of a pixel's part of u . image with respect to log
+// alpha, and w the derivative of its colour with respect to the splat's colour. With psi of pixel_steps.h:
 //   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.
 //
 // Gram sums: each colour c of a pixel has the curvature omega_c of the loss and the derivative d_c with respect to log

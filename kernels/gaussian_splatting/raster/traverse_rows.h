@@ -41,8 +41,8 @@ class RowBatch {
     }
   }
 
-  // Computes the position of each splat in row y of the tile, and the lists of touched vectors of pixels. Calls
-  // row_done(first place, q) for each vector of splats.
+  // Computes the position of each splat in row y of the tile, and for each vector of pixels the list of the splats that
+  // touch it. Calls row_done(first place, q) for each vector of splats.
   template <class RowDone>
   void SetRow(int y, const RowDone& row_done) {
     for (int& count : num_touching_) count = 0;
