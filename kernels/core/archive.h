@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Serialisation: an object writes its members byte by byte and reads them back. One list of members serves both
-// directions:
+// Serialisation: writes the members of an object as bytes, and reads them back. An object lists its members once, for
+// both directions:
 //
 //   template <class Archive>
 //   void Visit(Archive& archive) { archive(count_, values_, name_); }

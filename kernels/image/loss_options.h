@@ -10,8 +10,8 @@ enum class PixelLinearization {
   // |e|. The curvature is 1 / max(|e|, l1_floor), as in iteratively reweighted least squares (IRLS).
   kIrls,
   // |e| as the square of r = sqrt|e| (Hoellein et al. 2025, 3DGS-LM, eq. 3). The Gauss-Newton curvature of r^2 is half
-  // of the reweighted one, 1 / (2 max(|e|, l1_floor)). A step with this curvature is therefore twice as long: it goes
-  // from e to -e instead of to 0.
+  // of the reweighted one, 1 / (2 max(|e|, l1_floor)). A step with this curvature is therefore twice as long: it
+  // changes e to -e instead of to 0.
   kSqrt,
   // Huber's function: e^2/2 up to the threshold t, and t |e| - t^2/2 beyond, as the square of its root (3DGS-LM's
   // released code, t = 0.1). The curvature is 1 up to t, and t / (2 |e| - t) beyond.

@@ -3,7 +3,7 @@
 // Lanes, which loads, stores and sums values of these types.
 //
 // Templates in kernels/math and kernels/gaussian_splatting never branch on values; they use Select. The general
-// Elementary below serves types whose comparisons return bool, such as float, double and ceres::Jet. Dual numbers and
+// Elementary below is for types whose comparisons return bool, such as float, double and ceres::Jet. Dual numbers and
 // SIMD batches specialise it (dual.h, lanes.h).
 #pragma once
 

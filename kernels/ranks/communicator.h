@@ -15,8 +15,8 @@
 
 namespace vesta {
 
-// Thrown by collective calls after another rank failed. what() names this rank and its message: "process 2 of 4: no
-// room".
+// Thrown by collective calls after another rank failed. what() names this rank and its message: "process 2 of 4: out of
+// memory".
 class OtherRankFailed : public Error {
  public:
   explicit OtherRankFailed(const std::string& message) : Error(kUnavailable, message) {}
