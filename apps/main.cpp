@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
     app::WaitForOtherRanks();
     const std::string error = app::PrintError();
     return error.empty() || status != 0 ? status : app::Complain(error.c_str(), app::kFailed);
-  } catch (const vesta::OthersGaveUp& error) {
+  } catch (const vesta::OtherRankFailed& error) {
     app::AbortOtherRanks(error.what(), app::kFailed);  // the other rank has printed the reason
     return app::kFailed;
   } catch (const app::UsageError& error) {

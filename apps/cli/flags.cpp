@@ -29,8 +29,8 @@ constexpr schema::Choice<Show> kShows[] = {{Show::kColor, "colour"},
                                            {Show::kDepth, "depth"},
                                            {Show::kMedianDepth, "median_depth"},
                                            {Show::kNormals, "normals"}};
-static_assert(schema::EachOnce(kShows) && schema::EachOnce(kAligns) && schema::EachOnce(kDevices) &&
-              schema::EachOnce(kMethods));
+static_assert(schema::AreDistinct(kShows) && schema::AreDistinct(kAligns) && schema::AreDistinct(kDevices) &&
+              schema::AreDistinct(kMethods));
 
 std::vector<const char*> PresetNames() {
   std::vector<const char*> names;

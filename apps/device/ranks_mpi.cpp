@@ -23,7 +23,7 @@ Communicator& WorldCommunicator() {
     if (IsStartedInRanks()) {
       world = StartMpi({.warn = Warn});
     } else {
-      world = std::make_unique<SoloRank>();
+      world = std::make_unique<SingleRankCommunicator>();
     }
   }
   return *world;
@@ -31,7 +31,7 @@ Communicator& WorldCommunicator() {
 
 bool IsReportedByOtherRank(const std::string& why) {
   try {
-    return WorldCommunicator().IsKnown(why);
+    return WorldCommunicator().IsReportedByOtherRank(why);
   } catch (const Error&) {
     return false;  // without MPI every process reports its own error
   }

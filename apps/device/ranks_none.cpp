@@ -6,7 +6,7 @@
 namespace vesta::app {
 
 Communicator& WorldCommunicator() {
-  static SoloRank alone;
+  static SingleRankCommunicator alone;
   if (NumStartedRanks() > 1) {
     Fail(kUnavailable,
          "this vesta was started by mpirun, but built without MPI; build it with -DVESTA_MPI=ON, or start it without "

@@ -82,11 +82,7 @@ gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files
   *message += fmt::format(
       "clean: kept {} of {} Gaussians; removed {} too faint, {} that enclose the scene, {} without neighbours",
       found.kept.size(), model.count, found.faint, found.huge, found.isolated);
-<<<<<<< HEAD
-  *message += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.unsupported);
-=======
-  *said += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.under_observed);
->>>>>>> 7886af00b1809e78f1f89ac742a54f6f9ecce3e0
+  *message += flags.scene.empty() ? "\n" : fmt::format(", {} that no photograph shows\n", found.under_observed);
   return gs::InOrder(std::move(model), found.kept);
 }
 

@@ -30,7 +30,7 @@ constexpr schema::Choice<FrameKind> kKinds[] = {{FrameKind::kRender, "render"},
                                                 {FrameKind::kCount, "count"},
                                                 {FrameKind::kRemovalCost, "removal_cost"},
                                                 {FrameKind::kCoverage, "coverage"}};
-static_assert(schema::EachOnce(kKinds));
+static_assert(schema::AreDistinct(kKinds));
 
 constexpr schema::Range kSide{16, 4096}, kFocal{0.05, 50}, kCoordinate{-1e12, 1e12};
 

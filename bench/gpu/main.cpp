@@ -197,7 +197,7 @@ class GpuBench {
     });
     const device::HostWork after = device::CountedHostWork();
     int registers = 0;
-    for (const device::KernelFacts& facts : device::KernelTable()) {
+    for (const device::KernelStatistics& facts : device::KernelTable()) {
       if (facts.name == kernel) registers = facts.registers;
     }
     AddRow(pass, ms, static_cast<double>(after.launches - before.launches) / calls,

@@ -166,7 +166,8 @@ int Main(int argc, char** argv) {
   const Arguments arguments(
       argc, argv, {"cameras", "points", "track", "threads", "repeats", "parts", "plain", "views", "downscale", "json"});
   SetNumThreads(Whole(arguments, "threads", "1"));
-  const std::unique_ptr<Communicator> ranks = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
+  const std::unique_ptr<Communicator> ranks =
+      IsStartedInRanks() ? StartMpi() : std::make_unique<SingleRankCommunicator>();
   const std::string what = arguments.positional.empty() ? "" : arguments.positional[0];
   if (what != "bal" && what != "splats") Fail(kBadArgument, "usage: scaling bal, or scaling splats SCENE SPLAT.ply");
   try {

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Serialisation: an object writes its members byte by byte and reads them back. One list of members serves both
-// directions:
+// Serialisation: writes the members of an object as bytes, and reads them back. An object lists its members once, for
+// both directions:
 //
 //   template <class Archive>
 //   void Visit(Archive& archive) { archive(count_, values_, name_); }
 //
-// An ArchiveWriter passes each member's bytes to a sink at once, so the object is never copied as a whole. An
-// ArchiveReader reads from memory and throws Error if the bytes end too early. The bytes have the machine's format
-// (little-endian floats). The caller stores the object's type and version, and a checksum.
+// A member may be of a trivially copyable type, a string, a vector, a Buffer, or an object with Visit. Strings, vectors
+// and buffers are stored as their number of elements (8 bytes), then the elements. Numbers are stored as in memory
+// (little-endian). The archive has no type, version or checksum; the caller adds them.
+// An ArchiveWriter passes the bytes of each member to a function, so the object is never copied as a whole. An
+// ArchiveReader reads from memory and throws Error if the bytes end too early.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +28,7 @@ namespace vesta {
 
 class ArchiveWriter {
  public:
+  // For Visit: whether the archive reads the members.
   static constexpr bool kReads = false;
   explicit ArchiveWriter(std::function<void(std::string_view)> sink) : sink_(std::move(sink)) {}
 
@@ -33,7 +36,7 @@ class ArchiveWriter {
   void operator()(Ts&... values) {
     (Write(values), ...);
   }
-  // Writes raw bytes, without a size.
+  // Writes the bytes without their number.
   void Bytes(const void* data, std::size_t size) { sink_({static_cast<const char*>(data), size}); }
 
  private:
@@ -96,7 +99,7 @@ class ArchiveReader {
   std::string_view rest() const { return rest_; }
 
  private:
-  // Reads a number of elements of `element` bytes; throws Error if fewer follow.
+  // Reads the number of elements, each of which has at least `element` bytes. Throws Error if fewer bytes follow.
   Index ReadSize(std::size_t element) {
     Index size = 0;
     Bytes(&size, sizeof(size));

@@ -123,27 +123,27 @@ void BlockDiagonal<B>::Apply(typename B::ConstVectorView x, typename B::VectorVi
 
 template <class B>
 Index BlockDiagonal<B>::Factorize() {
-  Index treated = 0;
+  Index num_replaced = 0;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const BlockGroup& group = groups_[g];
     const int size = group.size, packed = PackedLower(size, 0);
     Scalar* values = values_.data() + first_value_[g];
-    treated += ParallelSum<Index>(group.count, kGrain, [&](Index begin, Index end) {
+    num_replaced += ParallelSum<Index>(group.count, kGrain, [&](Index begin, Index end) {
       std::vector<Lanes16<Scalar>> scratch(static_cast<std::size_t>(packed + 3 * size));
       Lanes16<Scalar>*a = scratch.data(), *root = a + packed, *scale = root + size, *left = scale + size;
       Index count = 0;
       for (Index first = begin; first < end; first += kLanes) {
         const int used = static_cast<int>(std::min<Index>(kLanes, end - first));
-        Lanes16<int> lanes_treated{};
+        Lanes16<int> lanes_replaced{};
         LoadBlocks(group, values, first, used, a);
-        FactorizeLanes(size, a, root, scale, left, lanes_treated);
+        FactorizeLanes(size, a, root, scale, left, lanes_replaced);
         StoreBlocks(group, a, first, used, values);
-        for (int l = 0; l < used; ++l) count += lanes_treated.lane[l];
+        for (int l = 0; l < used; ++l) count += lanes_replaced.lane[l];
       }
       return count;
     });
   }
-  return treated;
+  return num_replaced;
 }
 
 template <class B>

@@ -68,7 +68,7 @@ struct Factorize {
   static constexpr int kMinBlocks = 1;
   BlockGroup group;
   S* values;
-  unsigned long long* treated;
+  unsigned long long* num_replaced;
   __device__ void operator()(Index block) const {
     const int order = kOrder > 0 ? kOrder : group.size;
     Lane<S> a[kPacked<kOrder>], root[kCapacity<kOrder>], scale[kCapacity<kOrder>], left[kCapacity<kOrder>];
@@ -79,7 +79,7 @@ struct Factorize {
 #pragma unroll
     for (int k = 0; k < packed; ++k) values[k * group.count + block] = a[k].lane[0];
     // Integers: the sum does not depend on the order of the threads.
-    if (count.lane[0] > 0) atomicAdd(treated, static_cast<unsigned long long>(count.lane[0]));
+    if (count.lane[0] > 0) atomicAdd(num_replaced, static_cast<unsigned long long>(count.lane[0]));
   }
 };
 
@@ -127,9 +127,9 @@ void MultiplyBlocks(const BlockGroup& group, const S* values, const S* x, S* y) 
 }
 
 template <class S>
-void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* treated) {
+void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* num_replaced) {
   WithOrder(group, [&](auto order) {
-    ForEach(group.count, Factorize<decltype(order)::value, S>{group, values, treated}, "BlockDiagonal::Factorize");
+    ForEach(group.count, Factorize<decltype(order)::value, S>{group, values, num_replaced}, "BlockDiagonal::Factorize");
   });
 }
 

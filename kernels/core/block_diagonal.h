@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Symmetric block-diagonal matrices: the shape of block-Jacobi preconditioners.
+// Symmetric block-diagonal matrices, such as block-Jacobi preconditioners.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@ namespace vesta {
 
 // `count` square blocks of order `size`. Component c of block i is parameter
 //   offset + c * component_stride + i * block_stride,
-// which covers parameter vectors in both layouts without a permutation: structure of arrays (component_stride = count,
+// The strides describe both common layouts of a parameter vector: structure of arrays (component_stride = count,
 // block_stride = 1) and array of structures (component_stride = 1, block_stride = size).
 struct BlockGroup {
   int size = 1;
@@ -24,13 +24,14 @@ struct BlockGroup {
   VESTA_HD Index Parameter(Index block, int component) const {
     return offset + component * component_stride + block * block_stride;
   }
-  // Number of stored values: packed lower triangles.
+  // Number of stored values: the lower triangles of all blocks (packed.h).
   Index NumValues() const { return count * PackedSize(size); }
 };
 
 // A symmetric block-diagonal matrix over the parameters 0..num_parameters-1. The groups must cover each parameter
 // exactly once. Element (row, col) of block i of group g is values(g)[PackedLower(row, col) * count + i]. The block
-// index runs fastest, so that 16 blocks can be factorised side by side in vector registers.
+// index runs fastest, so that 16 blocks can be factorised side by side in vector registers. B is a vector backend
+// (vector_backend.h).
 template <class B>
 class BlockDiagonal {
  public:
@@ -54,10 +55,10 @@ class BlockDiagonal {
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) const;
 
   // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal. Solve may be called
-  // afterwards. If a diagonal entry is not positive, its row and column are treated as zero, and Solve returns 0 there.
-  // A pivot that cancels to below 1e-6 of its diagonal (1e-13 in double) is raised to that value: a preconditioner must
-  // be positive definite but need not be exact. Returns the number of replaced or raised pivots. Finite input always
-  // gives finite output.
+  // afterwards. If a diagonal entry is not positive, its row and column are num_replaced as zero, and Solve returns 0
+  // there. A pivot below 1e-6 (in double: 1e-13) times its diagonal entry is raised to that value: a preconditioner
+  // must be positive definite but need not be exact. Returns the number of replaced or raised pivots. Finite input
+  // always gives finite output.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
@@ -73,13 +74,14 @@ class BlockDiagonal {
 
 namespace vesta::device {
 
-// Device code of the functions above, defined in block_diagonal.cu. Each thread processes one block; neighbouring
-// threads read neighbouring values.
+// GPU versions of the functions above for one group, defined in block_diagonal.cu. Each thread processes one block;
+// neighbouring threads read neighbouring values.
 //
 // Largest order of a block; each thread keeps its block in local memory.
 inline constexpr int kMaxBlockOrder = 32;
 
-// values: NumValues() values of one group. treated: [1]; the number of replaced pivots is added to it.
+// All pointers are to GPU memory. values: the NumValues() values of the group. num_replaced: one counter, to which the
+// number of replaced or raised pivots is added.
 template <class S>
 void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values);
 template <class S>
@@ -87,7 +89,7 @@ void BlockDiagonalOf(const BlockGroup& group, const S* values, S* out);
 template <class S>
 void MultiplyBlocks(const BlockGroup& group, const S* values, const S* x, S* y);
 template <class S>
-void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* treated);
+void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* num_replaced);
 template <class S>
 void SolveBlocks(const BlockGroup& group, const S* values, const S* x, S* y);
 

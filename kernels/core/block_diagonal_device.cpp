@@ -32,12 +32,12 @@ void BlockDiagonal<B>::Apply(typename B::ConstVectorView x, typename B::VectorVi
 
 template <class B>
 Index BlockDiagonal<B>::Factorize() {
-  DeviceBuffer<unsigned long long> treated(1);
+  DeviceBuffer<unsigned long long> num_replaced(1);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    device::FactorizeBlocks(groups_[g], values_.data() + first_value_[g], treated.data());
+    device::FactorizeBlocks(groups_[g], values_.data() + first_value_[g], num_replaced.data());
   }
   unsigned long long count = 0;
-  treated.CopyTo({&count, 1});
+  num_replaced.CopyTo({&count, 1});
   return static_cast<Index>(count);
 }
 

@@ -2,27 +2,28 @@
 // GPU kernels whose threads work together, as plain C++. A block kernel is a struct with
 //
 //   static constexpr int kThreads;            threads of a block, a multiple of 32
-//   struct Shared;                            shared memory: plain arrays, not initialised, up to 48 KB
+//   struct Shared;                            shared memory: plain arrays, not initialised, up to 48 KiB
 //   template <class Block>
 //   VESTA_HD void operator()(Block& block, Shared& shared) const;      the code of one thread
 //
-// and sees its surroundings through Block alone:
+// The code accesses the GPU only through these functions of Block:
 //
-//   int thread(), Index id()     this thread's number in its block, the block's in the grid
-//   void Sync()                  a barrier: all threads of the block pass it or none
-//   int Count(bool)              a barrier that also tells how many threads said true
+//   int thread(), Index id()     index of the thread in its block, index of the block in the grid
+//   void Sync()                  a barrier: waits until all threads of the block have called it
+//   int Count(bool)              a barrier that also returns the number of threads that passed true
 //
-// launch.cuh runs it on a device; tests run the same struct on the host with one fiber a thread (tests/support/
-// emulated_block.h), in several orders, so that a missing barrier, an index out of range or a barrier that some threads
-// never reach is found without a GPU.
+// launch.cuh runs a block kernel on a device. Tests run the same struct on the host, with one fiber per thread and in
+// several orders (tests/support/emulated_block.h). Without a GPU they thus find missing barriers, indices out of range,
+// and barriers that some threads never reach.
 #pragma once
 
 #include "kernels/core/span.h"
 
 namespace vesta {
 
-// Returns the sum of all threads' values by `add`, in a fixed order. Every thread must call it; thread 0 gets the
-// result. lanes: kThreads values in shared memory. kThreads must be a power of two.
+// Combines the values of all threads with `add`, in a fixed order. Every thread must call it. Only thread 0 gets the
+// result; the other threads get their own value back. lanes: array of kThreads values in shared memory. kThreads must
+// be a power of two.
 template <int kThreads, class Block, class T, class Add>
 VESTA_HD inline T ReduceBlock(Block& block, T* lanes, const T& value, const Add& add) {
   static_assert((kThreads & (kThreads - 1)) == 0);
@@ -50,8 +51,9 @@ struct LargestOrNaN {
   }
 };
 
-// result[block] = the reduction of term(i) over the block's chunk of [0, size). The chunk size is fixed, so the result
-// depends on `size` alone. term: VESTA_HD double(Index).
+// Each block of threads combines term(i) with `add` over one chunk of [0, size), and stores the result in
+// result[block]. All chunks have `chunk` indices, except perhaps the last (ChunkSize). The result therefore does not
+// depend on the GPU. term: VESTA_HD double(Index). add: `add(0, x)` must be x.
 template <class Term, class Add>
 struct ReduceChunks {
   static constexpr int kThreads = 256;
@@ -73,8 +75,8 @@ struct ReduceChunks {
   }
 };
 
-// result[kSums block + k] = the sum of term k over the block's chunk of [0, size). term: VESTA_HD void(Index i, double
-// sums[kSums]), which adds its terms for index i to sums.
+// Each block of threads computes kSums sums over one chunk of [0, size): result[kSums * block + k] is the sum of term
+// k. term: VESTA_HD void(Index i, double sums[kSums]), which adds its terms for index i to sums.
 template <int kSums, class Term>
 struct SumChunks {
   static constexpr int kThreads = 256;
@@ -97,8 +99,8 @@ struct SumChunks {
   }
 };
 
-// Size of the chunks in a reduction of `size` terms. There are at most kMaxChunks chunks, and no chunk is so short that
-// its launch would cost more than its sum.
+// Number of indices per chunk in a reduction of `size` terms. There are at most kMaxChunks chunks. Each chunk except
+// the last has at least 4096 indices: launching a shorter one would cost more than its sum.
 inline constexpr Index kMaxChunks = 2048;
 constexpr Index ChunkSize(Index size) {
   constexpr Index kShortest = 4096, kStep = 256;

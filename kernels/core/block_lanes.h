@@ -11,6 +11,7 @@
 
 namespace vesta {
 
+// One value of each of kLanes matrices.
 template <class S, int kLanes>
 struct alignas(kLanes == 1 ? alignof(S) : 64) BlockLanes {
   S lane[kLanes];
@@ -18,19 +19,22 @@ struct alignas(kLanes == 1 ? alignof(S) : 64) BlockLanes {
 
 namespace block_internal {
 
-// Smallest pivot of a block scaled to a unit diagonal.
+// Smallest pivot of a block that is scaled to a unit diagonal. Smaller pivots are raised to it.
 template <class S>
 inline constexpr S kSmallestPivot = sizeof(S) == sizeof(float) ? S(1e-6) : S(1e-13);
 }  // namespace block_internal
 
-// Cholesky factorisation of kLanes blocks, in place: L below the diagonal, 1 / L_kk on it. The blocks are first scaled
-// to a unit diagonal. For a positive semidefinite matrix no entry of L exceeds the square root of its row's remaining
-// diagonal. Clamping every entry to that bound keeps all numbers finite for any input. Adds the number of replaced
-// pivots to `treated`. root, scale and left are scratch arrays of `size` elements.
+// Cholesky factorisation of kLanes blocks of order `size`, in place. a: the packed lower triangles (packed.h). On
+// return it contains L below the diagonal and 1 / L_kk on the diagonal. Adds the number of replaced or raised pivots of
+// each lane to `num_replaced`. root, scale and left are scratch arrays of `size` elements.
+//
+// The blocks are first scaled to a unit diagonal. The squares of row i of L sum to diagonal entry i. The square of an
+// entry is therefore at most this diagonal entry minus the squares of the entries before it in its row. Clamping every
+// entry to this bound keeps all numbers finite for any input.
 template <int kLanes, class S>
 VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLanes<S, kLanes>* root,
                                     BlockLanes<S, kLanes>* scale, BlockLanes<S, kLanes>* left,
-                                    BlockLanes<int, kLanes>& treated) {
+                                    BlockLanes<int, kLanes>& num_replaced) {
   using std::sqrt;
   const S smallest_pivot = block_internal::kSmallestPivot<S>;
   for (int i = 0; i < size; ++i) {
@@ -41,7 +45,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
       root[i].lane[l] = usable ? r : S(0);
       scale[i].lane[l] = usable ? inverse : S(0);
       left[i].lane[l] = S(1);
-      treated.lane[l] += usable ? 0 : 1;
+      num_replaced.lane[l] += usable ? 0 : 1;
     }
   }
   for (int i = 0; i < size; ++i) {
@@ -60,7 +64,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
     BlockLanes<S, kLanes> inverse;
     for (int l = 0; l < kLanes; ++l) {
       const S pivot = Max(left[j].lane[l], smallest_pivot);
-      treated.lane[l] += ((pivot > left[j].lane[l]) & (root[j].lane[l] > S(0))) ? 1 : 0;
+      num_replaced.lane[l] += ((pivot > left[j].lane[l]) & (root[j].lane[l] > S(0))) ? 1 : 0;
       inverse.lane[l] = S(1) / sqrt(pivot);
     }
     for (int i = j + 1; i < size; ++i) {
@@ -90,7 +94,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
   }
 }
 
-// x <- L^-T L^-1 x for kLanes blocks.
+// x = L^-T L^-1 x for kLanes blocks, with L from FactorizeLanes.
 template <int kLanes, class S>
 VESTA_HD inline void SolveLanes(int size, const BlockLanes<S, kLanes>* a, BlockLanes<S, kLanes>* x) {
   for (int i = 0; i < size; ++i) {

@@ -269,7 +269,7 @@ void VectorBackend<S, Space>::UpdatePcg(PcgPhase phase, Slots& scalars) {
 template <class S, class Space>
 void VectorBackend<S, Space>::Write(HostSpan<const double> values, Slots& slots) {
   if (slots.size() != values.size()) slots.ResizeForOverwrite(values.size());
-  device::ForgetLagged(slots.data(), static_cast<std::size_t>(slots.size()));
+  device::DiscardLagged(slots.data(), static_cast<std::size_t>(slots.size()));
   slots.CopyFrom(values);
 }
 

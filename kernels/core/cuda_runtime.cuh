@@ -6,7 +6,7 @@
 
 namespace vesta::device {
 
-// Created at first use. Throws Error if no GPU is usable.
+// The library's stream, created by the first call. Throws Error if no GPU is usable.
 cudaStream_t Stream();
 
 // Returns true for success and false if memory ran out. Any other status throws Error "what: CUDA's message".

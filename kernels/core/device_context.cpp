@@ -174,7 +174,7 @@ double ReadLagged(const double* scalar) {
   return value;
 }
 
-void ForgetLagged(const double* first, std::size_t count) {
+void DiscardLagged(const double* first, std::size_t count) {
   for (LaggedReading& reading : TheContext().readings) {
     if (reading.scalar < first || reading.scalar >= first + count) continue;
     WaitFor(reading);
@@ -190,10 +190,10 @@ std::vector<std::pair<const char*, const void*>>& Kernels() {
 }
 }  // namespace
 
-void NoteKernel(const char* name, const void* kernel) { Kernels().emplace_back(name, kernel); }
+void RegisterKernel(const char* name, const void* kernel) { Kernels().emplace_back(name, kernel); }
 
-std::vector<KernelFacts> KernelTable() {
-  std::vector<KernelFacts> table;
+std::vector<KernelStatistics> KernelTable() {
+  std::vector<KernelStatistics> table;
   for (const auto& [name, kernel] : Kernels()) {
     cudaFuncAttributes attributes{};
     CheckCuda(cudaFuncGetAttributes(&attributes, kernel), name);

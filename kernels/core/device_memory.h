@@ -2,8 +2,8 @@
 // GPU memory and the library's CUDA stream, for host code that does not include CUDA's headers. Implemented in
 // vesta::core_cuda.
 //
-// All work runs in one stream, in the order of the calls, so no events are needed. All calls must come from the host
-// thread that made the first call.
+// All work runs in one stream, in the order of the calls, so calls need no synchronisation among each other. All calls
+// must come from the host thread that made the first call.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,14 @@
 
 namespace vesta {
 
-// An allocation failed because GPU memory is full. It has no side effects: the caller may retry with smaller batches.
+// An allocation failed because GPU memory is full. The failed call changes nothing, so the caller may retry with
+// smaller batches.
 class OutOfDeviceMemory : public Error {
  public:
   explicit OutOfDeviceMemory(const std::string& message) : Error(kOutOfMemory, message) {}
 };
 
-// Properties of the GPU, queried without using it.
+// Properties of the GPU.
 struct DeviceInfo {
   bool present = false;    // a GPU exists
   bool usable = false;     // it exists and can run this program's code
@@ -28,7 +29,7 @@ struct DeviceInfo {
   int multiprocessors = 0;
   int capability = 0;  // 10 major + minor
 };
-// Properties of the GPU in use, which is the first one. Queried once.
+// Properties of the first GPU, which vesta uses. Queried once per process. Never throws; see `usable`.
 const DeviceInfo& QueryDevice();
 
 namespace device {
@@ -37,7 +38,7 @@ namespace device {
 // bytes.
 void* Allocate(std::size_t bytes);
 void Free(void* memory) noexcept;
-// Returns the pool's unused memory to the driver, which can merge fragments. Waits for all work.
+// Returns the pool's unused memory to the driver, so that fragments can be merged. Waits for all work.
 void TrimPool();
 // These run in stream order. Copies to and from the host wait until they are complete.
 void SetZero(void* memory, std::size_t bytes);
@@ -47,11 +48,12 @@ void CopyToHost(void* to, const void* from, std::size_t bytes);
 // Waits for all work; throws Error if any of it failed.
 void Synchronize();
 
-// Returns the current value of `scalar` or its value at the previous call, never an older one; 0 at the first call.
-// Waits at most for the copy that the previous call started.
+// Returns the value that `scalar` had at the previous call with the same pointer; 0 at the first call. Starts a copy
+// for the next call. Waits only if the copy of the previous call is not complete yet. If more than 16 scalars are read,
+// the oldest one starts again with 0.
 double ReadLagged(const double* scalar);
-// Discards the pending and earlier readings of these scalars.
-void ForgetLagged(const double* first, std::size_t count);
+// Discards the copies of the scalars first[0 .. count - 1]. Their next ReadLagged returns 0.
+void DiscardLagged(const double* first, std::size_t count);
 
 // Bytes that can be allocated now: free device memory plus unused memory of the pool.
 std::size_t FreeBytes();

@@ -10,19 +10,21 @@
 namespace vesta::device {
 
 // Stable sort of (key, value) pairs by the lowest `bits` bits of the keys. The results are in keys and values. The
-// other_ buffers must have the same sizes; they and `temporary` are scratch.
+// buffers other_keys and other_values must have the same sizes as keys and values. They and `temporary` are scratch
+// memory.
 void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values,
                DeviceBuffer<std::uint32_t>& other_keys, DeviceBuffer<std::uint32_t>& other_values, Index count,
                int bits, DeviceBuffer<unsigned char>& temporary);
 
-// sums[i] = counts[0] + ... + counts[i - 1] for i < size. The arrays may not overlap.
+// sums[0] = 0 and sums[i] = counts[0] + ... + counts[i - 1] for i < size. The arrays must not overlap.
 void RunningSum(const Index* counts, Index* sums, Index size, DeviceBuffer<unsigned char>& temporary);
 
 }  // namespace vesta::device
 
 namespace vesta {
 
-// The same interface as Sorting<Host>. Both functions wait for the result.
+// The same interface as Sorting<Host>. RunningSum waits for its result and needs at least one count; ByKey does not
+// wait.
 template <>
 struct Sorting<Device> {
   static void ByKey(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Division of indices by a divisor that is constant during a pass. A 64-bit division on a GPU takes about a hundred
-// instructions, which doubles the work of a memory-bound thread; this takes a handful.
+// Division of indices by a divisor that is constant during a kernel. A 64-bit division on a GPU takes about a hundred
+// instructions, which doubles the work of a memory-bound thread. This class multiplies by the reciprocal instead, which
+// takes a few instructions.
 #pragma once
 
 #include <cstdint>
@@ -26,10 +27,11 @@ struct Division {
 
 class Divisor {
  public:
-  // divisor >= 0; 0 is replaced by 1, because Divide is then never called.
+  // divisor >= 0. A divisor of 0 (no data) is allowed if Divide is never called.
   constexpr explicit Divisor(Index divisor)
       : divisor_(divisor > 0 ? divisor : 1), reciprocal_(~std::uint64_t{0} / static_cast<std::uint64_t>(divisor_)) {}
 
+  // x >= 0.
   VESTA_HD Division Divide(Index x) const {
     // The reciprocal has 64 fractional bits and is too small by less than divisor / 2^64. For x < 2^63 the quotient is
     // therefore too small by at most 1.

@@ -178,12 +178,13 @@ void WriteFileAtomically(const std::string& path, std::string_view bytes) {
   file.Commit();
 }
 
-void RemoveAbandonedTemporaries(const std::string& folder, const std::function<bool(const std::string&)>& is_meant) {
+void RemoveAbandonedTemporaries(const std::string& folder,
+                                const std::function<bool(const std::string&)>& is_removable) {
   std::error_code ignored;  // a folder that cannot be listed is skipped
   for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored)) {
     const std::string name = NameOfTemporary(it->path().filename().string());
     std::error_code none;
-    if (!name.empty() && is_meant(name) && it->is_regular_file(none)) RemoveUnlessWritten(it->path().string());
+    if (!name.empty() && is_removable(name) && it->is_regular_file(none)) RemoveUnlessWritten(it->path().string());
   }
 }
 

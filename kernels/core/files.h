@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files are read as a whole, and written to a temporary file that is renamed when complete.
+// Reading of whole files, parsing of text, and writing to a temporary file that is renamed when complete.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,8 @@
 
 namespace vesta {
 
-// Also false if the path cannot be looked up (no permission, or the name is too long).
+// Whether a file or folder exists at this path; whether it is a folder. Both are also false if the path cannot be
+// looked up (no permission, or the name is too long).
 bool FileExists(const std::string& path);
 bool FolderExists(const std::string& path);
 
@@ -22,21 +23,23 @@ std::string ReadFile(const std::string& path);
 bool ParseNumber(std::string_view word, double* value);
 bool ParseNumber(std::string_view word, Index* value);
 
-// Removes the first line from `text` and stores it in `line` without its line end, which is optional in the last line.
+// Removes the first line from `text` and stores it in `line` without its '\n'. The last line need not end with '\n'.
 // Returns false if `text` is empty.
 bool NextLine(std::string_view* text, std::string_view* line);
 // Returns the text without leading and trailing white space.
 std::string_view Trimmed(std::string_view line);
 
-// Removes and returns the next word of `text`, with the white space before it. Returns an empty word at the end.
+// Removes the next word and the white space before it from `text`, and returns the word. Returns an empty word at the
+// end.
 std::string_view NextWord(std::string_view* text);
 
-// Returns a piece of a file for a message: at most 60 characters, with '?' for all that is not printable ASCII.
+// Prepares text of a file for an error message: returns its first 60 bytes, with '?' for each byte that is not
+// printable ASCII.
 std::string Printable(std::string_view text);
 
-// Writes to a temporary file beside `path`, named path.PROCESS.tmp; Commit renames it to `path`. The destructor removes
-// the temporary if Commit was not called, and an existing file at `path` stays unchanged. Every member throws Error
-// with `path` in its message if the folder cannot be written or the disk is full.
+// Writes to a temporary file beside `path`, named path.PROCESS.tmp; Commit renames it to `path`. Without Commit, the
+// destructor removes the temporary file, and an existing file at `path` stays unchanged. Every member throws Error with
+// `path` in its message if the folder cannot be written or the disk is full.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);
@@ -45,12 +48,12 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   const std::string& path() const { return path_; }
-  // Path of the temporary: another program may write it, instead of calls of Write, until Finish.
+  // Path of the temporary file. Instead of calls of Write, another program may write this file before Finish is called.
   const std::string& temporary() const { return temporary_; }
   // Reserves this many bytes of disk space. May only be called before the first Write.
   void Reserve(std::int64_t bytes);
   void Write(std::string_view bytes);
-  // Writes everything to the disk, but does not rename the file.
+  // Writes all data to the disk and closes the file, but does not rename it.
   void Finish();
   // Calls Finish and renames the file. `path` must not be a folder.
   void Commit();
@@ -66,9 +69,9 @@ class AtomicFile {
 
 void WriteFileAtomically(const std::string& path, std::string_view bytes);
 
-// Removes abandoned temporaries of AtomicFile from the folder, which killed processes leave behind. Only files for
-// which is_meant(name without the temporary ending) is true are removed.
+// Removes temporary files of AtomicFile that killed processes left in the folder. It keeps files that a process still
+// writes, and files for which is_removable(name without .PROCESS.tmp) is false.
 void RemoveAbandonedTemporaries(const std::string& folder,
-                                const std::function<bool(const std::string& name)>& is_meant);
+                                const std::function<bool(const std::string& name)>& is_removable);
 
 }  // namespace vesta

@@ -5,7 +5,7 @@
 #include "kernels/core/for_each.h"
 #include "kernels/core/launch.cuh"
 
-// Use it in namespace vesta, once per functor. name: the kernel's name in reports.
+// Use it in a .cu file in namespace vesta, once per functor F. name: the kernel's name in reports.
 #define VESTA_DEVICE_FOR_EACH(F, name)                                             \
   template <>                                                                      \
   void ForEachIn<Device, F>::Run(Index count, Index /*grain*/, const F& functor) { \

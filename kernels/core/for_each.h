@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls a functor for each index in a range, in the memory space of its data: one call for host and device.
+// Calls a functor for each index in a range, on the host or on a device.
 #pragma once
 
 #include "kernels/core/parallel.h"
@@ -21,9 +21,9 @@ struct ForEachIn<Device, F> {
   static void Run(Index count, Index grain, const F& f);
 };
 
-// Calls f(i) for each i in [0, count), in parallel. F is a named functor that is cheap to copy. Its operator() is
-// VESTA_HD, and calls with different i must not write the same data. grain: number of indices per task on the host. On
-// a device the call does not wait for the result.
+// Calls f(i) for each i in [0, count), in parallel, where the data of f are stored: on the host or on a device (Space).
+// F is a named functor that is cheap to copy. Its operator() is VESTA_HD, and calls with different i must not write the
+// same data. grain: number of indices per task on the host. On a device the call does not wait for the result.
 template <class Space, class F>
 void ForEach(Index count, Index grain, const F& f) {
   ForEachIn<Space, F>::Run(count, grain, f);

@@ -33,10 +33,12 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
   kernel(block, shared);
 }
 
-// Blocks are small, so that functions that need many registers still occupy most of a multiprocessor.
+// Threads per block of ForEach. The number is small, so that functions with many registers still occupy most of a
+// multiprocessor.
 inline constexpr int kForEachThreads = 128;
-// F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor. With 1 the compiler may
-// use all registers; by default it spills some to fit one more block. 0 leaves the choice to the compiler.
+// F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor at once. With 1 the
+// compiler may use all registers. Without kMinBlocks (0) the compiler decides, and may store some values in memory to
+// fit one more block.
 template <class F>
 constexpr int MinBlocks() {
   if constexpr (requires { F::kMinBlocks; }) {
@@ -52,12 +54,12 @@ __global__ void __launch_bounds__(kForEachThreads, MinBlocks<F>()) RunForEach(In
   for (Index i = Index{kForEachThreads} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
 }
 
-// Launches `blocks` blocks of a block kernel.
+// Launches `blocks` blocks of a block kernel. name: its name in reports.
 template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
   if (blocks == 0) return;
-  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
+  static const bool noted = (RegisterKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
   static_cast<void>(noted);
   LaunchOrThrow(
       [&] {
@@ -67,16 +69,16 @@ void Launch(const Kernel& kernel, Index blocks, const char* name) {
       name);
 }
 
-// Calls f(i) for each i in [0, count).
+// Calls f(i) for each i in [0, count). name: the kernel's name in reports.
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
-  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
+  static const bool noted = (RegisterKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
   static_cast<void>(noted);
   // Enough blocks for the largest GPUs; the loop inside the kernel covers the remaining indices.
-  constexpr Index kMostBlocks = 132 * 128;
+  constexpr Index kMaxBlocks = 132 * 128;
   const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
-  const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);
+  const auto blocks = static_cast<unsigned>(needed < kMaxBlocks ? needed : kMaxBlocks);
   LaunchOrThrow(
       [&] {
         RunForEach<<<blocks, kForEachThreads, 0, Stream()>>>(count, f);

@@ -25,8 +25,8 @@ inline void CheckNumThreads(int num_threads) {
 }
 
 // Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, count), on all threads, in any order.
-// Chunk boundaries are multiples of grain for any number of threads. An exception of body is rethrown in the caller.
-// Calls may be nested; inner loops then run on the free threads.
+// Chunk boundaries are multiples of grain for any number of threads. An exception thrown by body is rethrown by this
+// function. body may call it again.
 void ParallelForChunks(Index count, Index grain, const std::function<void(Index begin, Index end)>& body);
 
 // Calls body(i) for each i in [0, count), with `grain` indices per task.
@@ -37,7 +37,8 @@ void ParallelFor(Index count, Index grain, const Body& body) {
   });
 }
 
-// Adds body(begin, end) of all chunks in their order.
+// Returns the sum of body(begin, end) over all chunks of `grain` indices, added in the order of the chunks. T{} must be
+// zero.
 template <class T, class Body>
 T ParallelSum(Index count, Index grain, const Body& body) {
   T sum{};

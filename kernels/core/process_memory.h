@@ -5,8 +5,8 @@
 namespace vesta {
 
 // After this call each buffer of 1 MiB or more goes back to the system as soon as it is freed. By default glibc's
-// allocator keeps more and more of them: a training with a growing number of Gaussians held 20 % more memory than it
-// used. Programs call it at their start. It has no effect without glibc.
+// allocator keeps more and more of them: a training with a growing number of Gaussians occupied 20 % more memory than
+// it used. Programs call it at their start. It has no effect without glibc.
 void ReturnFreedMemoryToSystem();
 
 // Peak resident memory so far, MiB.

@@ -22,14 +22,14 @@ double Seconds(clockid_t clock) {
 
 PhaseSeconds ReadClocks() { return {Seconds(CLOCK_MONOTONIC), Seconds(CLOCK_PROCESS_CPUTIME_ID)}; }
 
-void Profile::Charge() {
+void Profile::AddElapsed() {
   const PhaseSeconds now = clock_();
   if (open_ >= 0) phases_[static_cast<std::size_t>(open_)].own += {now.wall - last_.wall, now.cpu - last_.cpu};
   last_ = now;
 }
 
 void Profile::Begin(const char* name) {
-  Charge();
+  AddElapsed();
   const auto found = std::ranges::find_if(
       phases_, [&](const Phase& phase) { return phase.parent == open_ && std::string_view(phase.name) == name; });
   const auto at = static_cast<int>(found - phases_.begin());
@@ -39,12 +39,12 @@ void Profile::Begin(const char* name) {
 }
 
 void Profile::End() {
-  Charge();
+  AddElapsed();
   open_ = phases_[static_cast<std::size_t>(open_)].parent;
 }
 
 std::vector<PhaseRow> Profile::Rows(double least_share) {
-  Charge();
+  AddElapsed();
   std::vector<PhaseRow> rows;
   if (phases_.empty()) return rows;
   std::vector<PhaseSeconds> whole(phases_.size());

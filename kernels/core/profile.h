@@ -3,9 +3,9 @@
 //
 // A phase that begins within another one is its child. Every second belongs to exactly one open phase, the innermost
 // one, so the phases add up to the whole. The profile belongs to the thread (ProfileScope) instead of being passed to
-// functions, because phases begin deep in the kernels, dozens of function calls below the program. Other threads, which
-// decode photographs or serve the viewer, therefore time nothing; their CPU seconds count in the phase that is open
-// meanwhile. Phases begin on the thread that drives the run, never in the body of a parallel loop.
+// functions, because phases begin deep in the kernels, dozens of function calls below the program. Threads without a
+// profile, which decode photographs or serve the viewer, record no phases. Their CPU seconds are added to the phase
+// that is open at that time. Phases begin on the main thread of the run, never in the body of a parallel loop.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace vesta {
 
-// Time since an arbitrary moment in the past. cpu: the sum over all threads of the process.
+// Clock readings, or differences of them, in seconds. cpu: the sum over all threads of the process.
 struct PhaseSeconds {
   double wall = 0, cpu = 0;
   PhaseSeconds& operator+=(const PhaseSeconds& other) {
@@ -30,7 +30,7 @@ struct PhaseSeconds {
 };
 PhaseSeconds ReadClocks();
 // Reads the clocks for work in a memory space. On a GPU it first waits for pending work, so that a phase contains the
-// time of its kernels. This costs time.
+// time of its kernels. This slows the run down.
 template <class Space>
 PhaseSeconds ReadClocksOf() {
   if constexpr (std::is_same_v<Space, Device>) {
@@ -57,11 +57,12 @@ class Profile {
   // The profile of the calling thread; null without one.
   static Profile* Current() { return current_; }
 
-  // name: must be a string literal.
+  // Begins a phase within the open one, or continues it if it exists. name: must be a string literal.
   void Begin(const char* name);
+  // Ends the open phase; its parent is open again.
   void End();
-  // Returns the times up to now. Each parent precedes its child phases, which are sorted by falling wall time. Phases
-  // with less than least_share of the total wall time are combined in "other".
+  // Returns the times until now. Each parent precedes its child phases, which are sorted by decreasing wall time.
+  // Phases with less than the fraction least_share of the total wall time are combined in "other".
   std::vector<PhaseRow> Rows(double least_share = 0.005);
 
  private:
@@ -73,7 +74,7 @@ class Profile {
     PhaseSeconds own = {};  // excluding child phases
   };
   // Adds the time since the last call to the open phase.
-  void Charge();
+  void AddElapsed();
 
   static inline constinit thread_local Profile* current_ = nullptr;
   Clock clock_;
@@ -85,8 +86,8 @@ class Profile {
 // Formats the rows as a table, one line each.
 std::string ProfileTable(const std::vector<PhaseRow>& rows);
 
-// Times the current thread with this profile during the object's lifetime, as the phase "total". With null, an active
-// profile of the thread continues.
+// During the lifetime of this object, `profile` is the profile of the current thread, and its phase "total" is open. If
+// `profile` is null, nothing changes: a profile that the thread already has continues.
 class ProfileScope {
  public:
   explicit ProfileScope(Profile* profile) : profile_(profile), before_(Profile::current_) {
@@ -102,7 +103,7 @@ class ProfileScope {
   Profile *profile_, *before_;
 };
 
-// A phase that ends with the lifetime of this object. Without a profile it only tests a pointer.
+// A phase that ends with the lifetime of this object. If the thread has no profile, it does nothing.
 class ScopedPhase {
  public:
   explicit ScopedPhase(const char* name) : profile_(Profile::Current()) {

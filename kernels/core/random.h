@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counter-based random numbers: functions of a key and a counter, independent of the order in which threads run.
+// Counter-based random numbers. Each number is a function of a key and a counter, so it does not depend on the order in
+// which threads run.
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with a Jacobian that is stored as small dense rows, for many residual blocks of the same shape. GPU solvers
-// use them for problems that store their Jacobian. Each step is a functor of an index; indices may run in any order.
+// Products with a Jacobian J that stores one small dense block per residual block. All residual blocks have the same
+// shape. GPU solvers use these products for problems that store their Jacobian. Each step is a functor of an index; it
+// may be called for the indices in any order.
 #pragma once
 
 #include <algorithm>
@@ -24,16 +25,18 @@ struct RowBlocks {
   VESTA_HD S At(int k, int c, Index b) const { return jacobian[(k * parameters + c) * blocks + b]; }
 };
 
-// The transpose: the block columns of each parameter. Parameter p has entries[first_entry[p]..first_entry[p + 1]),
-// stored as c * blocks + b, ascending in b. Long lists are split into segments, so that several threads share a
-// parameter with many blocks. segments[s] is the first entry of segment s and segment_end[s] its end. The segments of
-// parameter p begin at first_segment[p].
+// The transpose: for each parameter, the list of its columns in the blocks. Column c of block b is listed as c * blocks
+// + b. The list of parameter p is entries[first_entry[p]] .. entries[first_entry[p + 1] - 1], ascending in b.
+//
+// Each list is split into segments of at most kSegmentEntries entries, so that several threads share a parameter with
+// many blocks. Segment s has the entries segments[s] .. segment_end[s] - 1. Parameter p has the segments
+// first_segment[p] .. first_segment[p + 1] - 1.
 struct RowBlocksTranspose {
   const Index *entries, *first_entry, *segments, *segment_end, *first_segment;
 };
 inline constexpr Index kSegmentEntries = 32;
 
-// u = J v, for block b.
+// For block b: its rows of u = J v.
 template <class S>
 struct MultiplyRows {
   RowBlocks<S> rows;
@@ -48,7 +51,7 @@ struct MultiplyRows {
   }
 };
 
-// One segment's part of J^T u, or of diag(J^T J) if u is null.
+// For segment s: partial[s] = its part of J^T u, or of diag(J^T J) if u is null.
 template <class S>
 struct SumSegment {
   RowBlocks<S> rows;
@@ -71,7 +74,7 @@ struct SumSegment {
   }
 };
 
-// Sums the segments of parameter p.
+// For parameter p: sums[p] = the sum of its segments.
 template <class S>
 struct SumSegments {
   RowBlocksTranspose transpose;
@@ -84,8 +87,8 @@ struct SumSegments {
   }
 };
 
-// One value of a diagonal block of J^T J, for i = packed * group.count + block. The parameters of the group's block
-// must be adjacent and in order among the columns of every residual block that contains one of them.
+// For i = packed * group.count + g: element `packed` of the packed lower triangle of diagonal block g of J^T J. If a
+// residual block has a parameter of a diagonal block, it must have all of them, in adjacent columns and in order.
 template <class S>
 struct GramOfRows {
   static constexpr int kMinBlocks = 1;

@@ -43,7 +43,8 @@ std::vector<std::string> SplitAt(const std::string& text, char separator) {
   return parts;
 }
 
-std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names, std::size_t most) {
+std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names,
+                                 std::size_t max_count) {
   std::vector<std::pair<std::size_t, std::string>> ranked;
   for (const std::string& other : names) {
     // Also compare without the prefix, as in "every" for "pruning.every".
@@ -55,7 +56,7 @@ std::vector<std::string> Nearest(const std::string& name, const std::vector<std:
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> nearest;
   for (const auto& [distance, other] : ranked) {
-    if (nearest.size() < most) nearest.push_back(other);
+    if (nearest.size() < max_count) nearest.push_back(other);
   }
   return nearest;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of options. A table lists the name, allowed values and help text of each field of a struct. Flags, help,
-// checks, files and benchmarks are generated from it.
+// Tables of options. A table lists the name, allowed values and help text of each field of a struct. Command-line
+// flags, help, checks, configuration files and the options of benchmarks are generated from the table.
 #pragma once
 
 #include <algorithm>
@@ -25,21 +25,22 @@ struct Range {
   double min, max;
 };
 
-// An enum value and its name. An option of that enum has an array of its choices.
+// An enum value and its name. An option of an enum type has an array of its choices.
 template <class E>
 struct Choice {
   E value;
   const char* name;
 };
 
-// Any non-empty text. placeholder: stands for the text in the help.
+// A field with any non-empty text. placeholder: the word that stands for the text in the help, such as FILE.
 struct Words {
   const char* placeholder;
 };
 
+// Kind of the values of a field. kWhole: integer. kSwitch: true or false. kWords: any text.
 enum class Kind { kWhole, kNumber, kSwitch, kChoice, kColor, kWords };
 
-// Description of a field, without the type of its struct.
+// Description of a field, independent of the type of the struct.
 struct FieldInfo {
   std::string name;  // name within the struct; "part.name" for a nested struct
   Kind kind;
@@ -48,7 +49,7 @@ struct FieldInfo {
   Range range = {};                       // kWhole, kNumber, and each channel of kColor
   std::vector<const char*> choices = {};  // kChoice
   const char* placeholder = "";           // kWords
-  bool may_be_auto = false;               // "auto" is valid too: chosen from the data
+  bool may_be_auto = false;               // whether "auto" is valid too: the value is then chosen from the data
 
   // Describes the allowed values: "from 0 to 1".
   std::string Allowed() const;
@@ -63,12 +64,13 @@ std::string Print(double value);
 std::string Print(Index value);
 std::vector<std::string> SplitAt(const std::string& text, char separator);
 
-// Returns at most `most` names with the smallest edit distance, nearest first. Very different names are omitted.
-std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names, std::size_t most = 3);
+// Returns at most max_count names with the smallest edit distance, nearest first. Very different names are omitted.
+std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names,
+                                 std::size_t max_count = 3);
 
-// Whether all values are distinct, and all names.
+// Whether no two choices have the same value or the same name.
 template <class E, std::size_t N>
-constexpr bool EachOnce(const Choice<E> (&choices)[N]) {
+constexpr bool AreDistinct(const Choice<E> (&choices)[N]) {
   for (std::size_t i = 0; i < N; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (choices[i].value == choices[j].value) return false;
@@ -78,7 +80,7 @@ constexpr bool EachOnce(const Choice<E> (&choices)[N]) {
   return true;
 }
 
-// Returns "?" if the value is not among the choices.
+// Returns the name of the value, or "?" if it is not among the choices.
 template <class E>
 constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_t<E>>> choices) {
   for (const Choice<E>& choice : choices) {
@@ -87,7 +89,8 @@ constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_
   return "?";
 }
 
-// How values of type V are printed, parsed and checked against a range.
+// Prints values of type V, and parses and checks them. FromText returns false and leaves `value` unchanged if the text
+// is not a number or not in the range.
 template <class V>
 struct Numbers {
   using Wide = std::conditional_t<std::is_floating_point_v<V>, double, Index>;
@@ -152,29 +155,31 @@ class Field : public FieldInfo {
  public:
   // A number within a range. A std::optional also accepts "auto"; an array of numbers is a colour.
   template <class C, class V>
-  Field(const char* called, V C::*member, Range within, const char* what_for, const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Numbers<V>::kKind, .help = what_for, .flag = own_flag},
+  Field(const char* field_name, V C::*member, Range allowed_range, const char* help_text,
+        const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Numbers<V>::kKind, .help = help_text, .flag = flag_name},
         print_([member](const O& o) { return Numbers<V>::ToText(o.*member); }),
-        parse_(
-            [member, within](const std::string& text, O& o) { return Numbers<V>::FromText(text, within, o.*member); }) {
-    range = within;
+        parse_([member, allowed_range](const std::string& text, O& o) {
+          return Numbers<V>::FromText(text, allowed_range, o.*member);
+        }) {
+    range = allowed_range;
     may_be_auto = kIsOptional<V>;
   }
   // A value of an enum. A std::optional also accepts "auto".
   template <class C, class V, class E, std::size_t N>
-  requires std::same_as<V, E> || std::same_as<V, std::optional<E>> Field(const char* called, V C::*member,
-                                                                         const Choice<E> (&among)[N],
-                                                                         const char* what_for,
-                                                                         const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag},
-        print_([member, values = std::span(among)](const O& o) -> std::string {
+  requires std::same_as<V, E> || std::same_as<V, std::optional<E>> Field(const char* field_name, V C::*member,
+                                                                         const Choice<E> (&allowed)[N],
+                                                                         const char* help_text,
+                                                                         const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kChoice, .help = help_text, .flag = flag_name},
+        print_([member, values = std::span(allowed)](const O& o) -> std::string {
           if constexpr (kIsOptional<V>) {
             return o.*member ? NameOf(*(o.*member), values) : "auto";
           } else {
             return NameOf(o.*member, values);
           }
         }),
-        parse_([member, values = std::span(among)](const std::string& text, O& o) {
+        parse_([member, values = std::span(allowed)](const std::string& text, O& o) {
           if constexpr (kIsOptional<V>) {
             if (text == "auto") {
               (o.*member).reset();
@@ -188,13 +193,13 @@ class Field : public FieldInfo {
           }
           return false;
         }) {
-    for (const Choice<E>& choice : among) choices.push_back(choice.name);
+    for (const Choice<E>& choice : allowed) choices.push_back(choice.name);
     may_be_auto = kIsOptional<V>;
   }
   // A boolean switch.
   template <class C>
-  Field(const char* called, bool C::*member, const char* what_for, const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kSwitch, .help = what_for, .flag = own_flag},
+  Field(const char* field_name, bool C::*member, const char* help_text, const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kSwitch, .help = help_text, .flag = flag_name},
         print_([member](const O& o) { return o.*member ? "true" : "false"; }),
         parse_([member](const std::string& text, O& o) {
           if (text != "true" && text != "false") return false;
@@ -203,19 +208,20 @@ class Field : public FieldInfo {
         }) {}
   // A string from a list of choices.
   template <class C>
-  Field(const char* called, std::string C::*member, const std::vector<const char*>& among, const char* what_for,
-        const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag, .choices = among},
+  Field(const char* field_name, std::string C::*member, const std::vector<const char*>& allowed, const char* help_text,
+        const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kChoice, .help = help_text, .flag = flag_name, .choices = allowed},
         print_([member](const O& o) { return o.*member; }),
-        parse_([member, among](const std::string& text, O& o) {
-          if (std::find(among.begin(), among.end(), text) == among.end()) return false;
+        parse_([member, allowed](const std::string& text, O& o) {
+          if (std::find(allowed.begin(), allowed.end(), text) == allowed.end()) return false;
           o.*member = text;
           return true;
         }) {}
   // Any non-empty text.
   template <class C>
-  Field(const char* called, std::string C::*member, Words words, const char* what_for, const char* own_flag = nullptr)
-      : FieldInfo{.name = called, .kind = Kind::kWords, .help = what_for, .flag = own_flag},
+  Field(const char* field_name, std::string C::*member, Words words, const char* help_text,
+        const char* flag_name = nullptr)
+      : FieldInfo{.name = field_name, .kind = Kind::kWords, .help = help_text, .flag = flag_name},
         print_([member](const O& o) { return o.*member; }),
         parse_([member](const std::string& text, O& o) {
           if (!text.empty()) o.*member = text;

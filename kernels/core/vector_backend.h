@@ -12,34 +12,38 @@
 
 namespace vesta {
 
-// The scalar part of preconditioned conjugate gradients: step lengths, stop tests and breakdown. It runs where the
-// scalars are stored: on a device as a kernel of one thread, so that the host need not wait within an iteration.
+// The scalar part of preconditioned conjugate gradients (PCG) for A x = b: step lengths, stop tests and breakdown.
+// Notation: r = b - A x is the residual, z = M^-1 r the preconditioned residual, and p the search direction. The scalar
+// part runs where the scalars are stored. On a device it is a kernel of one thread, so the host need not wait within an
+// iteration.
 //
-// Positions in the array of scalars. Tests and tolerances are inputs, written by the host before the first phase.
+// Indices in the array of scalars. The host writes the inputs before the first phase.
 enum PcgScalar : int {
   // Inputs.
-  kPcgRelativeTolerance,
-  kPcgAbsoluteTolerance,
-  kPcgModelTolerance,
-  kPcgMinIterations,
+  kPcgRelativeTolerance,  // converged if |r| <= this * |b|
+  kPcgAbsoluteTolerance,  // converged if |r| <= this
+  kPcgModelTolerance,     // stop test of Nash and Sofer (UpdatePcgScalars)
+  kPcgMinIterations,      // no stop by that test before this number of iterations
   // Reductions, written by dot products.
   kPcgRhsNorm2,       // |b|^2 in the norm of the stop test
   kPcgResidualNorm2,  // |r|^2 in the same norm
   kPcgCurvature,      // p^T A p
   kPcgNewRz,          // r^T z of the newest residual
   // State.
-  kPcgRz,
-  kPcgAlpha,
-  kPcgBeta,
-  kPcgModel,  // 1/2 x^T A x - b^T x
-  kPcgIteration,
-  kPcgStop,  // 0 while running, else 1 + PcgStop
+  kPcgRz,         // r^T z that the direction p was computed from
+  kPcgAlpha,      // step length: x += alpha p
+  kPcgBeta,       // p = z + beta p
+  kPcgModel,      // 1/2 x^T A x - b^T x
+  kPcgIteration,  // number of completed iterations
+  kPcgStop,       // 0 while running, else 1 + PcgStop
   kNumPcgScalars
 };
 
-// Why the iteration stopped.
+// Why the iteration stopped: small residual, small decrease of the model, p^T A p or r^T z not positive, or a value
+// that is not finite.
 enum class PcgStop : int { kConverged, kModelConverged, kIndefinite, kNonFinite };
 
+// Points of an iteration at which UpdatePcgScalars runs, each after the named values were computed.
 enum class PcgPhase : int {
   kBegin,      // after |b|^2, |r|^2, r^T z
   kStep,       // after p^T A p: forms alpha
@@ -104,16 +108,16 @@ VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
   }
 }
 
-// One double in memory space Space. Reductions write their result to a slot and vector updates read their factor from
-// one, so an inner loop need not wait for the host. On the host it points to an ordinary double.
+// Pointer to one double in memory space Space. Reductions write their result to a slot, and vector updates read their
+// factor from a slot, so an inner loop need not wait for the host.
 template <class Space>
 struct Slot {
   double* value = nullptr;
 };
 
 // Operations on vectors of scalars S in memory space Space. Cheap to construct. All vectors of one call must have the
-// same size. y may be the same memory as x unless stated otherwise. Reductions add chunks of fixed size in double in a
-// fixed order, so results do not depend on the number of threads.
+// same size. y may be the same memory as x unless stated otherwise. The operators .* and ./ work element by element.
+// Reductions add chunks of fixed size in double in a fixed order, so results do not depend on the number of threads.
 template <class S, class SpaceTag>
 class VectorBackend {
  public:
@@ -154,7 +158,7 @@ class VectorBackend {
   void Dot(ConstVectorView x, ConstVectorView y, Slot slot);
   // slot = sum_k w_k x_k y_k.
   void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, Slot slot);
-  // The same, returned at once: for use outside inner loops.
+  // The same sums as return values. On a device these functions wait, so do not use them in inner loops.
   double Dot(ConstVectorView x, ConstVectorView y);
   double WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y);
   // max_k |x_k|; 0 for an empty vector, NaN if any element is NaN.
@@ -163,24 +167,25 @@ class VectorBackend {
   // Number of elements that are not > 0.
   Index CountNonPositive(ConstVectorView x);
 
-  // x += alpha p, r -= alpha q, with alpha from a slot. If alpha is 0, does not read or write any vector. No overlaps.
+  // x += alpha p, r -= alpha q, with alpha from a slot. If alpha is 0, does not read or write any vector. The vectors
+  // must not overlap.
   void CgStep(Slot alpha, ConstVectorView p, ConstVectorView q, VectorView x, VectorView r);
   // p = z + beta p, with beta from a slot. If beta is 0, p is not read.
   void CgDirection(ConstVectorView z, Slot beta, VectorView p);
   // Runs UpdatePcgScalars in the memory space of the scalars.
   void UpdatePcg(PcgPhase phase, Slots& scalars);
 
-  // Sets all scalars and waits, as the reads below do.
+  // Sets all scalars. Waits for pending work.
   void Write(HostSpan<const double> values, Slots& slots);
   // Waits for pending work and returns the values.
   double Read(Slot slot);
   std::vector<double> Read(const Slots& slots);
-  // Returns the current value of the slot or its value at the previous call with this slot, never an older one. The
-  // first call returns 0. Does not wait for running work.
+  // On the host, returns the value of the slot. On a device, returns its value at the previous call with this slot (0
+  // at the first call), and waits only for the copy that the previous call started.
   double ReadLagged(Slot slot);
   Slot SlotOf(Slots& slots, int i) { return {slots.data() + i}; }
 
-  // Copies between host memory and this space; wait for the result.
+  // Copy between host memory and this space, and wait for the result.
   void FromHost(HostSpan<const S> x, VectorView y);
   void ToHost(ConstVectorView x, HostSpan<S> y);
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blocks of a few rows by one vector of columns: loads and stores of whole blocks and of blocks at the image edges, and
-// their transposition. Included by image_kernels.simd.cpp.
+// Loads, stores and transposition of blocks of pixels. A block has a few rows, and as many columns as a SIMD vector has
+// lanes. Blocks at the right and lower image edges may be incomplete. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/core/span.h"
@@ -9,7 +9,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// Access to the first `count` pixels of a vector. Other lanes are loaded as zero and not stored.
+// Access to the first `count` lanes of a vector. Load sets the other lanes to zero; Store does not write them.
 template <class S>
 class PartialVector {
  public:
@@ -27,7 +27,7 @@ class PartialVector {
     for (int i = 0; i < count_; ++i) p[i] = lane[i];
   }
   // Returns v with the other lanes set to zero.
-  V Used(const V& v) const {
+  V ZeroOutside(const V& v) const {
     alignas(64) S lane[V::size];
     v.store_aligned(lane);
     return Load(lane);
@@ -44,7 +44,7 @@ class PartialVector<float> {
   explicit PartialVector(int count) : mask_(static_cast<__mmask16>((1U << count) - 1)) {}
   FloatLanes Load(const float* p) const { return _mm512_maskz_loadu_ps(mask_, p); }
   void Store(float* p, const FloatLanes& v) const { _mm512_mask_storeu_ps(p, mask_, v); }
-  FloatLanes Used(const FloatLanes& v) const { return _mm512_maskz_mov_ps(mask_, v); }
+  FloatLanes ZeroOutside(const FloatLanes& v) const { return _mm512_maskz_mov_ps(mask_, v); }
 
  private:
   __mmask16 mask_;
@@ -57,20 +57,20 @@ class PartialVector<float> {
       : mask_(_mm256_cmpgt_epi32(_mm256_set1_epi32(count), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))) {}
   FloatLanes Load(const float* p) const { return _mm256_maskload_ps(p, mask_); }
   void Store(float* p, const FloatLanes& v) const { _mm256_maskstore_ps(p, mask_, v); }
-  FloatLanes Used(const FloatLanes& v) const { return _mm256_and_ps(v, _mm256_castsi256_ps(mask_)); }
+  FloatLanes ZeroOutside(const FloatLanes& v) const { return _mm256_and_ps(v, _mm256_castsi256_ps(mask_)); }
 
  private:
   __m256i mask_;
 };
 #endif
 
-// Rows of a block: 4 if a vector has at least 4 lanes, so that a vector holds a whole number of columns (see
-// Transposed).
+// Rows of a block: 4, or the number of lanes if a vector has fewer than 4. The number of lanes is then a multiple of
+// it, as Transposed requires.
 template <class S>
 inline constexpr int kBlockRows = xsimd::batch<S>::size < 4 ? static_cast<int>(xsimd::batch<S>::size) : 4;
 
-// Access to a whole block of kRows rows by one vector of columns. Rows are `stride` values apart. The block is one
-// scalar of type T, which holds a vector per row.
+// Access to a complete block of kRows rows. Rows are `stride` values apart. The type T of a block has one vector per
+// row.
 template <class S, int kRows>
 class WholeBlock {
  public:
@@ -87,14 +87,14 @@ class WholeBlock {
   void Store(S* p, const T& x) const {
     Unrolled<kRows>([&](auto r) { x.v[r].store_unaligned(p + r * stride_); });
   }
-  T Used(const T& x) const { return x; }
+  T ZeroOutside(const T& x) const { return x; }
 
  private:
   Index stride_;
 };
 
 // Access to a block at the right or lower edge of the image. Only its first `rows` rows and the first `pixels` pixels
-// of each row exist. The others are zero when loaded and in Used, and are not stored.
+// of each row exist. Load and ZeroOutside set the other pixels to zero; Store does not write them.
 template <class S, int kRows>
 class EdgeBlock {
  public:
@@ -115,10 +115,10 @@ class EdgeBlock {
       if (r < rows_) part_.Store(p + r * stride_, x.v[r]);
     });
   }
-  T Used(const T& x) const {
+  T ZeroOutside(const T& x) const {
     T result(S(0));
     Unrolled<kRows>([&](auto r) {
-      if (r < rows_) result.v[r] = part_.Used(x.v[r]);
+      if (r < rows_) result.v[r] = part_.ZeroOutside(x.v[r]);
     });
     return result;
   }
@@ -129,7 +129,8 @@ class EdgeBlock {
   PartialVector<S> part_;
 };
 
-// Calls f(column, access) for all blocks of kRows rows in a row of that width. Only the first `rows` rows exist.
+// Calls f(column, access) for all blocks of kRows rows, from left to right, in an image of this width. Only the first
+// `rows` rows exist. column: the first column of the block.
 template <class S, int kRows, class F>
 inline void ForBlocks(int width, int rows, const F& f) {
   constexpr int kLanes = static_cast<int>(xsimd::batch<S>::size);
@@ -143,8 +144,8 @@ inline void ForBlocks(int width, int rows, const F& f) {
   }
 }
 
-// Transposes groups of kRows x kRows pixels: lane kRows g + r of vector j becomes lane kRows g + j of vector r. It is
-// its own inverse.
+// Transposes each group g of kRows x kRows pixels: lane kRows g + r of vector j becomes lane kRows g + j of vector r.
+// The function is its own inverse.
 template <class V, int kRows>
 inline Several<V, kRows> Transposed(const Several<V, kRows>& rows) {
   using S = typename V::value_type;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several vectors of pixels as one scalar of the formulas. image_kernels.simd.cpp includes this header before the
-// formulas, which call the functions declared here.
+// Type Several: a few SIMD vectors of pixels, used as one scalar of the formulas. image_kernels.simd.cpp includes this
+// header before the formulas, which call the functions declared here.
 #pragma once
 
 #include <type_traits>
@@ -38,8 +38,8 @@ struct Elementary<DoubleLanes> {
 
 inline DoubleLanes Reciprocal(const DoubleLanes& x) { return DoubleLanes(1) / x; }
 
-// kCount vectors as one scalar. The formula of an SSIM window is a chain of about thirty dependent operations. Several
-// independent chains keep the processor busy; a single one would fill its queues with waiting instructions.
+// kCount vectors as one scalar. The formula of an SSIM window is a chain of about thirty dependent operations. With
+// several vectors the processor computes several independent chains at once; with one it would mostly wait.
 template <class V, int kCount>
 struct Several {
   V v[kCount];
@@ -72,7 +72,7 @@ struct Several {
   }
 };
 
-// Masks from comparing Several.
+// The result of comparing two Several.
 template <class V, int kCount>
 struct SeveralMasks {
   typename V::batch_bool_type m[kCount];
@@ -106,7 +106,7 @@ struct Elementary<Several<V, kCount>> {
   }
 };
 
-// Values of N fields at the same pixels.
+// Values of N fields (images, or functions of images) at the same pixels.
 template <int N, class T>
 struct Fields {
   T f[N];

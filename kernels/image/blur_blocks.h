@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators of the photometric loss on a GPU, as block kernels (kernels/core/block_kernel.h). A block of threads blurs
-// N fields over a patch of one plane, 32 x 16 pixels with a border of five, and passes the result to the operator. The
-// formulas are in photometric_formula.h.
+// Operators of the photometric loss on a GPU, as block kernels (kernels/core/block_kernel.h). A field is an array with
+// one value per pixel, computed from the images. A block of threads blurs N fields with the SSIM window in 32 x 16
+// pixels of one plane, and passes the result to an operator. For the blur it also loads a border of five pixels. The
+// formulas and symbols (e, G, p, q, s) are in photometric_formula.h; `o` is the elementwise product.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -14,6 +15,7 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
+// Weights of one axis of the SSIM window (gaussian_window.h), in scalar type S.
 template <class S>
 struct WindowTaps {
   S tap[kWindowTaps];
@@ -31,13 +33,13 @@ struct PixelFields {
   S f[N];
 };
 
-// Blurs the fields of an Operator, which has these members:
+// Blurs the fields of an Operator, which must have these members:
 //
 //   kFields, kSums
-//   Load(i) -> PixelFields<kFields>      returns the fields before the blur, at position i of the image
-//   Store(i, blurred, sums)              receives the blurred fields and adds to kSums sums (double) over all pixels
+//   Load(i) -> PixelFields<kFields>      returns the fields before the blur, at index i of the image
+//   Store(i, blurred, sums)              processes the blurred fields, and adds the terms of the pixel to kSums sums
 //
-// partial_sums: kSums values per block.
+// partial_sums: the kSums sums of each block of threads, in double.
 template <class S, class Operator>
 struct BlurBlock {
   static constexpr int kThreads = 256, kWidth = 32, kHeight = 16;
@@ -104,7 +106,7 @@ struct BlurBlock {
   VESTA_HD static constexpr Index BlocksDown(int height) { return (height + kHeight - 1) / kHeight; }
 };
 
-// sums[i] = the sum over the blocks of partial_sums[kSums block + i]. One block of threads computes one sum.
+// sums[i] = the sum of partial_sums[kSums * block + i] over all blocks. One block of threads computes one sum.
 template <int kSums>
 struct SumPartials {
   static constexpr int kThreads = 256;
@@ -132,14 +134,14 @@ VESTA_HD inline void AddLoss(const PixelPenalty<S>& pixel, const S& dissimilarit
   sums[2] += static_cast<double>(dissimilarity);
 }
 
-// Computes the sums of |e|, of the pixel penalty and of 1 - SSIM. Optionally stores the slopes p, q, s of 1 - SSIM and
-// the window curvature.
+// Computes the sums of |e|, of the pixel penalty and of 1 - SSIM. Optionally stores the slopes p, q, s of 1 - SSIM
+// (SsimSlopes) and the window curvature (SsimWindowCurvature).
 template <class S>
 struct WindowsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
-  S *p, *q, *s, *curvature;  // null if not wanted: p, q, s together, or curvature
+  S *p, *q, *s, *curvature;  // null if not wanted: p, q and s together, or only curvature
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
     const S u = rendered[i] + truth[i], e = rendered[i] - truth[i];
@@ -157,8 +159,8 @@ struct WindowsOperator {
   }
 };
 
-// gradient = ssim J^T 1 + l1 * derivative of the penalty. diagonal (optional, may be null) = ssim G s + l1 * curvature
-// of the penalty.
+// gradient = ssim * J^T 1 + l1 * derivative of the penalty, where J is the Jacobian of 1 - SSIM of all windows.
+// diagonal (may be null) = ssim * G s + l1 * curvature of the penalty.
 template <class S>
 struct GradientOperator {
   static constexpr int kFields = 3, kSums = 0;
@@ -176,7 +178,7 @@ struct GradientOperator {
   }
 };
 
-// Computes the sums of WindowsOperator, and gradient and diagonal (optional, may be null) for kRootCenter.
+// Computes the sums of WindowsOperator, and the gradient and diagonal (may be null) for kRootCenter (loss_options.h).
 template <class S>
 struct CenterOperator {
   static constexpr int kFields = 4, kSums = 3;
@@ -203,7 +205,7 @@ struct CenterOperator {
   }
 };
 
-// out = c o G in: the first step of a product with W.
+// out = c o (G in): the first step of a product with the curvature operator W.
 template <class S>
 struct WeightedBlurOperator {
   static constexpr int kFields = 1, kSums = 0;
@@ -214,7 +216,7 @@ struct WeightedBlurOperator {
   VESTA_HD void Store(Index i, const PixelFields<1, S>& blurred, double*) const { out[i] = c[i] * blurred.f[0]; }
 };
 
-// out = scale G in + d o v: the second step.
+// out = scale * G in + d o v: the second step of a product with W.
 template <class S>
 struct BlurAddOperator {
   static constexpr int kFields = 1, kSums = 0;
@@ -239,7 +241,7 @@ namespace vesta::device_image {
 //
 // Number of partial sums that Windows needs.
 Index NumPartialSums(const ImageShape& shape);
-// sums: [3].
+// sums: the 3 sums of WindowsOperator.
 void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums);
 void Gradient(const ImageShape& shape, const GradientOperator<float>& op);
 // partial_sums, sums: see Windows.

@@ -66,7 +66,7 @@ PhotometricValue DevicePhotometricLoss::Value() {
   sums_.CopyTo({sums, 3});
   PhotometricValue value;
   value.absolute = sums[0], value.pixelwise = sums[1], value.dissimilarity = sums[2];
-  value.Weigh(weights_);
+  value.SetCost(weights_);
   return value;
 }
 

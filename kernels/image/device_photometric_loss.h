@@ -23,7 +23,8 @@ class DevicePhotometricLoss {
   using ConstVectorView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
-  // Memory of one object in bytes: three slopes, and an image for products with W.
+  // Memory of one object in bytes, for images with this number of pixels. Gradients need three images of slopes;
+  // products with W need one more image.
   static double GradientBytes(SsimLinearization structure, double pixels) {
     return structure == SsimLinearization::kRootCenter ? 0 : 3 * ImageShape::kChannels * sizeof(float) * pixels;
   }
@@ -42,7 +43,7 @@ class DevicePhotometricLoss {
   void Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient);
   void Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient,
                  Linearization& linearization);
-  // Result of the last Gradient or Linearize. Waits.
+  // Value of the last Gradient or Linearize. Waits for the device.
   PhotometricValue Value();
   // out = W v.
   void ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out);
@@ -61,9 +62,7 @@ class DevicePhotometricLoss {
   DeviceBuffer<double> partial_sums_, sums_;
 };
 
-// Image quality as reported.
-//
-// GPU version of ImageQualityMeter. It quantises both images in place. Waits for the device.
+// GPU version of ImageQualityMeter (metrics.h). Measure quantises both images in place and waits for the device.
 class DeviceImageQualityMeter {
  public:
   static double Bytes(double /*pixels*/) { return 0; }

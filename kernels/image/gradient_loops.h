@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Row loops for the gradient of the loss and products with its curvature. Included by image_kernels.simd.cpp.
+// Row loops for the gradient of the loss and for products with its curvature operator W. image_kernels.h describes the
+// arguments. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/image/window_loops.h"
@@ -8,6 +9,7 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
+// Gradient, and optionally diagonal and window curvature, of kQuadratic.
 template <class S>
 void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   const LossTerms<S> loss = args.loss;
@@ -23,7 +25,7 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;
     const SsimWindow<T> window = WindowOf(blurred);
     const SsimSlopes<T> slope(window);
-    dissimilarity.Add(access.Used(window.Dissimilarity()));
+    dissimilarity.Add(access.ZeroOutside(window.Dissimilarity()));
     slopes.StoreRows(row, 0, column, access, slope.p);
     slopes.StoreRows(row, 1, column, access, slope.q);
     slopes.StoreRows(row, 2, column, access, slope.s);
@@ -32,7 +34,7 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   };
   const auto end_windows = [&](int row, int count) {
     double unused[3 * kBlockRows<S>];
-    dissimilarity.Take(count, row >= rows.begin && row < rows.end ? SumsOf(loss, rows, row) + 2 : unused);
+    dissimilarity.WriteAndReset(count, row >= rows.begin && row < rows.end ? SumsOf(loss, rows, row) + 2 : unused);
   };
 
   PenaltySums<S> penalties;
@@ -49,13 +51,13 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
     const T curvature = T(loss.l1) * penalty.Curvature(loss.penalty);
     access.Store(args.diagonal + i, Fma(T(loss.ssim), blurred.f[2], curvature));
   };
-  const auto end_rows = [&](int row, int count) { penalties.Take(count, SumsOf(loss, rows, row)); };
+  const auto end_rows = [&](int row, int count) { penalties.WriteAndReset(count, SumsOf(loss, rows, row)); };
 
   const auto load = SumAndDifference(loss.rendered, loss.truth);
   ImageRows images(rows, windows, windows.InputBegin(begin), load);
   BlurredRows first(rows, images, windows, begin, end, kWithSquares, measure, end_windows);
-  BlurredRows second(rows, first, slopes, rows.begin, rows.end, kAsTheyAre, combine, end_rows);
-  second.MakeUpTo(rows.end);
+  BlurredRows second(rows, first, slopes, rows.begin, rows.end, kIdentity, combine, end_rows);
+  second.ComputeUpTo(rows.end);
 }
 
 // Gradient and diagonal of kRootCenter.
@@ -74,7 +76,7 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
     const SsimSlopes<T> slopes(window);
     const PixelPenalty<T> penalty(e, loss.penalty);
     const T value = window.Dissimilarity();
-    dissimilarity.Add(access.Used(value));
+    dissimilarity.Add(access.ZeroOutside(value));
     penalties.Add(access, penalty);
     const T by_center = SsimCenterSlope(T(centre), x, e, slopes);
     access.Store(args.gradient + i, Fma(T(loss.ssim), by_center, T(loss.l1) * penalty.derivative));
@@ -83,13 +85,13 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
     access.Store(args.diagonal + i, Fma(T(loss.l1), penalty.Curvature(loss.penalty), root));
   };
   const auto end_rows = [&](int row, int count) {
-    penalties.Take(count, SumsOf(loss, rows, row));
-    dissimilarity.Take(count, SumsOf(loss, rows, row) + 2);
+    penalties.WriteAndReset(count, SumsOf(loss, rows, row));
+    dissimilarity.WriteAndReset(count, SumsOf(loss, rows, row) + 2);
   };
   BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
 }
 
-// Products with the curvature of the loss.
+// Products with W of kQuadratic.
 template <class S>
 void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
   const S scale = args.scale;
@@ -111,9 +113,9 @@ void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
     access.Store(args.out + i, Fma(T(scale), blurred.f[0], access.Load(args.d + i) * access.Load(args.v + i)));
   };
   ImageRows images(rows, inner, inner.InputBegin(begin), load);
-  BlurredRows first(rows, images, inner, begin, end, kAsTheyAre, weigh, kNothing);
-  BlurredRows second(rows, first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
-  second.MakeUpTo(rows.end);
+  BlurredRows first(rows, images, inner, begin, end, kIdentity, weigh, kNothing);
+  BlurredRows second(rows, first, outer, rows.begin, rows.end, kIdentity, add, kNothing);
+  second.ComputeUpTo(rows.end);
 }
 
 }  // namespace VESTA_ISA

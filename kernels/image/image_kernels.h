@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over image rows, compiled once per instruction set. They take plain pointers: this is the interface between
-// *.simd.cpp and the classes that own memory and threads (photometric_loss.h). Other code uses those classes.
+// Loops over image rows, compiled once per instruction set. They take plain pointers, and are called only by the
+// classes of photometric_loss.h, which own the memory and use all threads.
 //
 // Images have planes of height * width values, one after the other (image_shape.h). Each function processes rows
 // begin..end of one plane and writes only these rows of its outputs. The result is bit-identical for any division of
-// the rows into ranges. G is the blur with the window given by the taps of one axis, zero padded. Outputs must not
-// overlap inputs.
+// the rows into ranges. Outputs must not overlap inputs.
+//
+// G is the blur with the SSIM window; pixels outside the image count as zero. `o` is the elementwise product. The other
+// symbols are in photometric_formula.h.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -14,7 +16,8 @@
 
 namespace vesta {
 
-// A range of rows to process, and scratch memory for it.
+// A range of rows to process, and scratch memory. plane: 0, 1, 2 for red, green, blue. taps: weights of one axis of the
+// window.
 template <class S>
 struct RowRange {
   int width, height, plane;
@@ -25,8 +28,9 @@ struct RowRange {
   static constexpr int kScratchRows = 176;
 };
 
-// Values from one scratch row to the next. A row has its width rounded up to 64 and 16 values of padding on both sides.
-// The stride is an odd number of cache lines, so that rows below each other do not compete for the same cache sets.
+// Distance between two scratch rows, in values. A row has the image width, rounded up to a multiple of 64, and 16
+// values of padding on both sides. The stride is an odd number of cache lines, so that rows below each other do not
+// compete for the same cache sets.
 constexpr Index ScratchStride(int width) { return 16 * ((4 * ((Index{width} + 63) / 64) + 2) | 1); }
 
 // Inputs of the loss.
@@ -50,19 +54,19 @@ template <class S>
 struct GradientArgs {
   LossTerms<S> loss;
   S* gradient;
-  // ssim * G s + l1 * curvature of the penalty, and the window curvature (photometric_formula.h).
+  // diagonal = ssim * G s + l1 * curvature of the penalty; curvature: the window curvature.
   S *diagonal = nullptr, *curvature = nullptr;
 };
 
-// The same for kRootCenter, in which J is diagonal. diagonal (optional, may be null) = ssim * J^2 * weight of the root
-// + l1 * curvature of the penalty.
+// The same for kRootCenter (loss_options.h), in which J is diagonal. diagonal (may be null) = ssim * J^2 *
+// SsimRootWeight + l1 * curvature of the penalty.
 template <class S>
 struct CenterArgs {
   LossTerms<S> loss;
   S *gradient, *diagonal;
 };
 
-// out = d o v + scale * G (c o (G v)).
+// out = d o v + scale * G (c o (G v)): a product with W of kQuadratic.
 template <class S>
 struct CurvatureArgs {
   const S *v, *c, *d;

@@ -31,11 +31,12 @@ struct ImageQuality {
 // Computes the quality of quantised images from two sums over pixels and channels: squared errors, and 1 - SSIM.
 ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
-// Converts the quality of a whole image to the quality of a masked image, of which only the fraction `part` of the
-// pixels counts, in (0, 1]. The masked pixels must have zero error, so the same sums are divided by fewer pixels.
+// Converts the quality of a whole image to that of a masked image, in which only a fraction of the pixels counts. part:
+// this fraction, in (0, 1]. All other pixels must have zero error; the same sums are then divided by fewer pixels.
 ImageQuality QualityOfMaskedImage(const ImageQuality& whole, double part);
 
-// Measures views one after the other and keeps its working memory. Both images are quantised first.
+// Measures the quality of views, one after the other. Measure first quantises copies of both images. The object keeps
+// its memory for the next view.
 class ImageQualityMeter {
  public:
   // Memory of its two images, in bytes.

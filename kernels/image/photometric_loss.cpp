@@ -74,7 +74,7 @@ std::unique_ptr<SsimStrategy<S>> MakeSsimStrategy(SsimLinearization kind) {
 
 }  // namespace
 
-void PhotometricValue::Weigh(const PhotometricWeights& weights) {
+void PhotometricValue::SetCost(const PhotometricWeights& weights) {
   cost = weights.l1 * pixelwise + weights.ssim * dissimilarity;
   objective = weights.l1 * absolute + weights.ssim * dissimilarity;
 }
@@ -132,7 +132,7 @@ PhotometricValue PhotometricLoss<S>::Run(ConstVectorView rendered, ConstVectorVi
     value.pixelwise += row_sums_[i + 1];
     value.dissimilarity += row_sums_[i + 2];
   }
-  value.Weigh(weights_);
+  value.SetCost(weights_);
   return value;
 }
 

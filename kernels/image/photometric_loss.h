@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photometric loss of one view: absolute differences and structural similarity of a rendered image and the truth.
+// The photometric loss of one view: absolute differences and structural similarity (SSIM) of the rendered image and the
+// photograph (the truth).
 //
 //   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth
 //
-// as in Kerbl et al. 2023 (3D Gaussian Splatting), but as a sum instead of a mean. Least squares also needs
+// as in Kerbl et al. 2023 (3D Gaussian Splatting), but as a sum instead of a mean. l1 and ssim are weights. Least
+// squares also needs
 //   * the exact gradient with respect to the rendered image;
 //   * a symmetric positive semidefinite curvature operator W, which makes the loss a quadratic. The default is a
 //     reweighted quadratic: |e| with the weight 1 / max(|e|, l1_floor), and 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with
@@ -55,8 +57,9 @@ class RowBands {
   }
 
  private:
-  // Approximate number of rows per task. Adjacent tasks both compute the ten rows around their border, so a task has
-  // many more rows than that. The number is a multiple of the rows that kernels compute together.
+  // Approximate number of rows per task (a band). Two adjacent tasks both compute the ten rows around their common
+  // border, so a task has many more rows than ten. The number of rows is a multiple of kBandUnit, the rows that kernels
+  // compute together.
   static constexpr int kBandRows = 96, kBandUnit = 4;
 
   // Scratch memory of the calling thread, for images of the current width.
@@ -69,20 +72,21 @@ class RowBands {
 };
 
 // The curvature operator W of the photometric loss at one rendered image. The caller owns one for each view that is
-// linearised at the same time. It stores images of 3 * height * width values: the diagonal, and depending on
-// SsimLinearization
-//   kQuadratic   one more image: W v = diagonal o v + ssim * G (curvature o (G v));
-//   kRootCenter  no other: W v = diagonal o v.
+// linearised at the same time. It stores one or two images of 3 * height * width values, depending on SsimLinearization
+// (`o`: elementwise product; G: blur with the SSIM window):
+//   kQuadratic   diagonal, curvature:  W v = diagonal o v + ssim * G (curvature o (G v));
+//   kRootCenter  diagonal:             W v = diagonal o v.
 template <class S>
 struct PhotometricLinearization {
   ImageShape shape;
-  // Replaces W in Gram matrices; never negative. With kRootCenter it is W's exact diagonal. With kQuadratic it is the
-  // pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for most windows.
+  // Gram matrices use diag(diagonal) instead of W. Never negative. With kRootCenter it is the exact diagonal of W. With
+  // kQuadratic it is the pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for most
+  // windows.
   HostBuffer<S> diagonal;
   HostBuffer<S> curvature;  // 2 (1/D1 - l/D2)
 };
 
-// Strategy for one SsimLinearization. Images have the shape of `bands`; the caller checks sizes.
+// The operations that depend on SsimLinearization. Images have the shape of `bands`; the caller checks sizes.
 template <class S>
 class SsimStrategy {
  public:
@@ -105,15 +109,15 @@ struct PhotometricValue {
   double objective = 0.0;      // l1 * absolute + ssim * dissimilarity
 
   // Sets cost and objective from the sums.
-  void Weigh(const PhotometricWeights& weights);
+  void SetCost(const PhotometricWeights& weights);
 };
 
 // Throws Error if a weight is negative or a threshold is not positive.
 void CheckWeights(const PhotometricWeights& weights);
 
-// Computes the loss, its gradient and products with W. It stores the weights and almost no memory, because the passes
-// keep the few rows they need in the cache (row_blur.h). Each call uses all threads and is bit-identical for any number
-// of them. An object serves one call at a time. S is float or double.
+// Computes the loss, its gradient and products with W. It needs little memory, because the kernels process a few rows
+// at a time (row_blur.h). Each call uses all threads and is bit-identical for any number of them. An object serves one
+// call at a time. S is float or double.
 //
 // Images are planar (image_shape.h) and finite. Negative values are allowed, but see photometric_formula.h. Throws
 // Error if a size is wrong. Outputs must not overlap inputs.
@@ -124,8 +128,8 @@ class PhotometricLoss {
   using ConstVectorView = HostSpan<const S>;
   using Linearization = PhotometricLinearization<S>;
 
-  // Scratch memory of all objects together, in bytes, for gradients and for products with W: the rows of each thread.
-  // Assumes images at most twice as wide as high.
+  // Scratch memory of all objects together, in bytes, for gradients and for products with W. Each thread has its own
+  // scratch rows. Assumes images at most twice as wide as high.
   static double GradientBytes(SsimLinearization /*structure*/, double pixels) {
     const auto width = static_cast<int>(std::sqrt(2 * pixels));
     return sizeof(S) * NumThreads() * static_cast<double>(RowRange<S>::kScratchRows * ScratchStride(width));
@@ -145,7 +149,7 @@ class PhotometricLoss {
   PhotometricValue Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
                              VectorView gradient, Linearization& linearization);
 
-  // The value of the last call. It has the same interface as on a device, where it waits.
+  // Value of the last Evaluate, Gradient or Linearize.
   PhotometricValue Value() const { return value_; }
 
   // out = W v.

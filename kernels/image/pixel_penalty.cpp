@@ -16,7 +16,7 @@ PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights) 
               .half_step = S(0.5),
               .offset = 0,
               .numerator = t,
-              .least = t,
+              .min_error = t,
               .slope = 2,
               .intercept = -t};
     }
@@ -26,7 +26,7 @@ PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights) 
               .half_step = S(0.5),
               .offset = 0,
               .numerator = 1,
-              .least = 0,
+              .min_error = 0,
               .slope = 0,
               .intercept = 1};
     case PixelLinearization::kIrls:
@@ -39,7 +39,7 @@ PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights) 
           .half_step = floor / 2,
           .offset = floor / 2,
           .numerator = weights.pixel == PixelLinearization::kSqrt ? S(0.5) : S(1),
-          .least = std::max(floor, S(1e-30)),
+          .min_error = std::max(floor, S(1e-30)),
           .slope = 1,
           .intercept = 0};
 }

@@ -3,7 +3,7 @@
 //
 // All penalties are special cases of one form of Huber's function. With s = clamp(gain e, -limit, limit):
 //   value = s (e - half_step s) + offset,   derivative = s,
-//   curvature = numerator / (slope max(|e|, least) + intercept).
+//   curvature = numerator / (slope max(|e|, min_error) + intercept).
 // One vectorised function without branches therefore computes all of them.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace vesta {
 template <class S>
 struct PenaltyCoefficients {
   S gain, limit, half_step, offset;
-  S numerator, least, slope, intercept;
+  S numerator, min_error, slope, intercept;
 };
 
 // Computes the coefficients of the chosen penalty. If l1_floor is 0, the value uses the smallest normal number as the
@@ -25,6 +25,7 @@ PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights);
 
 inline namespace VESTA_ISA {
 
+// The penalty of a pixel with error e: |e|, value and derivative. T: scalar or vector of pixels.
 template <class T>
 struct PixelPenalty {
   T absolute, derivative, value;
@@ -37,7 +38,7 @@ struct PixelPenalty {
   }
   template <class S>
   VESTA_HD T Curvature(const PenaltyCoefficients<S>& c) const {
-    return T(c.numerator) * Reciprocal(Fma(T(c.slope), Max(absolute, T(c.least)), T(c.intercept)));
+    return T(c.numerator) * Reciprocal(Fma(T(c.slope), Max(absolute, T(c.min_error)), T(c.intercept)));
   }
 };
 

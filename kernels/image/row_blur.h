@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// A framework for the separable Gaussian window over a few rows at a time. The caller supplies the fields to blur and
-// receives the result, so every operator of the loss is two or three small lambdas. Included by image_kernels.simd.cpp.
+// Blurs fields with the separable Gaussian window, a few rows at a time. A field is an array with one value per pixel,
+// computed from the images. The caller passes functions that compute the fields and that process the blurred values, so
+// every operator of the loss is two or three small lambdas. Included by image_kernels.simd.cpp.
 //
-// Rows pass through a ring buffer that stays in cache. Unblurred fields enter row by row, zero padded. Four rows are
-// blurred along the columns together, so that each load serves several sums. The sums are transposed, so that the blur
-// along the rows needs no shifts within vectors. The result is transposed back and passed on, possibly to the ring of a
-// second blur. Each blurred value is one sum in the order of the taps, so it does not depend on where a range of rows
-// begins or ends. Rows outside the image are a row of zeros, so borders need no branch.
+// The fields are stored row by row, zero padded, in a ring buffer that fits into the cache. Four rows are blurred
+// together along the columns (vertically), so that each load serves several sums. The sums are then transposed, so that
+// the blur along the rows (horizontally) needs no shifts within vectors. The result is transposed back and passed to
+// the caller, or to the ring buffer of a second blur. Each blurred value is one sum in the order of the taps, so it
+// does not depend on where a range of rows begins or ends. Rows outside the image are read from a row of zeros, so
+// borders need no branch.
 #pragma once
 
 #include "kernels/image/block_access.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/image_kernels.h"
 
-// Inlines all functions called inside. The compiler would otherwise find them too large and leave sums in memory. It is
-// off under the sanitizers, whose checks make such functions take minutes to compile.
+// Inlines all functions called inside. Otherwise the compiler would find them too large, and store sums in memory
+// instead of registers. It is off under the sanitizers, with which such functions take minutes to compile.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define VESTA_FLATTEN
 #else
@@ -31,9 +33,9 @@ class ScratchRows {
   explicit ScratchRows(const RowRange<S>& rows)
       : width_(rows.width), stride_(ScratchStride(rows.width)), next_(rows.scratch) {}
 
-  // Takes the next `count` rows and returns the address of the first row's first value. The padding of each row is
-  // zero.
-  S* Take(int count) {
+  // Allocates the next `count` rows and returns the address of the first value of the first row. Sets the padding of
+  // each row to zero.
+  S* Allocate(int count) {
     S* const first = next_ + kPad;
     for (int row = 0; row < count; ++row, next_ += stride_) {
       for (Index i = 0; i < kPad; ++i) next_[i] = S(0);
@@ -55,7 +57,7 @@ inline Index PositionOf(const RowRange<S>& rows, int row, int column) {
   return (Index{rows.plane} * rows.height + row) * rows.width + column;
 }
 
-// Blurs N fields that are computed from kStored stored fields.
+// Blurs N fields that are computed from kStored stored fields, for instance u, e, u^2, e^2 from u and e.
 template <int kStored, int N, class S>
 class WindowBlur {
  public:
@@ -67,31 +69,31 @@ class WindowBlur {
       : width_(rows.width),
         height_(rows.height),
         stride_(ScratchStride(rows.width)),
-        ring_(scratch.Take(kRing * kStored)),
-        down_(scratch.Take(kRows * N)),
-        zeros_(scratch.Take(1)) {
+        ring_(scratch.Allocate(kRing * kStored)),
+        down_(scratch.Allocate(kRows * N)),
+        zeros_(scratch.Allocate(1)) {
     for (int i = 0; i < width_; ++i) zeros_[i] = S(0);
     for (int k = 0; k <= kWindowRadius; ++k) tap_[k] = V(rows.taps[kWindowRadius + k]);
   }
 
-  // Address to write row `row` of stored field n, in whole vectors, with zeros beyond the width. The ring keeps the
-  // last 24 rows: a block needs 14, and a preceding blur computes up to 3 rows ahead.
+  // Address of row `row` of stored field n. Rows are written in whole vectors, with zeros beyond the image width. The
+  // ring buffer contains the last 24 rows: a block needs 14, and a blur that writes to this ring computes up to 3 rows
+  // ahead.
   S* Row(int row, int n) { return ring_ + Index{row % kRing * kStored + n} * stride_; }
   // Writes stored field n of a block.
   template <class Access>
   void StoreRows(int row, int n, int column, const Access& access, const typename Access::T& value) {
-    const auto used = access.Used(value);
+    const auto used = access.ZeroOutside(value);
     for (int r = 0; r < access.rows(); ++r) used.v[r].store_aligned(Row(row + r, n) + column);
   }
 
-  // Range of input rows of the windows: starts at InputBegin(row), and ends before InputEnd(end) for output rows before
-  // `end`.
+  // The output rows row .. end - 1 need the input rows InputBegin(row) .. InputEnd(end) - 1.
   static int InputBegin(int row) { return row > kWindowRadius ? row - kWindowRadius : 0; }
   int InputEnd(int end) const { return end + kWindowRadius < height_ ? end + kWindowRadius : height_; }
 
   // Computes output rows row..row + count - 1, count <= kRows, from the stored rows row - 5..row + count + 4.
-  // derive(stored) returns the N fields of the stored ones. out(row, column, access, blurred) receives the result,
-  // block by block from left to right; end_rows(row, count) is called after the last block.
+  // derive(stored) must return the N fields, computed from the stored fields. out(row, column, access, blurred) is
+  // called with the result, block by block from left to right. end_rows(row, count) is called after the last block.
   template <class Derive, class Out, class EndRows>
   void Block(int row, int count, const Derive& derive, const Out& out, const EndRows& end_rows) {
     const S* source[kInputRows][kStored];
@@ -113,9 +115,9 @@ class WindowBlur {
   static constexpr int kTogether = sizeof(V) == 64 && N <= 4 ? N : N < 2 ? N : 2;
   using Rows = Several<V, kRows>;
 
-  // First step, along the columns. The sums are stored by columns (Transposed): lane kRows g + r of stream j is row r
-  // of column kRows g + j. The neighbour of a column is then in another stream, or in the same stream at an offset of
-  // whole columns.
+  // First step, along the columns. The transposed sums are stored in kRows arrays (streams): element kRows g + r of
+  // stream j belongs to row r and column kRows g + j. The neighbours of a vector of columns are then in another stream,
+  // or in the same stream at an offset that is a multiple of kRows.
   template <class Derive>
   VESTA_FLATTEN void Down(const S* const (&source)[kInputRows][kStored], const Derive& derive) {
     Unrolled<(N + kTogether - 1) / kTogether>([&](auto part) {
@@ -159,7 +161,7 @@ class WindowBlur {
 
   S* Stream(int n, int j) const { return down_ + Index{n * kRows + j} * stride_; }
 
-  // sum (+)= window weight k * value; does nothing if k is outside the window.
+  // sum += tap k * value; for k = 0, sum = tap k * value. Does nothing if k is outside the window.
   template <int k>
   void Add(V& sum, const V& value) const {
     if constexpr (k >= 0 && k < kWindowTaps) {
@@ -178,16 +180,16 @@ class WindowBlur {
   V tap_[kWindowRadius + 1];
 };
 
-// Reads the unblurred rows of a blur from images, in order and on demand. load(position, access) returns the kStored
-// fields of the vector of pixels at `position` of the images.
+// Computes the stored fields of a blur from images, row by row as they are needed. load(position, access) must return
+// the kStored fields of the vector of pixels at index `position` of the images.
 template <int kStored, int N, class S, class Load>
 class ImageRows {
  public:
   ImageRows(const RowRange<S>& rows, WindowBlur<kStored, N, S>& blur, int begin, const Load& load)
       : rows_(rows), blur_(blur), next_(begin), load_(load) {}
 
-  // Stores all rows before `end` in the blur's ring.
-  VESTA_FLATTEN void MakeUpTo(int end) {
+  // Computes all rows before `end` and stores them in the blur's ring buffer.
+  VESTA_FLATTEN void ComputeUpTo(int end) {
     for (; next_ < end; ++next_) {
       const Index position = PositionOf(rows_, next_, 0);
       ForBlocks<S, 1>(rows_.width, 1, [&](int column, const auto& access) {
@@ -204,9 +206,9 @@ class ImageRows {
   const Load& load_;
 };
 
-// Computes the blurred rows begin..end - 1, in order and on demand, from `source` (ImageRows, or BlurredRows that write
-// to this blur's ring). derive, out, end_rows: see WindowBlur::Block. No block contains rows both inside and outside
-// the range.
+// Computes the blurred rows begin .. end - 1, in order, as they are needed. source: computes the input rows: an
+// ImageRows, or a BlurredRows whose function `out` writes to the ring buffer of `blur`. derive, out, end_rows: see
+// WindowBlur::Block. No block contains rows both inside and outside the RowRange `rows`.
 template <class Source, class Blur, class Derive, class Out, class EndRows>
 class BlurredRows {
  public:
@@ -222,13 +224,13 @@ class BlurredRows {
         end_rows_(end_rows) {}
 
   // Computes all rows before `end`, and perhaps a few more. Each row is computed once.
-  void MakeUpTo(int end) {
+  void ComputeUpTo(int end) {
     while (next_ < end) {
       int count = Blur::kRows;
       for (const int stop : ends_) {
         if (next_ < stop && stop - next_ < count) count = stop - next_;
       }
-      source_.MakeUpTo(blur_.InputEnd(next_ + count));
+      source_.ComputeUpTo(blur_.InputEnd(next_ + count));
       blur_.Block(next_, count, derive_, out_, end_rows_);
       next_ += count;
     }

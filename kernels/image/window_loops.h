@@ -10,7 +10,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// One sum for each row of a block, accumulated as vectors of S, then over the lanes in double.
+// One sum for each row of a block. Values are added lane by lane in S; the lanes are then added in double.
 template <class S>
 struct RowSums {
   using V = xsimd::batch<S>;
@@ -19,7 +19,7 @@ struct RowSums {
 
   void Add(const T& values) { lanes = lanes + values; }
   // Writes the totals of the first `count` rows to every third element of `sums`, and resets them for the next block.
-  void Take(int count, double* sums) {
+  void WriteAndReset(int count, double* sums) {
     for (int r = 0; r < count; ++r) {
       alignas(64) S lane[V::size];
       lanes.v[r].store_aligned(lane);
@@ -31,10 +31,11 @@ struct RowSums {
   }
 };
 
-constexpr auto kAsTheyAre = [](const auto& fields) { return fields; };
+constexpr auto kIdentity = [](const auto& fields) { return fields; };
 constexpr auto kNothing = [](int, int) {};
 
-// Loads u = x + y and e = x - y of two images; the four fields of a window are computed from them.
+// Returns a function that loads u = x + y and e = x - y of two images. kWithSquares computes the four fields of an SSIM
+// window from u and e.
 template <class S>
 auto SumAndDifference(const S* rendered, const S* truth) {
   return [=](Index i, const auto& access) {
@@ -59,7 +60,7 @@ void BlurRows(const RowRange<S>& rows, const Load& load, const Derive& derive, c
   WindowBlur<kStored, N, S> blur(rows, scratch);
   ImageRows images(rows, blur, blur.InputBegin(rows.begin), load);
   BlurredRows blurred(rows, images, blur, rows.begin, rows.end, derive, out, end_rows);
-  blurred.MakeUpTo(rows.end);
+  blurred.ComputeUpTo(rows.end);
 }
 
 // Sums of the pixel penalties.
@@ -69,12 +70,12 @@ struct PenaltySums {
 
   template <class Access, class T>
   void Add(const Access& access, const PixelPenalty<T>& penalty) {
-    absolute.Add(access.Used(penalty.absolute));
-    value.Add(access.Used(penalty.value));
+    absolute.Add(access.ZeroOutside(penalty.absolute));
+    value.Add(access.ZeroOutside(penalty.value));
   }
-  void Take(int count, double* sums) {
-    absolute.Take(count, sums);
-    value.Take(count, sums + 1);
+  void WriteAndReset(int count, double* sums) {
+    absolute.WriteAndReset(count, sums);
+    value.WriteAndReset(count, sums + 1);
   }
 };
 
@@ -92,12 +93,12 @@ void Value(const RowRange<S>& rows, const ValueArgs<S>& args) {
   const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
-    dissimilarity.Add(access.Used(WindowOf(blurred).Dissimilarity()));
+    dissimilarity.Add(access.ZeroOutside(WindowOf(blurred).Dissimilarity()));
     penalties.Add(access, PixelPenalty<T>(access.Load(loss.rendered + i) - access.Load(loss.truth + i), loss.penalty));
   };
   const auto end_rows = [&](int row, int count) {
-    penalties.Take(count, SumsOf(loss, rows, row));
-    dissimilarity.Take(count, SumsOf(loss, rows, row) + 2);
+    penalties.WriteAndReset(count, SumsOf(loss, rows, row));
+    dissimilarity.WriteAndReset(count, SumsOf(loss, rows, row) + 2);
   };
   BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
 }

@@ -18,7 +18,7 @@ struct Dual {
   T v;
 
   Dual() = default;
-  // By value, because device code may not take the address of a namespace-scope constant, as in Dual(kConstant).
+  // Takes the value by copy: in Dual(kConstant), device code may not take the address of a namespace-scope constant.
   VESTA_HD Dual(T value) : a(value), v(T(0)) {}
   VESTA_HD Dual(const T& value, const T& derivative) : a(value), v(derivative) {}
   // Constants: Dual<batch>(0.5f), Dual<double>(2).
@@ -199,7 +199,8 @@ struct Elementary<Dual<T>> {
   VESTA_HD static Dual<T> Select(const Mask& condition, const Dual<T>& a, const Dual<T>& b) {
     return {Elementary<T>::Select(condition, a.a, b.a), Elementary<T>::Select(condition, a.v, b.v)};
   }
-  // The value is rounded as in plain T, so a cut-off never differs between a function and its tangent.
+  // The value is rounded exactly as for plain T. Comparisons with a threshold therefore never differ between a function
+  // and its derivative.
   VESTA_HD static Dual<T> Fma(const Dual<T>& a, const Dual<T>& b, const Dual<T>& c) {
     using E = Elementary<T>;
     return {E::Fma(a.a, b.a, c.a), E::Fma(a.v, b.a, E::Fma(a.a, b.v, c.v))};

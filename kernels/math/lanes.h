@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIMD batches as a scalar type for the templates: xsimd's batch<float> in the width of the compiled instruction set,
-// and double as a batch of one. Only *.simd.cpp files and their shared headers may include this header.
+// SIMD batches as a scalar type for the templates of this folder: xsimd's batch<float>, with the width of the
+// instruction set that the file is compiled for. (double is treated as a batch of one lane, see scalar.h.) Only
+// *.simd.cpp files and their shared headers may include this header.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +35,7 @@ struct Elementary<FloatLanes> {
   static FloatLanes Max(const FloatLanes& a, const FloatLanes& b) { return xsimd::max(a, b); }
   static FloatLanes Min(const FloatLanes& a, const FloatLanes& b) { return xsimd::min(a, b); }
   // 2^x where mask is set and x is in [-126, 0]; 0 where mask is not set. The relative error is at most 5e-7, with and
-  // without fused multiply-adds: 8e-8 from the minimax polynomial of degree 5, the rest from rounding.
+  // without fused multiply-adds. The minimax polynomial of degree 5 causes 8e-8 of it, rounding the remaining part.
   static FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512DQ__)
     // 2^x = 2^floor(x) 2^f. The hardware computes f in [0, 1) and the scaling in one instruction each.
@@ -65,7 +66,7 @@ struct Elementary<FloatLanes> {
 #endif
   }
 
-  // 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7 (a hardware estimate and one Newton step).
+  // 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7: a hardware estimate is improved by one Newton step.
   static FloatLanes Reciprocal(const FloatLanes& x) {
 #if defined(__AVX512F__)
     const FloatLanes guess = _mm512_rcp14_ps(x);
@@ -97,8 +98,8 @@ struct Elementary<FloatLanes> {
   }
 };
 
-// Stores first + i for each set bit i < 16 of bits, ascending, and returns their number. May write up to 16 elements of
-// out.
+// Writes first + i to `out` for each set bit i < 16 of `bits`, in ascending order, and returns their number. Up to 16
+// elements of `out` may be overwritten.
 inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t* out) {
 #if defined(__AVX512F__)
   const __m512i iota = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -113,8 +114,9 @@ inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t*
 }
 
 #if defined(__SSE2__)
-// Adds the lanes of a and of b in pairs. Each level halves the number of lanes per sum. After the last level, lane i
-// holds the sum of the i-th batch.
+// One step of SumLanes, which sums the lanes of several batches at once. It adds pairs of lanes of a and pairs of lanes
+// of b, and stores both results in one batch. Each step halves the number of batches. After log2(width) steps one batch
+// is left, whose lane i is the sum of the i-th batch.
 template <int kLevel>
 inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #if defined(__AVX512F__)
@@ -139,7 +141,7 @@ inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #endif
 }
 
-// Folds v[0..kCount) into v[0], from level kLevel on.
+// Applies the steps from kLevel on to v[0], ..., v[kCount - 1], kCount <= width. The result is in v[0].
 template <int kLevel, int kCount>
 inline void FoldAll(FloatLanes* v) {
   if constexpr ((1 << kLevel) < static_cast<int>(FloatLanes::size)) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIMD vectors stored in compressed form: only selected lanes are in memory, one after the other, as float or Half.
+// SIMD vectors in compressed form: memory contains only selected lanes, one after the other, as float or Half.
 //
-// The function Load of PackedLanes takes a pointer and a bit mask. Lane i is the next stored element if bit i is set,
-// else 0. It may read up to kPackedOverread elements for any mask. Store is the inverse and writes one element per set
-// bit.
+// PackedLanes<E, V>::Load(p, bits) returns a vector V. If bit i is set, lane i is the next element of the array p of
+// type E; otherwise it is 0. Load may read up to kPackedOverread elements from p, for any bits. Store(p, bits, x) is
+// the inverse: it writes one element for each set bit.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// Number of elements that must be readable from the start of the last packed vector.
+// Number of elements that must be readable from the start of the last compressed vector.
 inline constexpr int kPackedOverread = 16;
 
 template <class E, class V>
@@ -36,7 +36,7 @@ struct PackedLanes<Half, double> {
   }
 };
 
-// Stores convert(lane) of each lane with a set bit.
+// Writes convert(lane) for each lane whose bit is set.
 template <class E, class Convert>
 inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Convert& convert) {
   alignas(64) float lane[FloatLanes::size];
@@ -46,7 +46,7 @@ inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Co
 
 #if defined(__AVX512F__)
 
-// Mask of as many first lanes as bits are set.
+// Mask of the first n lanes, where n is the number of set bits.
 inline __mmask16 FirstLanes(std::uint32_t bits) { return static_cast<__mmask16>((1U << std::popcount(bits)) - 1); }
 
 template <>
@@ -92,7 +92,7 @@ constexpr std::array<std::uint64_t, 256> SourceLanes() {
 }
 inline constexpr std::array<std::uint64_t, 256> kSourceLanes = SourceLanes();
 
-// Spreads the first lanes of x over the lanes with a set bit; other lanes are 0.
+// Moves the first lanes of x to the lanes whose bits are set, in order. The other lanes become 0.
 inline FloatLanes SpreadLanes(__m256 x, std::uint32_t bits) {
   const __m256i source = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(kSourceLanes[bits])));
   const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
@@ -112,7 +112,8 @@ template <>
 struct PackedLanes<Half, FloatLanes> {
   static FloatLanes Load(const Half* p, std::uint32_t bits) {
     const __m256i x = _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
-    // The exponent bias is 112 smaller than for float; the product corrects this. Half has no subnormals.
+    // The exponent bias of Half is 112 smaller than that of float; the product with 2^112 corrects this. Half has no
+    // subnormals.
     const __m256i magnitude = _mm256_slli_epi32(_mm256_and_si256(x, _mm256_set1_epi32(0x7fff)), 13);
     const __m256i sign = _mm256_slli_epi32(_mm256_and_si256(x, _mm256_set1_epi32(0x8000)), 16);
     const __m256 all = _mm256_or_ps(_mm256_mul_ps(_mm256_castsi256_ps(magnitude), _mm256_set1_ps(0x1p112f)),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Quaternions (w, x, y, z), and rotations from quaternions that need not be normalised.
+// Quaternions (w, x, y, z) and their rotation matrices. Where not stated otherwise, they need not have length 1. A name
+// with _bar is a cotangent: the derivative of a scalar result with respect to that variable.
 #pragma once
 
 #include "kernels/math/scalar.h"
@@ -27,7 +28,7 @@ template <class T>
 VESTA_HD inline void QuaternionExponential(const T d[3], T out[4]) {
   using std::cos, std::sin, std::sqrt;
   const T square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  // Below this bound the next term of the series is smaller than the rounding error.
+  // Series for small angles. Below this bound, the first omitted term is smaller than the rounding error.
   const auto small = square < T(1e-4);
   const T length = sqrt(Select(small, T(1), square));
   const T sinc = Select(small, T(1) - square * (T(1) - square * T(1.0 / 20)) * T(1.0 / 6), sin(length) / length);
@@ -35,7 +36,7 @@ VESTA_HD inline void QuaternionExponential(const T d[3], T out[4]) {
   for (int i = 0; i < 3; ++i) out[1 + i] = sinc * d[i];
 }
 
-// q / |q|, q not zero.
+// out = q / |q|; q must not be zero.
 template <class T>
 VESTA_HD inline void NormalizeQuaternion(const T q[4], T out[4]) {
   using std::sqrt;
@@ -43,7 +44,7 @@ VESTA_HD inline void NormalizeQuaternion(const T q[4], T out[4]) {
   for (int i = 0; i < 4; ++i) out[i] = scale * q[i];
 }
 
-// 2 / |q|^2, or 0 if q is too short to define a direction (the rotation is then the identity).
+// 2 / |q|^2, or 0 if |q| < 1e-12. The rotation of such a q is then the identity.
 template <class T>
 VESTA_HD inline T QuaternionScale(const T q[4]) {
   const T norm2 = Fma(q[0], q[0], Fma(q[1], q[1], Fma(q[2], q[2], q[3] * q[3])));
@@ -51,7 +52,8 @@ VESTA_HD inline T QuaternionScale(const T q[4]) {
   return Select(tiny, T(0), T(2) / Select(tiny, T(1), norm2));
 }
 
-// R (row-major 3 x 3) of q / |q|: R = I + (2 / |q|^2) P(q), with P quadratic, so no square root is needed.
+// R = the rotation matrix of q / |q|, row-major 3 x 3. R = I + (2 / |q|^2) P(q), where the elements of P are quadratic
+// in q, so no square root is needed.
 template <class T>
 VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
   const T n = QuaternionScale(q);
@@ -90,7 +92,8 @@ inline void QuaternionFromRotation(const T R[9], T q[4]) {
   for (int n = 3; n >= 0; --n) q[n] = q[0] < T(0) ? -q[n] : q[n];
 }
 
-// Adjoint of RotationFromQuaternion: R_bar to q_bar. R is constant along q, so q_bar is orthogonal to q.
+// Adjoint of RotationFromQuaternion: computes q_bar from R_bar. R does not depend on the length of q, so q_bar is
+// orthogonal to q.
 template <class T>
 VESTA_HD inline void RotationFromQuaternionAdjoint(const T q[4], const T R_bar[9], T q_bar[4]) {
   const T n = QuaternionScale(q);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions with the same meaning for scalars, dual numbers, ceres::Jet and SIMD batches. Class Lanes loads,
-// stores and sums such types.
+// Elementary functions with the same meaning for scalars, dual numbers, ceres::Jet and SIMD batches, and the class
+// Lanes, which loads, stores and sums values of these types.
 //
 // Templates in kernels/math and kernels/gaussian_splatting never branch on values; they use Select. The general
-// Elementary below serves types whose comparisons return bool, such as float, double and ceres::Jet. Dual numbers and
+// Elementary below is for types whose comparisons return bool, such as float, double and ceres::Jet. Dual numbers and
 // SIMD batches specialise it (dual.h, lanes.h).
 #pragma once
 
@@ -19,8 +19,8 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
-// Implements the functions below for one scalar type. A class template, because a specialisation may be included after
-// the functions that use it; an overload would not be found then.
+// Implements the functions below for one scalar type. It is a class template because a specialisation may be included
+// after the functions that use it; an overload would then not be found.
 template <class T>
 struct Elementary {
   template <class Mask>
@@ -40,6 +40,7 @@ struct Elementary {
   VESTA_HD static T Reciprocal(const T& x) { return FastReciprocal(x); }
 };
 
+// a where the condition is true, else b; lane by lane for batches.
 template <class Mask, class T>
 VESTA_HD inline T Select(const Mask& condition, const T& a, const T& b) {
   return Elementary<T>::Select(condition, a, b);
@@ -86,6 +87,7 @@ template <class Mask, class T>
 VESTA_HD inline T MaskedSquareRoot(const Mask& mask, const T& x) {
   return Elementary<T>::MaskedSquareRoot(mask, x);
 }
+// 1 / x for x in [2^-100, 2^100]. It may be less accurate than a division (lanes.h, device_scalar.h).
 template <class T>
 VESTA_HD inline T Reciprocal(const T& x) {
   return Elementary<T>::Reciprocal(x);
@@ -100,6 +102,7 @@ struct Lanes {
   static constexpr int kWidth = 1;
   VESTA_HD static V Load(const V* p) { return *p; }
   VESTA_HD static void Store(V* p, const V& x) { *p = x; }
+  // The lane numbers 0, 1, 2, ...
   VESTA_HD static V Iota() { return V(0); }
   // out[i] = the sum of the lanes of v[i].
   template <int kCount>
@@ -107,7 +110,7 @@ struct Lanes {
     for (int i = 0; i < kCount; ++i) out[i] = v[i];
   }
   VESTA_HD static bool Any(bool m) { return m; }
-  // Bit i is lane i.
+  // Returns a mask as an integer: bit i is lane i.
   VESTA_HD static std::uint32_t Bits(bool m) { return m ? 1 : 0; }
   VESTA_HD static void StoreMask(bool* p, bool m) { *p = m; }
   VESTA_HD static bool LoadMask(const bool* p) { return *p; }

@@ -21,15 +21,15 @@ namespace {
 
 // Message that a rank sends when it stops.
 constexpr int kAbandonTag = 1;
-constexpr std::size_t kMostWords = 2000;
-using Words = std::array<char, kMostWords>;
+constexpr std::size_t kMessageBytes = 2000;
+using Message = std::array<char, kMessageBytes>;
 
 void CheckMpi(int code, const char* what) {
   if (code == MPI_SUCCESS) return;
-  std::array<char, MPI_MAX_ERROR_STRING> words{};
+  std::array<char, MPI_MAX_ERROR_STRING> text{};
   int length = 0;
-  MPI_Error_string(code, words.data(), &length);
-  Fail(kUnavailable, "MPI failed in {}: {}", what, std::string(words.data(), static_cast<std::size_t>(length)));
+  MPI_Error_string(code, text.data(), &length);
+  Fail(kUnavailable, "MPI failed in {}: {}", what, std::string(text.data(), static_cast<std::size_t>(length)));
 }
 
 // MPI counts in int. If possible the unit is four bytes.
@@ -72,18 +72,19 @@ class MpiCommunicator final : public Communicator {
       Fail(kUnavailable, "this MPI library does not support programs with several threads; use another one");
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
     // Abandon messages have their own communicator, so that they never match other messages.
-    CheckMpi(MPI_Comm_dup(MPI_COMM_WORLD, &news_), "MPI_Comm_dup");
-    MPI_Comm_set_errhandler(news_, MPI_ERRORS_RETURN);
+    CheckMpi(MPI_Comm_dup(MPI_COMM_WORLD, &abandon_comm_), "MPI_Comm_dup");
+    MPI_Comm_set_errhandler(abandon_comm_, MPI_ERRORS_RETURN);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
-    CheckMpi(MPI_Irecv(words_.data(), kMostWords, MPI_CHAR, MPI_ANY_SOURCE, kAbandonTag, news_, &abandoned_by_),
-             "MPI_Irecv");
+    CheckMpi(
+        MPI_Irecv(message_.data(), kMessageBytes, MPI_CHAR, MPI_ANY_SOURCE, kAbandonTag, abandon_comm_, &abandoned_by_),
+        "MPI_Irecv");
   }
   ~MpiCommunicator() override {
     if (is_abandoned_) return;  // while other ranks wait in a call, MPI_Finalize would never return
     MPI_Cancel(&abandoned_by_);
     MPI_Wait(&abandoned_by_, MPI_STATUS_IGNORE);
-    MPI_Comm_free(&news_);
+    MPI_Comm_free(&abandon_comm_);
     MPI_Finalize();
   }
   MpiCommunicator(const MpiCommunicator&) = delete;
@@ -95,28 +96,29 @@ class MpiCommunicator final : public Communicator {
   void Abandon(const std::string& why) noexcept override {
     if (is_abandoned_) return;
     is_abandoned_ = true;
-    const Words words = WordsOf(why);
+    const Message message = MessageOf(why);
     std::vector<MPI_Request> sends(static_cast<std::size_t>(size_), MPI_REQUEST_NULL);
     for (int r = 0; r < size_; ++r) {
       if (r == rank_) continue;
-      MPI_Isend(words.data(), kMostWords, MPI_CHAR, r, kAbandonTag, news_, &sends[static_cast<std::size_t>(r)]);
+      MPI_Isend(message.data(), kMessageBytes, MPI_CHAR, r, kAbandonTag, abandon_comm_,
+                &sends[static_cast<std::size_t>(r)]);
     }
     // Ranks that have died never receive the message.
-    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
-    for (int done = 0; done == 0 && std::chrono::steady_clock::now() < patience;) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    for (int done = 0; done == 0 && std::chrono::steady_clock::now() < deadline;) {
       if (MPI_Testall(size_, sends.data(), &done, MPI_STATUSES_IGNORE) != MPI_SUCCESS) break;
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
   }
-  bool IsKnown(const std::string& why) noexcept override {
+  bool IsReportedByOtherRank(const std::string& why) noexcept override {
     if (rank_ == 0 || is_abandoned_) return is_abandoned_;
-    const auto patience = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
-    while (std::chrono::steady_clock::now() < patience) {
-      int told = 0;
-      if (MPI_Test(&abandoned_by_, &told, MPI_STATUS_IGNORE) != MPI_SUCCESS) return false;
-      if (told != 0) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
+    while (std::chrono::steady_clock::now() < deadline) {
+      int arrived = 0;
+      if (MPI_Test(&abandoned_by_, &arrived, MPI_STATUS_IGNORE) != MPI_SUCCESS) return false;
+      if (arrived != 0) {
         is_abandoned_ = true;
-        return words_ == WordsOf(why);
+        return message_ == MessageOf(why);
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -124,10 +126,10 @@ class MpiCommunicator final : public Communicator {
   }
 
  private:
-  static Words WordsOf(const std::string& why) noexcept {
-    Words words{};
-    std::memcpy(words.data(), why.data(), std::min(why.size(), kMostWords - 1));
-    return words;
+  static Message MessageOf(const std::string& why) noexcept {
+    Message message{};
+    std::memcpy(message.data(), why.data(), std::min(why.size(), kMessageBytes - 1));
+    return message;
   }
   void DoAllGather(Bytes all, std::span<const std::size_t> sizes) override {
     const Units units = UnitsOf(sizes);
@@ -174,24 +176,24 @@ class MpiCommunicator final : public Communicator {
     }
   }
   void ThrowIfAbandoned() {
-    int told = 0;
+    int arrived = 0;
     MPI_Status status;
-    CheckMpi(MPI_Test(&abandoned_by_, &told, &status), "MPI_Test");
-    if (told == 0) return;
+    CheckMpi(MPI_Test(&abandoned_by_, &arrived, &status), "MPI_Test");
+    if (arrived == 0) return;
     is_abandoned_ = true;
-    throw OthersGaveUp(fmt::format("process {} of {}: {}", status.MPI_SOURCE, size_, words_.data()));
+    throw OtherRankFailed(fmt::format("process {} of {}: {}", status.MPI_SOURCE, size_, message_.data()));
   }
 
   MpiOptions options_;
   int rank_ = 0, size_ = 1;
-  MPI_Comm news_ = MPI_COMM_NULL;
+  MPI_Comm abandon_comm_ = MPI_COMM_NULL;
   MPI_Request abandoned_by_ = MPI_REQUEST_NULL;
-  Words words_{};
+  Message message_{};
   bool is_abandoned_ = false;
 };
 
 void CheckSameInstructions(Communicator& ranks) {
-  const std::vector<std::string> names = GatherWords(ranks, IsaName(ActiveIsa()));
+  const std::vector<std::string> names = GatherStrings(ranks, IsaName(ActiveIsa()));
   for (std::size_t r = 1; r < names.size(); ++r) {
     if (names[r] != names[0]) {
       Fail(kUnavailable,

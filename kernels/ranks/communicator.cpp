@@ -38,8 +38,8 @@ void Communicator::AllToAll(ConstBytes send, std::span<const std::size_t> send_s
   Count(receive_sizes, [&] { DoAllToAll(send, send_sizes, receive, receive_sizes); });
 }
 
-void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
-                          std::span<const std::size_t> receive_sizes) {
+void SingleRankCommunicator::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
+                                        std::span<const std::size_t> receive_sizes) {
   VESTA_CHECK(send_sizes[0] == receive_sizes[0], "a rank sends {} bytes to itself but receives {}", send_sizes[0],
               receive_sizes[0]);
   std::copy_n(send.begin(), send_sizes[0], receive.begin());
@@ -86,7 +86,7 @@ int NumRanksOnThisMachine() {
   return std::ranges::max(NumbersFrom(names));
 }
 
-std::vector<std::string> GatherWords(Communicator& ranks, const std::string& mine) {
+std::vector<std::string> GatherStrings(Communicator& ranks, const std::string& mine) {
   const std::vector<std::size_t> lengths = GatherValues(ranks, std::vector<std::size_t>{mine.size()});
   const std::vector<char> letters = GatherValues(ranks, std::vector<char>(mine.begin(), mine.end()));
   std::vector<std::string> words;

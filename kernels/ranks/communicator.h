@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Communication between the processes that work on one task: MPI's ranks, as the rest of vesta sees them.
+// Communication between the processes of one run. They are called ranks, as in MPI. Only kernels/mpi uses MPI itself.
 //
-// The communicator only moves bytes. vesta forms all sums itself, in an order that does not depend on the number of
-// ranks (sum_tree.h). All results are therefore bit-identical for any number of ranks.
+// The communicator only copies bytes between ranks. vesta computes all sums itself, in an order that does not depend on
+// the number of ranks (sum_tree.h). All results are therefore bit-identical for any number of ranks.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,11 @@
 
 namespace vesta {
 
-// Thrown by calls after another rank failed. Contains that rank's message: "process 2 of 4: no room".
-class OthersGaveUp : public Error {
+// Thrown by collective calls after another rank failed. what() names this rank and its message: "process 2 of 4: out of
+// memory".
+class OtherRankFailed : public Error {
  public:
-  explicit OthersGaveUp(const std::string& words) : Error(kUnavailable, words) {}
+  explicit OtherRankFailed(const std::string& message) : Error(kUnavailable, message) {}
 };
 
 // Statistics of the data that a rank has received.
@@ -29,8 +30,8 @@ struct RankTraffic {
   double seconds = 0;         // time in these calls, including the wait for other ranks
 };
 
-// Collective: all ranks must call the same functions in the same order, each from one thread. If a rank has called
-// Abandon or has died, the calls of the others throw OthersGaveUp with its message.
+// AllGather and AllToAll are collective: all ranks must call them in the same order, each rank from one thread. If a
+// rank has called Abandon, these calls throw OtherRankFailed on the other ranks.
 class Communicator {
  public:
   using Bytes = std::span<std::byte>;
@@ -40,18 +41,19 @@ class Communicator {
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
-  // Gathers the pieces of all ranks. `all` holds the pieces one after another, with the given sizes (the same on all
-  // ranks). On entry it contains only this rank's piece, on return all pieces.
+  // Gathers one piece of data per rank. `all` has space for the pieces one after another, in rank order. sizes: the
+  // bytes of each piece, the same on all ranks. On entry `all` contains only this rank's piece, on return all pieces.
   void AllGather(Bytes all, std::span<const std::size_t> sizes);
-  // Sends the r-th piece of `send` to rank r, and stores the piece that rank r sent to this rank as the r-th of
-  // `receive`. All sizes must be multiples of 4 bytes.
+  // Sends the r-th piece of `send` to rank r, for every r. The piece that rank r sent to this rank becomes the r-th
+  // piece of `receive`. Pieces are stored one after another. Sizes are in bytes and must be multiples of 4.
   void AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                 std::span<const std::size_t> receive_sizes);
-  // Tells the other ranks why this rank stops. Their pending and later calls throw OthersGaveUp. Never throws.
+  // Sends the other ranks a message, the reason why this rank stops. Their pending and later collective calls throw
+  // OtherRankFailed. Never throws.
   virtual void Abandon(const std::string& why) noexcept = 0;
-  // Whether another rank has just called Abandon with the same message, for instance because all ranks miss the same
-  // file. The message then need not be printed again. Waits up to half a second, except on rank 0.
-  virtual bool IsKnown(const std::string& /*why*/) noexcept { return false; }
+  // Whether another rank has called Abandon with the same message, for instance because the same file is missing on all
+  // ranks. The message then need not be printed again. Waits for such a message up to half a second, except on rank 0.
+  virtual bool IsReportedByOtherRank(const std::string& /*why*/) noexcept { return false; }
 
   const RankTraffic& traffic() const { return traffic_; }
 
@@ -67,7 +69,7 @@ class Communicator {
 };
 
 // Communicator of a single process.
-class SoloRank final : public Communicator {
+class SingleRankCommunicator final : public Communicator {
  public:
   int rank() const override { return 0; }
   int size() const override { return 1; }
@@ -79,11 +81,13 @@ class SoloRank final : public Communicator {
                   std::span<const std::size_t> receive_sizes) override;
 };
 
-// Information from the environment variables that mpirun and similar launchers set: whether a launcher started this
-// process, the number of started processes, and the number of them on this machine. The last two are 1 if unknown. If
-// the number is only known per machine and not which machine this is, NumRanksOnThisMachine returns the largest.
+// Whether mpirun or a similar launcher started this process. This function and the next two read the environment
+// variables that launchers set.
 bool IsStartedInRanks();
+// Number of started processes; 1 if unknown.
 int NumStartedRanks();
+// Number of these processes on this machine; 1 if unknown. Slurm lists one number per machine, without saying which
+// machine this is; the function then returns the largest number.
 int NumRanksOnThisMachine();
 
 // The k-th of `parts` pieces of [0, count). All pieces have about the same size.
@@ -93,14 +97,16 @@ struct Share {
 };
 inline Share ShareOf(std::int64_t count, int parts, int k) { return {count * k / parts, count * (k + 1) / parts}; }
 
-// Gathers values of one type. mine: this rank's values. The result has the values of all ranks, in rank order.
+// Gathers the values `mine` of each rank. Returns the values of all ranks, in rank order. The ranks may have different
+// numbers of values. Collective, like the functions below.
 template <class T>
 std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine);
-// The same if all ranks know the number of values of each rank. On entry `all` contains this rank's values.
+// The same if all ranks already know counts, the number of values of each rank. On entry `all` contains this rank's
+// values, on return the values of all ranks.
 template <class T>
 void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts);
-// Gathers one string per rank, in rank order.
-std::vector<std::string> GatherWords(Communicator& ranks, const std::string& mine);
+// Gathers one string per rank. Returns the strings in rank order.
+std::vector<std::string> GatherStrings(Communicator& ranks, const std::string& mine);
 // Logical or over all ranks.
 bool OnAnyRank(Communicator& ranks, bool mine);
 

@@ -64,14 +64,14 @@ SumPlan::SumPlan(Communicator& ranks, Index terms, Index size, const std::vector
     nodes_.push_back(NodesOf(run.begin, run.end, terms));
   }
   for (const TreeNode& node : nodes(ranks.rank())) {
-    for (int r = 0; r < ranks.size(); ++r) sent_.push_back(PlacesIn(OwnedEntries(r), Of(node)));
+    for (int r = 0; r < ranks.size(); ++r) sent_.push_back(PositionsIn(OwnedEntries(r), Of(node)));
   }
   const Support& root = Of({0, terms});
   whole_counts_.reserve(static_cast<std::size_t>(ranks.size()));
   for (int r = 0; r < ranks.size(); ++r) {
     whole_counts_.push_back(static_cast<std::size_t>(Intersection(root, OwnedEntries(r)).size()));
   }
-  places_in_share_ = Support(PlacesIn(OfMine({0, terms}), OwnedEntries(ranks.rank())));
+  own_positions_ = Support(PositionsIn(OfMine({0, terms}), OwnedEntries(ranks.rank())));
 }
 
 Index SumPlan::ReceivedValuesOfShare(int rank) const {
@@ -123,7 +123,7 @@ void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
   const int size = plan_.ranks().size();
   HostBuffer<S> finished = Collect(sum);
   if (size == 1) {
-    Spread<S>(root, std::as_const(finished).view(), out);
+    Expand<S>(root, std::as_const(finished).view(), out);
     free_.push_back(std::move(finished));
     return;
   }
@@ -135,7 +135,7 @@ void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
   const HostSpan<S> all = is_all ? out : compact.view();
   std::copy(finished.begin(), finished.end(), all.data() + before);
   GatherInto(plan_.ranks(), std::span<S>(all.data(), static_cast<std::size_t>(all.size())), counts);
-  if (!is_all) Spread<S>(root, std::as_const(compact).view(), out);
+  if (!is_all) Expand<S>(root, std::as_const(compact).view(), out);
   free_.push_back(std::move(finished));
   if (!is_all) free_.push_back(std::move(compact));
 }
@@ -145,7 +145,7 @@ void SumOverRanks<S>::FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
   const Support& share = plan_.OwnedEntries(plan_.ranks().rank());
   VESTA_CHECK(out.size() == share.size(), "the share has {} entries, the output {}", share.size(), out.size());
   HostBuffer<S> finished = Collect(sum);
-  Spread<S>(plan_.own_positions(), std::as_const(finished).view(), out);
+  Expand<S>(plan_.own_positions(), std::as_const(finished).view(), out);
   free_.push_back(std::move(finished));
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of vectors that are distributed over ranks, in the order of the tree of sum_tree.h. The result is bit-identical
-// for any number of ranks.
+// Sums of vectors (terms) whose computation is divided among ranks, added in the order of the tree of sum_tree.h. The
+// result is bit-identical for any number of ranks.
+//
+// Many entries of a term may be zero. Its support is the list of its other entries, and its compact vector consists of
+// the values at these entries (support.h). A rank finishes an entry if it computes the total of this entry over all
+// terms. The entries that a rank finishes are its share.
 #pragma once
 
 #include <map>
@@ -15,7 +19,7 @@
 
 namespace vesta {
 
-// The terms that a rank computes.
+// The range of terms that a rank computes.
 inline TreeNode TermsOf(Index terms, const Communicator& ranks, int rank) {
   const Share share = ShareOf(terms, ranks.size(), rank);
   return {share.begin, share.end};
@@ -24,35 +28,37 @@ inline TreeNode TermsOf(Index terms, const Communicator& ranks, int rank) {
 void CheckTerms(Index terms, const Communicator& ranks);
 
 // Communication plan of a sum: the entries that each rank sends to each other rank. Each rank first adds its own terms
-// as far as the tree allows, which leaves at most two vectors per level. It then collects its share of the entries from
-// the others and finishes their sum. If all ranks need the whole sum, they exchange the shares, which takes the bytes
-// of an all-reduce.
+// as far as the tree allows, which leaves at most two partial sums (nodes) per level. It then receives the values of
+// its share from the other ranks, and adds them. If all ranks need the whole sum, they exchange the finished shares. An
+// all-reduce would transfer as many bytes.
 class SumPlan {
  public:
   // Plans sums of `terms` vectors of `size` entries. mine: the supports of this rank's terms (TermsOf). finished: the
-  // entries that each rank finishes, each entry once; if empty, every rank finishes an equal share of [0, size).
+  // share of each rank; every entry belongs to exactly one share. If `finished` is empty, each rank gets an equal range
+  // of [0, size). Collective.
   SumPlan(Communicator& ranks, Index terms, Index size, const std::vector<Support>& mine,
           std::vector<Support> finished);
 
   Index terms() const { return terms_; }
   Index size() const { return size_; }
   Communicator& ranks() const { return ranks_; }
-  // Support of a node of the tree, in whole, and restricted to the entries that this rank finishes.
+  // Support of a node of the tree.
   const Support& Of(const TreeNode& node) const { return supports_.at({node.begin, node.end}); }
+  // Intersection of this support with this rank's share.
   const Support& OfMine(const TreeNode& node) const { return mine_.at({node.begin, node.end}); }
-  // The nodes that a rank has after adding its own terms.
+  // The nodes that a rank has after it added its own terms.
   const std::vector<TreeNode>& nodes(int rank) const { return nodes_[static_cast<std::size_t>(rank)]; }
-  // The entries that a rank finishes.
+  // The share of a rank.
   const Support& OwnedEntries(int rank) const { return finished_[static_cast<std::size_t>(rank)]; }
-  // Positions, in the compact vector of this rank's k-th node, of the entries that a rank finishes.
+  // Positions, in the compact vector of this rank's k-th node, of the entries in the share of `rank`.
   const std::vector<EntryRange>& SentTo(std::size_t node, int rank) const {
     return sent_[node * static_cast<std::size_t>(ranks_.size()) + static_cast<std::size_t>(rank)];
   }
-  // Number of entries of the sum that may differ from zero, per finishing rank; and the positions of this rank's
-  // entries in its share.
+  // For each rank: number of entries of its share at which the sum may differ from zero.
   const std::vector<std::size_t>& whole_counts() const { return whole_counts_; }
-  const Support& own_positions() const { return places_in_share_; }
-  // Number of values that a rank receives to finish its share, and to get the whole sum.
+  // For this rank: positions of these entries within its share.
+  const Support& own_positions() const { return own_positions_; }
+  // Number of values that a rank receives for its share of the sum, and for the whole sum.
   Index ReceivedValuesOfShare(int rank) const;
   Index ReceivedValues(int rank) const;
 
@@ -64,7 +70,7 @@ class SumPlan {
   std::vector<Support> finished_;
   std::vector<std::vector<EntryRange>> sent_;
   std::vector<std::size_t> whole_counts_;
-  Support places_in_share_;
+  Support own_positions_;
 };
 
 // Computes sums by a SumPlan. S: float or double, in host memory.
@@ -76,16 +82,16 @@ class SumOverRanks {
       : plan_(ranks, terms, size, mine, std::move(finished)) {}
 
   const SumPlan& plan() const { return plan_; }
-  // Frees the buffers that are kept for the next sum.
+  // Frees the buffers that are stored for reuse in the next sum.
   void Release() { free_.clear(), spare_ = {}; }
-  // out = the sum of all terms. make(term, to) writes the complete compact vector of a term; it is called for each term
-  // of this rank. The ranks must finish the entries in ascending order.
+  // out = the sum of all terms. make(term, to) must write the complete compact vector of a term; it is called for each
+  // term of this rank. All entries in the share of a rank must come before the share of the next rank. Collective.
   template <class Make>
   void Sum(const Make& make, HostSpan<S> out) {
     TreeSum<HostBuffer<S>> sum = SumOwnTerms(make);
     FinishWhole(sum, out);
   }
-  // out = the entries of the sum that this rank finishes, as a compact vector.
+  // out = this rank's share of the sum, as a compact vector. Collective.
   template <class Make>
   void SumShare(const Make& make, HostSpan<S> out) {
     TreeSum<HostBuffer<S>> sum = SumOwnTerms(make);
@@ -110,7 +116,7 @@ class SumOverRanks {
   void Push(TreeSum<HostBuffer<S>>& sum, const TreeNode& node, HostBuffer<S>&& value, const SupportOf& support_of);
   void FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out);
   void FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out);
-  // Exchanges with the other ranks, if any.
+  // Exchanges partial sums with the other ranks. Returns the finished values of this rank's share.
   HostBuffer<S> Collect(TreeSum<HostBuffer<S>>& sum);
 
   SumPlan plan_;

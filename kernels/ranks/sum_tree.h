@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Summation in an order that does not depend on the distribution of the terms: a binary tree over terms 0 .. count - 1.
+// Summation in an order that does not depend on how the terms are divided among ranks: along a binary tree over the
+// terms 0 .. count - 1.
 //
-// A node of level k covers 2^k terms; the i-th node starts at term i 2^k, and the last of a level may be shorter. Its
-// value is the sum of its two halves, the left one first. Any contiguous range of terms splits into few nodes, at most
-// two per level. Adding the nodes of all ranges gives bit-identical sums wherever the ranges begin.
+// The i-th node of level k covers the 2^k terms from i 2^k on; the last node of a level may have fewer terms. The value
+// of a node is the value of its left half plus the value of its right half. Any contiguous range of terms consists of
+// at most two nodes per level. If each rank adds the terms of one range, the total is therefore bit-identical wherever
+// the ranges begin.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +17,7 @@
 
 namespace vesta {
 
-// The terms begin .. end - 1.
+// A node of the tree: the terms begin .. end - 1.
 struct TreeNode {
   Index begin = 0, end = 0;
   friend bool operator==(const TreeNode&, const TreeNode&) = default;
@@ -25,10 +27,10 @@ struct TreeNode {
 bool IsNode(const TreeNode& node, Index count);
 // Whether left and right are the two halves of a node of a tree over `count` terms.
 bool AreHalves(const TreeNode& left, const TreeNode& right, Index count);
-// The nodes that the terms begin .. end - 1 split into, from the left; at most two per level.
+// The fewest nodes that together cover the terms begin .. end - 1, from left to right.
 std::vector<TreeNode> NodesOf(Index begin, Index end, Index count);
 
-// Adds terms, and nodes summed elsewhere, as far as the tree allows. They may arrive in any order.
+// Adds terms, and nodes that other ranks summed, as far as the tree allows. They may be added in any order.
 template <class T>
 class TreeSum {
  public:
@@ -37,9 +39,9 @@ class TreeSum {
   // count: number of terms, at least one.
   explicit TreeSum(Index count) : count_(count) { VESTA_CHECK(count > 0, "a sum of {} terms", count); }
 
-  // Adds a term or node. add(node, a, other, b) computes a += b for the left and right half of a node; it is called
-  // whenever both halves have arrived. If terms arrive in ascending order, at most one value per level of the tree is
-  // stored.
+  // Adds a term or node with its value. Throws Error if it is not a node of the tree, or was added before. add(left, a,
+  // right, b) must compute a += b, where a and b are the values of the two halves of a node; it is called as soon as
+  // both are known. If terms are added in ascending order, at most one value per level of the tree is stored.
   template <class Add>
   void Push(TreeNode node, T value, const Add& add) {
     CheckIsNew(node);

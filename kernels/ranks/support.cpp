@@ -49,7 +49,7 @@ Support Intersection(const Support& a, const Support& b) {
   return Support(std::move(ranges));
 }
 
-std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in) {
+std::vector<EntryRange> PositionsIn(const Support& entries, const Support& in) {
   std::vector<EntryRange> places;
   Index before = 0;  // total size of the ranges of `in` before `range`
   auto range = in.ranges().begin();
@@ -101,7 +101,7 @@ void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpa
 }
 
 template <class S>
-void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole) {
+void Expand(const Support& support, HostSpan<const S> compact, HostSpan<S> whole) {
   CpuBackend<S> backend;
   if (!support.IsAll(whole.size())) backend.Fill(0, whole);
   Index at = 0;
@@ -115,7 +115,7 @@ template void AddCompact(const Support&, HostBuffer<float>&, const Support&, Hos
                          HostBuffer<float>&);
 template void AddCompact(const Support&, HostBuffer<double>&, const Support&, HostSpan<const double>, const Support&,
                          HostBuffer<double>&);
-template void Spread(const Support&, HostSpan<const float>, HostSpan<float>);
-template void Spread(const Support&, HostSpan<const double>, HostSpan<double>);
+template void Expand(const Support&, HostSpan<const float>, HostSpan<float>);
+template void Expand(const Support&, HostSpan<const double>, HostSpan<double>);
 
 }  // namespace vesta

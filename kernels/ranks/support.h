@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The support of a vector: a sorted list of the ranges of entries that may differ from zero.
+// The support of a vector: the entries that may differ from zero, as a sorted list of ranges.
 #pragma once
 
 #include <vector>
@@ -15,8 +15,8 @@ struct EntryRange {
   friend bool operator==(const EntryRange&, const EntryRange&) = default;
 };
 
-// Ascending, non-empty ranges with gaps between them. The values at these entries, in this order, form a compact vector
-// of size().
+// A list of ascending, non-empty ranges with gaps between them. The values of a vector at these entries, in this order,
+// form its compact vector, which has size() elements.
 class Support {
  public:
   Support() = default;
@@ -27,7 +27,7 @@ class Support {
   const std::vector<EntryRange>& ranges() const { return ranges_; }
   Index size() const { return size_; }
   bool IsAll(Index size) const { return size_ == size; }
-  // Number of entries of the support before this one.
+  // Number of entries of the support that are less than `entry`.
   Index CountBefore(Index entry) const;
   friend bool operator==(const Support&, const Support&) = default;
 
@@ -38,16 +38,17 @@ class Support {
 
 Support Union(const Support& a, const Support& b);
 Support Intersection(const Support& a, const Support& b);
-// Positions of the entries of both supports in a compact vector over `in`: ascending ranges with gaps between them.
-std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in);
+// Positions, in a compact vector over `in`, of the entries that belong to both supports: ascending ranges with gaps
+// between them.
+std::vector<EntryRange> PositionsIn(const Support& entries, const Support& in);
 
-// left += right: compact vectors over a and b; `both` is the union of a and b. If `both` is larger than a, the sum is
-// formed in `spare`, which is then swapped with `left`. Entries in only one of the supports are copied.
+// left += right. On entry `left` is a compact vector over a, and right over b. On return `left` is a compact vector
+// over `both`, which must be the union of a and b. spare: scratch memory.
 template <class S>
 void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
                 HostBuffer<S>& spare);
-// whole = the compact vector at the support, zero elsewhere.
+// Writes the values of the compact vector to the entries of the support in `whole`, and zero to all other entries.
 template <class S>
-void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
+void Expand(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
 
 }  // namespace vesta

@@ -158,7 +158,7 @@ std::string DistributedProblem<B>::DescribeNonFinite(ConstVectorView x, bool jac
     mine = part(term).problem.DescribeNonFinite(Localize(x, part(term)), jacobians);
     if (!mine.empty()) mine = fmt::format("part {}: {}", term, mine);
   }
-  for (const std::string& words : GatherWords(ranks_, mine)) {
+  for (const std::string& words : GatherStrings(ranks_, mine)) {
     if (!words.empty()) return words;
   }
   return "";

@@ -6,7 +6,7 @@ namespace {
 
 constexpr schema::Choice<SecondMoment> kMetrics[] = {{SecondMoment::kBlock, "block"},
                                                      {SecondMoment::kDiagonal, "diagonal"}};
-static_assert(schema::EachOnce(kMetrics));
+static_assert(schema::AreDistinct(kMetrics));
 
 }  // namespace
 

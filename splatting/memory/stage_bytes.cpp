@@ -212,8 +212,8 @@ MemoryScene MemoryScene::Scaled(Index new_gaussians) const {
   const double factor = static_cast<double>(new_gaussians) / static_cast<double>(std::max<Index>(layout.count, 1));
   MemoryScene scene = *this;
   scene.layout.count = new_gaussians;
-  for (std::int64_t& lacking : scene.layout.lacking)
-    lacking = static_cast<Index>(factor * static_cast<double>(lacking));
+  for (std::int64_t& number : scene.layout.without_band)
+    number = static_cast<Index>(factor * static_cast<double>(number));
   for (ViewCounts& view : scene.views) view.splats *= factor, view.pairs *= factor, view.entries *= factor;
   return scene;
 }

@@ -42,7 +42,7 @@ inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians
   constexpr double kSums = sizeof(splat::RecolorRises<float>),
                    kImages = 2 + LinearizationImages(SsimLinearization::kQuadratic);
   return splat::SplatView<float>::Bytes(view, gaussians) + Workspace::BuildBytes(view, gaussians) +
-         splat::kSpareRoom * (view.splats + view.pairs) * kSums + view.splats * sizeof(splat::Recolors<float>) +
+         splat::kSpareCapacity * (view.splats + view.pairs) * kSums + view.splats * sizeof(splat::Recolors<float>) +
          kImages * kImageBytes * view.pixels +
          PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels);
 }

@@ -118,7 +118,7 @@ void CopyFromHost(void* to, const void* from, std::size_t bytes) {
 }
 void CopyToHost(void* to, const void* from, std::size_t bytes) { CopyFromHost(to, from, bytes); }
 void Synchronize() { ++CountedHostWork().waits; }
-std::vector<KernelFacts> KernelTable() { return {}; }
+std::vector<KernelStatistics> KernelTable() { return {}; }
 
 namespace {
 // The value that the last call saw, per scalar: the maximal delay of a real device.
@@ -129,7 +129,7 @@ std::map<const double*, double>& Readings() {
 }  // namespace
 
 double ReadLagged(const double* scalar) { return std::exchange(Readings()[scalar], *scalar); }
-void ForgetLagged(const double* first, std::size_t count) {
+void DiscardLagged(const double* first, std::size_t count) {
   Readings().erase(Readings().lower_bound(first), Readings().lower_bound(first + count));
 }
 

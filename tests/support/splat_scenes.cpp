@@ -76,7 +76,7 @@ Scene WithBands(const Scene& scene, const std::int64_t (&with_band)[splat::kMaxS
   result.x = RemoveMissingBands(scene.x, layout);
   result.sh_degree = layout.sh_degree;
   result.active_sh_degree = std::min(scene.active_sh_degree, layout.sh_degree);
-  std::copy_n(layout.lacking, splat::kMaxShDegree, result.lacking);
+  std::copy_n(layout.without_band, splat::kMaxShDegree, result.without_band);
   return result;
 }
 

@@ -38,12 +38,12 @@ inline std::ostream& operator<<(std::ostream& os, const SceneOptions& options) {
 struct Scene {
   splat::PosedCamera view;
   int count = 0, sh_degree = 0, active_sh_degree = 0;
-  std::int64_t lacking[splat::kMaxShDegree] = {};  // as in ModelLayout
-  std::vector<double> x;                           // parameters in the layout of formulas/layout.h
+  std::int64_t without_band[splat::kMaxShDegree] = {};  // as in ModelLayout
+  std::vector<double> x;                                // parameters in the layout of formulas/layout.h
 
   double background[3] = {0.2, 0.5, 0.9};
 
-  splat::ModelLayout layout() const { return {count, sh_degree, {lacking[0], lacking[1], lacking[2]}}; }
+  splat::ModelLayout layout() const { return {count, sh_degree, {without_band[0], without_band[1], without_band[2]}}; }
   double& At(int attribute, int i) { return x[static_cast<std::size_t>(layout().Offset(attribute) + i)]; }
   double At(int attribute, int i) const { return x[static_cast<std::size_t>(layout().Offset(attribute) + i)]; }
 };

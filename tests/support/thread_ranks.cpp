@@ -47,7 +47,7 @@ class Board {
 
  private:
   void ThrowIfAbandoned() const {
-    if (!why_.empty()) throw OthersGaveUp(why_);
+    if (!why_.empty()) throw OtherRankFailed(why_);
   }
 
   std::mutex mutex_;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a view on a GPU, as block kernels (kernels/core/block_kernel.h): finding, counting and filling
-// entries, and products with them. cache_entry.h defines an entry.
+// The cached Jacobian of a view on a GPU, as block kernels (kernels/core/block_kernel.h): they find, count and compute
+// the entries, and multiply with them. An entry belongs to one pixel and one splat that contributes to it
+// (cache_entry.h).
 //
-// Entries are ordered by splat (in depth order), then by tile, then by row; the four numbers of an entry are adjacent.
-// Instead of indices, each (splat, tile) pair has a mask of its pixels. An entry's position is the pair's first
-// position plus the number of mask bits before its pixel. The tangent runs tile by tile with a thread per pixel. The
-// adjoint runs pair by pair in the order of the entries, with a thread per row of a tile.
+// Entries are ordered by splat (in depth order), then by tile, then by row and column. The four numbers of an entry are
+// adjacent. Instead of indices, each (splat, tile) pair stores a mask of its pixels. The index of an entry is the index
+// of the first entry of the pair plus the number of mask bits before its pixel.
+//
+// The tangent product uses a block of threads per tile, and a thread per pixel. The adjoint product processes the pairs
+// in the order of the entries, with a thread per row of a tile.
 #pragma once
 
 #include "kernels/gaussian_splatting/cache/cache_entry.h"
@@ -14,14 +17,16 @@
 
 namespace vesta::splat {
 
-// A (splat, tile) pair, ordered by splat.
+// A (splat, tile) pair. The cache stores its pairs ordered by splat, then by tile. rank: index of the splat in depth
+// order.
 struct CachePair {
   TileMask mask;
-  std::uint8_t above[kTileSize];  // number of entries in the rows above, at most 240
+  std::uint8_t above[kTileSize];  // number of entries of the pair in the rows above, at most 240
   std::uint32_t rank, tile;
 };
 
-// The array of all pairs.
+// All pairs of the cache. first_entry[e]: index of the first entry of pair e; the last element is the number of
+// entries.
 struct CachePairs {
   const CachePair* pairs;
   const std::int64_t* first_entry;  // [pairs + 1]
@@ -29,39 +34,41 @@ struct CachePairs {
 
 inline namespace VESTA_ISA {
 
+// Convert a number of an entry to and from the format of the cache: S itself, or Half.
 template <class S>
-VESTA_HD inline void Keep(const S& x, S* kept) {
-  *kept = x;
+VESTA_HD inline void StoreValue(const S& x, S* stored) {
+  *stored = x;
 }
 template <class S>
-VESTA_HD inline void Keep(const S& x, Half* kept) {
-  *kept = ToHalf(static_cast<float>(x));
+VESTA_HD inline void StoreValue(const S& x, Half* stored) {
+  *stored = ToHalf(static_cast<float>(x));
 }
 template <class S>
-VESTA_HD inline S Kept(const S& x) {
+VESTA_HD inline S LoadValue(const S& x) {
   return x;
 }
 template <class S>
-VESTA_HD inline S Kept(const Half& x) {
+VESTA_HD inline S LoadValue(const Half& x) {
   return static_cast<S>(FromHalf(x));
 }
 
-// The four numbers of an entry, read and written with one access: 8 bytes in 16-bit format.
+// The four numbers of an entry. A thread reads or writes them with a single access, of 8 bytes in 16-bit format.
 template <class E>
 struct alignas(kEntryValues * sizeof(E)) CacheEntry {
   E weight, contrast[3];
 
   template <class S>
   VESTA_HD Entry<S> Read() const {
-    const CacheEntry kept = *this;
-    return {Kept<S>(kept.weight), {Kept<S>(kept.contrast[0]), Kept<S>(kept.contrast[1]), Kept<S>(kept.contrast[2])}};
+    const CacheEntry stored = *this;
+    return {LoadValue<S>(stored.weight),
+            {LoadValue<S>(stored.contrast[0]), LoadValue<S>(stored.contrast[1]), LoadValue<S>(stored.contrast[2])}};
   }
 };
 
 // Number of entries of a row to the left of pixel x.
 VESTA_HD inline int EntriesLeftOf(std::uint32_t row, int x) { return PopCount(row & ((1U << x) - 1)); }
 
-// For the pair at place e, with its mask already set: counts its entries, in total and per row.
+// For pair e of the cache, whose mask must be set: counts[e] = number of its entries. Also sets `above`.
 struct CountEntries {
   CachePair* pairs;
   std::int64_t* counts;
@@ -77,7 +84,8 @@ struct CountEntries {
   }
 };
 
-// Computes the masks of a tile's pairs. The mask of pair k of the lists is stored in pairs[places[k]].
+// Computes the masks of the pairs of a tile. The tile lists order the pairs by tile: pair k of the lists is pair
+// places[k] of the cache.
 template <class S>
 struct MaskBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
@@ -93,7 +101,7 @@ struct MaskBlock {
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const int k = block.thread() / kTileSize, y = block.thread() % kTileSize;
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    const std::int64_t left = SumOverPixels<bool>(
+    const std::int64_t remaining = SumOverPixels<bool>(
         block, lists, pixel, shared.splats, [&](int, const Blend<S>& blend) { return blend.alpha > S(0); },
         [&](int splat, bool part) { shared.part[splat][pixel.in_tile()] = part; },
         [&](std::int64_t first, int count) {
@@ -102,7 +110,8 @@ struct MaskBlock {
           for (int x = 0; x < kTileSize; ++x) bits |= (shared.part[k][y * kTileSize + x] ? 1U : 0U) << x;
           Write(block.id(), first + k, y, bits);
         });
-    ForEachLeft<kTileSize>(block, lists, left, [&](std::int64_t pair, int row) { Write(block.id(), pair, row, 0); });
+    ForEachRemaining<kTileSize>(block, lists, remaining,
+                                [&](std::int64_t pair, int row) { Write(block.id(), pair, row, 0); });
   }
 
  private:
@@ -113,14 +122,14 @@ struct MaskBlock {
   }
 };
 
-// Positions of the entries of a batch of pairs, in shared memory.
+// Masks and first entries of a batch of pairs, in shared memory.
 template <int kBatch>
 struct StagedMasks {
   std::int64_t first[kBatch];
   std::uint16_t rows[kBatch][kTileSize];
   std::uint8_t above[kBatch][kTileSize];
 
-  // Loads the pairs [begin, begin + count) of the lists. Needs a barrier afterwards.
+  // Loads the pairs begin .. begin + count - 1 of the tile lists. The caller must call Sync afterwards.
   template <class Block>
   VESTA_HD void Stage(Block& block, const CachePairs& cache, const std::uint32_t* places, std::int64_t begin,
                       int count) {
@@ -132,13 +141,14 @@ struct StagedMasks {
       if (y == 0) first[k] = cache.first_entry[place];
     }
   }
+  // For pair k of the batch and pixel (x, y) of the tile: whether there is an entry, and its index.
   VESTA_HD bool Has(int k, int x, int y) const { return (rows[k][y] >> x & 1U) != 0; }
   VESTA_HD std::int64_t Position(int k, int x, int y) const {
     return first[k] + above[k][y] + EntriesLeftOf(rows[k][y], x);
   }
 };
 
-// Computes the entries of a tile's pairs. image: rendered from the same lists.
+// Computes the entries of the pairs of a tile. image: rendered from the same tile lists. places: see MaskBlock.
 template <class S, class E>
 struct FillBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
@@ -155,25 +165,25 @@ struct FillBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    Passing<S> passing(pixel);
+    PixelBlending<S> blending(pixel);
     S behind[3] = {pixel.Load(image, 0), pixel.Load(image, 1), pixel.Load(image, 2)};
     ForEachHit(
-        block, lists, pixel, passing, shared.splats,
+        block, lists, pixel, blending, shared.splats,
         [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
         [&](int k, const S&, const S&, const Blend<S>& blend) {
-          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // the splat closed the pixel
+          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // no entry: the splat closed the pixel
           const EntryMaker<E, S> entry(blend);
-          CacheEntry<E> kept;
-          Keep(entry.Weight(), &kept.weight);
+          CacheEntry<E> stored;
+          StoreValue(entry.Weight(), &stored.weight);
           for (int c = 0; c < 3; ++c) {
-            Keep(entry.Contrast(shared.splats[k].color[c], behind[c]), &kept.contrast[c]);
+            StoreValue(entry.Contrast(shared.splats[k].color[c], behind[c]), &stored.contrast[c]);
           }
-          entries[shared.masks.Position(k, pixel.x, pixel.y)] = kept;
+          entries[shared.masks.Position(k, pixel.x, pixel.y)] = stored;
         });
   }
 };
 
-// CacheKernels::tangent.
+// GPU version of CacheKernels::tangent. places: see MaskBlock.
 template <class S, class E>
 struct CachedTangentBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
@@ -203,7 +213,7 @@ struct CachedTangentBlock {
         const std::uint32_t rank = lists.ranks[first + thread];
         shared.splats[thread] = InTile(lists.splats[rank], TileOrigin<S>(lists, TileOf(block)));
         shared.tangents[thread] = tangents[rank];
-        ToEntryUnits<E>(shared.tangents[thread]);
+        DivideByEntryScale<E>(shared.tangents[thread]);
       }
       shared.masks.Stage(block, cache, places, first, count);
       block.Sync();
@@ -224,7 +234,8 @@ struct CachedTangentBlock {
   }
 };
 
-// sums[e] = the adjoint's sums for the pair at place e of [0, size).
+// sums[e] = the part of J^T u of pair e of the cache: the cotangent of its splat, summed over the pixels of its tile.
+// size: number of pairs.
 template <class S, class E>
 struct CachedAdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
@@ -256,7 +267,7 @@ struct CachedAdjointBlock {
     block.Sync();
     if (thread >= count * kSplatTangent) return;
     const int k = thread / kSplatTangent, i = thread % kSplatTangent;
-    sums[first + k].w[i] = EntryUnit<E, S>(i) * WeighCotangentRows(shared.splats[k], shared.rows[k], i);
+    sums[first + k].w[i] = InverseEntryScale<E, S>(i) * CotangentFromRows(shared.splats[k], shared.rows[k], i);
   }
 
  private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over the cached Jacobian of one view, for the instruction set chosen at run time (jacobian_cache.h).
+// Loops over the cached Jacobian of one view, for the instruction set chosen at run time. jacobian_cache.h describes
+// the cache. The rank of a splat is its index in depth order.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -18,32 +19,33 @@ struct TileMask {
   std::uint16_t rows[kTileSize];
 };
 
-// Positions of the entries. A pair is a position in TileLists::ranks.
+// Where the entries are stored. A pair is an index into TileLists::ranks, which is ordered by tile.
 struct CacheLists {
   const TileMask* masks;                // [pairs]
-  const std::int64_t* first_entry;      // [pairs]; ordered by splat, then by tile
-  const std::int64_t* splat_begin;      // [splats + 1] into the two below
-  const std::uint32_t* pairs_of_splat;  // [pairs] by ascending tile
+  const std::int64_t* first_entry;      // [pairs]; entries are ordered by splat, then by tile
+  const std::int64_t* splat_begin;      // [splats + 1] first index of each splat in the two arrays below
+  const std::uint32_t* pairs_of_splat;  // [pairs] the pairs of each splat, by ascending tile
   const std::uint32_t* tiles_of_splat;  // [pairs]
 };
 
-// Numbers per entry: its weight in the pixel, and the contrast of each colour to the colour behind.
+// Numbers per entry: the weight of the splat in the pixel, and the contrast of each colour channel to the colour behind
+// the splat (cache_entry.h).
 inline constexpr int kEntryValues = 4;
 
-// entries: kEntryValues numbers each, in an order that fill and the products share. The memory must be readable up to
-// 64 bytes past the last entry.
+// entries: kEntryValues numbers per entry. Only fill, tangent and adjoint access them; the layout depends on the vector
+// width. The memory must be readable up to 64 bytes past the last entry.
 template <class S>
 struct CacheKernels {
   // Computes masks[pair] for each pair of the tile.
   void (*masks)(const TileLists<S>& lists, int tile, TileMask* masks);
   // Computes the entries of the tile's pairs. image: rendered from the same lists.
   void (*fill)(const TileLists<S>& lists, const CacheLists& cache, int tile, const S* image, void* entries);
-  // Computes d_image from the splat tangents, by rank.
+  // Computes the tile of d_image = J tangents. tangents: by rank.
   void (*tangent)(const TileLists<S>& lists, const CacheLists& cache, const void* entries, int tile,
                   const SplatTangent<S>* tangents, S* d_image);
   // Copies u to u_tiles[tile]: three planes of 16 x 16 pixels each, 0 outside the image.
   void (*to_tiles)(const TileLists<S>& lists, int tile, const S* u, S* u_tiles);
-  // Computes sums[rank] for the splats [begin, end).
+  // Computes sums[rank], the cotangent J^T u of each splat, for the ranks begin .. end - 1. u_tiles: from to_tiles.
   void (*adjoint)(const TileLists<S>& lists, const CacheLists& cache, const void* entries, std::int64_t begin,
                   std::int64_t end, const S* u_tiles, SplatTangent<S>* sums);
 };

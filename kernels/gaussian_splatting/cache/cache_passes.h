@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a view: computing the entries (cache_entry.h), and products with them.
+// The cached Jacobian of a view on the CPU: computes the entries (cache_entry.h) and multiplies with them. A row of a
+// tile consists of one or more SIMD vectors.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +13,14 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The mask bits of vector k of a row.
+// The mask bits of vector k of a row. row: TileMask::rows.
 template <class V>
 inline std::uint32_t VectorBits(std::uint32_t row, int k) {
   constexpr int kWidth = Lanes<V>::kWidth;
   return row >> (k * kWidth) & ((1U << kWidth) - 1);
 }
 
-// Calls visit(row, k, bits) for each vector of the tile with a bit in the mask, in the order of the entries.
+// Calls visit(row, k, bits) for each vector k of each row with at least one entry, in the order of the entries.
 template <class V, class Visit>
 [[gnu::always_inline]] inline void ForEachVector(const TileMask& mask, const Visit& visit) {
   std::uint32_t todo = 0;
@@ -33,7 +34,8 @@ template <class V, class Visit>
   }
 }
 
-// Prefetch distance in (splat, tile) pairs, and number of prefetched 64-byte lines of their entries.
+// Prefetch distance in (splat, tile) pairs, and number of 64-byte cache lines of entries that are prefetched for a
+// pair.
 inline constexpr int kAhead = 3, kLinesAhead = 6;
 inline void Prefetch(const void* p) { __builtin_prefetch(p); }
 
@@ -59,7 +61,7 @@ struct EntryPass {
   using L = Lanes<V>;
   CacheLists cache;
   E* entries;
-  alignas(64) S behind[3][kTilePixels];             // weighted colour behind the current splat (passes.h)
+  alignas(64) S behind[3][kTilePixels];             // sum of the weighted colours behind the current splat (passes.h)
   alignas(64) S values[kEntryValues][kTilePixels];  // of the current splat
 
   struct State {
@@ -88,28 +90,29 @@ struct EntryPass {
   void Skip(std::int64_t) {}
 };
 
-// Positions of a tile's rows in a splat's whitened coordinates: pixel x of row y is at (p0[y] + r x, q[y]), as in the
-// traversal.
+// Positions of the rows of a tile in the whitened coordinates (p, q) of a splat (types.h): pixel x of row y is at
+// (p0[y] + r x, q[y]). TraverseSplats computes bit-identical values.
 template <class V, class S>
-struct RowPlaces {
+struct RowPositions {
   using L = Lanes<V>;
   V r;
   alignas(64) S p0[kTileSize], q[kTileSize];
 
   // splat: from InTile.
-  explicit RowPlaces(const Splat<S>& splat) : r(splat.r) {
+  explicit RowPositions(const Splat<S>& splat) : r(splat.r) {
     const RowSplat<V> all = InAllLanes<V>(splat);
     for (int row = 0; row < kTileSize; row += L::kWidth) {
-      const RowPlace<V> place(all, L::Iota() + V(static_cast<S>(row)));
+      const RowPosition<V> place(all, L::Iota() + V(static_cast<S>(row)));
       L::Store(q + row, place.q);
       L::Store(p0 + row, place.p0);
     }
   }
-  // p of vector k of a row.
+  // The coordinates p of the pixels of vector k of a row.
   V P(int row, int k) const { return OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(p0[row])); }
 };
 
-// The entries of one vector of pixels, stored at `at`. Like Entry, but loads values on demand to save registers.
+// The entries of one vector of pixels, stored at `at`. bits: the pixels with an entry. Like Entry, but a number is
+// loaded only when it is used, to save registers.
 template <class V, class E>
 struct PackedEntries {
   const E* at;
@@ -152,9 +155,9 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
     }
     const std::uint32_t rank = lists.ranks[pair];
     SplatTangent<S> tangent = tangents[rank];
-    ToEntryUnits<E>(tangent);
+    DivideByEntryScale<E>(tangent);
     const S* w = tangent.w;
-    const RowPlaces<V, S> places(InTile(lists.splats[rank], origin));
+    const RowPositions<V, S> places(InTile(lists.splats[rank], origin));
     alignas(64) S linear[kTileSize], constant[kTileSize];  // psi = constant[y] - p (linear[y] + rho p)
     for (int row = 0; row < kTileSize; row += L::kWidth) {
       const V q = L::Load(places.q + row);
@@ -206,15 +209,16 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       total = {};
     };
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
-      // A lane of a 16-lane vector has at most one term per row of a tile.
-      constexpr int kTilesOfAPart = kTermsOfAPart / kTileSize;
+      // Partial sums of at most kTermsPerPartialSum terms per lane (types.h). A lane of a 16-lane vector has at most
+      // one term per row of a tile.
+      constexpr int kTilesPerPartialSum = kTermsPerPartialSum / kTileSize;
       const std::int64_t tiles = e - cache.splat_begin[rank];
-      if (tiles > 0 && tiles % kTilesOfAPart == 0) take_part();
+      if (tiles > 0 && tiles % kTilesPerPartialSum == 0) take_part();
       const std::uint32_t pair = cache.pairs_of_splat[e];
       // The entries are contiguous, the masks are not.
       if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
       const int tile = static_cast<int>(cache.tiles_of_splat[e]);
-      const RowPlaces<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));
+      const RowPositions<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));
       const S* u = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
       ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
         const S* here = u + row * kTileSize + k * L::kWidth;
@@ -226,7 +230,7 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       });
     }
     take_part();
-    ToEntryUnits<E>(sum);
+    DivideByEntryScale<E>(sum);
     sums[rank] = sum;
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cached Jacobian of a view's raster pass, for the products of one linearisation, as in 3DGS-LM (Höllein et al. 2025,
-// section 3.3).
+// Cached Jacobian of the raster pass of a view (image as a function of the splats), for the products of one
+// linearisation, as in 3DGS-LM (Höllein et al. 2025, section 3.3).
 #pragma once
 
 #include "kernels/core/buffer.h"
@@ -9,13 +9,12 @@
 
 namespace vesta::splat {
 
-// There is one entry for each pixel and each splat that contributes to it: four numbers (cache_passes.h), 16 bytes as
-// float or 8 bytes in 16-bit format. Instead of indices, each (splat, tile) pair stores a 256-bit mask. A pair has 50
-// to 80 pixels, so this is half a byte per entry instead of four for an index. The mask also spreads the packed entries
-// over the lanes of a vector. Entries are ordered by splat (in depth order), then by tile, then by row. They are
-// counted before memory is allocated.
+// The cache has one entry for each pixel and each splat that contributes to it. An entry consists of four numbers
+// (cache_entry.h): 16 bytes as float, or 8 bytes in 16-bit format. Entries are ordered by splat (in depth order), then
+// by tile, then by row. Instead of indices, each (splat, tile) pair stores a mask with one bit for each of the 256
+// pixels. A pair typically has 50 to 80 entries, so this is half a byte per entry instead of four bytes for an index.
 //
-// With kFull, products equal the results of the recomputing passes up to rounding. With kHalf, each entry of the
+// With kFull, products are equal to those without a cache (RasterKernels) up to rounding. With kHalf, each entry of the
 // raster's Jacobian has an error of at most 2^-10 of itself plus 2.4e-7 of the splat's weight in the pixel. J v and J^T
 // u are adjoint up to rounding in both formats. Results are bit-identical for any number of threads.
 template <class S>
@@ -23,17 +22,18 @@ class JacobianCache {
  public:
   explicit JacobianCache(Isa isa = ActiveIsa()) : isa_(isa) {}
 
-  // Replaces the cached Jacobian. lists and bins must be the same in the products. image: rendered from those lists.
+  // Computes and stores the Jacobian, and discards a previous one. Tangent and Adjoint must get the same lists and
+  // bins. image: rendered from those lists.
   void Build(const TileLists<S>& lists, const TileBins& bins, const S* image, CacheFormat format);
   // Frees the memory.
   void Clear() { *this = JacobianCache(isa_); }
   bool empty() const { return kernels_ == nullptr; }
   Index num_entries() const { return num_entries_; }
   Index num_bytes() const;
-  // Predicts num_bytes.
+  // The value of num_bytes for these numbers of entries and (splat, tile) pairs.
   static Index NumBytes(Index num_entries, Index num_pairs, CacheFormat format);
 
-  // d_image = J_raster tangents, by rank.
+  // d_image = J_raster tangents. tangents: by rank, the index of a splat in depth order.
   void Tangent(const TileLists<S>& lists, const TileBins& bins, const SplatTangent<S>* tangents, S* d_image) const;
   // sums[rank] = J_raster^T u. u_tiles: scratch memory, resized as needed.
   void Adjoint(const TileLists<S>& lists, const TileBins& bins, const S* u, SplatTangent<S>* sums,

@@ -69,13 +69,13 @@ struct LensCotangentOne {
 template <int kSums>
 class PiecewiseSums {
  public:
-  // things: number of items in all pieces together; pieces: maximum number of pieces. Only the last chunk of a piece
+  // items: number in all pieces together; pieces: maximum number of pieces. Only the last chunk of a piece
   // may be shorter than ChunkSize(0).
-  PiecewiseSums(Index things, Index pieces) : partial_(kSums * (things / ChunkSize(0) + pieces)) {}
+  PiecewiseSums(Index items, Index pieces) : partial_(kSums * (items / ChunkSize(0) + pieces)) {}
   template <class Term>
-  void Add(const Term& term, Index things, const char* name) {
-    const Index chunk = ChunkSize(things), chunks = (things + chunk - 1) / chunk;
-    device::Launch(SumChunks<kSums, Term>{term, things, chunk, partial_.data() + kSums * chunks_}, chunks, name);
+  void Add(const Term& term, Index items, const char* name) {
+    const Index chunk = ChunkSize(items), chunks = (items + chunk - 1) / chunk;
+    device::Launch(SumChunks<kSums, Term>{term, items, chunk, partial_.data() + kSums * chunks_}, chunks, name);
     chunks_ += chunks;
   }
   // Waits for the device.

@@ -15,8 +15,8 @@ namespace vesta::splat::device_passes {
 
 using Index = std::int64_t;
 
-// The functions of ProjectKernels, for all Gaussians of the model. Project also sets indices[i] = i: the later sort by
-// depth permutes keys and indices together.
+// The functions of ProjectKernels, for all Gaussians of the model. rank_of[i]: index of Gaussian i in depth order, or
+// -1 if not visible. Project also sets indices[i] = i: the later sort by depth permutes keys and indices together.
 void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats);
 void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
@@ -40,7 +40,7 @@ LensTangent LensCotangent(const Splat<float>* splats, Index count, const PosedCa
                           const SplatTangent<float>* cotangents);
 
 // The steps of tile_pairs.h, in their order.
-void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);
+void CountVisibleSplats(const std::uint32_t* keys, Index count, Index* seen);
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
                   Splat<float>* splats, std::int32_t* rank_of);
 void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts);

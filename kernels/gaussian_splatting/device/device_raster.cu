@@ -8,7 +8,7 @@
 
 namespace vesta::splat::device_passes {
 
-void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen) {
+void CountVisibleSplats(const std::uint32_t* keys, Index count, Index* seen) {
   device::ForEach(count, CountVisible{keys, count, seen}, "counting splats");
 }
 

@@ -42,7 +42,7 @@ void DeviceSplatView::Build(const Model<float>& model, const PosedCamera& view, 
   device::SortPairs(workspace.keys, workspace.indices, workspace.other_keys, workspace.other_indices, count, kDepthBits,
                     workspace.temporary);
   workspace.seen.Resize(1);
-  device_passes::CountSeenSplats(workspace.keys.data(), count, workspace.seen.data());
+  device_passes::CountVisibleSplats(workspace.keys.data(), count, workspace.seen.data());
   const Index seen = ReadBack(workspace.seen.data());
 
   splats_.ResizeForOverwrite(seen);
@@ -108,9 +108,9 @@ void DeviceSplatView::ApplyRasterJ(const SplatTangent<float>* tangents, float* d
   device_passes::Tangent(Lists(), tangents, d_image);
 }
 
-SplatTangent<float>* DeviceSplatView::SplatTangents(DeviceBuffer<SplatTangent<float>>& room) const {
-  EnsureSize(room, num_splats());
-  return room.data();
+SplatTangent<float>* DeviceSplatView::SplatTangents(DeviceBuffer<SplatTangent<float>>& buffer) const {
+  EnsureSize(buffer, num_splats());
+  return buffer.data();
 }
 
 void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const float* u, float* g,

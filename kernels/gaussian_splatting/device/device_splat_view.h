@@ -20,10 +20,10 @@ namespace vesta::splat {
 // All pointers are to GPU memory; products neither wait nor allocate.
 class DeviceJacobianCache {
  public:
-  // Replaces the cached Jacobian. lists and places, with `pairs` elements, must be the same in the products. places[k]
-  // is the place of pair k of the lists in the order by splat. image: rendered from those lists. counts, temporary:
-  // scratch memory. Waits once, for the number of entries. On failure throws OutOfDeviceMemory and leaves the cache
-  // empty.
+  // Computes and stores the Jacobian, and discards a previous one. Tangent and Adjoint must get the same lists and
+  // places. The cache orders the (splat, tile) pairs by splat; pair k of the lists is pair places[k] of the cache.
+  // pairs: number of pairs. image: rendered from those lists. counts, temporary: scratch memory. Waits once, for the
+  // number of entries. On failure throws OutOfDeviceMemory and leaves the cache empty.
   void Build(const TileLists<float>& lists, const std::uint32_t* places, Index pairs, const float* image,
              CacheFormat format, DeviceBuffer<Index>& counts, DeviceBuffer<unsigned char>& temporary);
   // Frees the memory.
@@ -41,7 +41,7 @@ class DeviceJacobianCache {
   // d_image = J_raster tangents, by rank.
   void Tangent(const TileLists<float>& lists, const std::uint32_t* places, const SplatTangent<float>* tangents,
                float* d_image) const;
-  // sums[place] = contribution of a pair to J_raster^T u.
+  // sums[e] = contribution of pair e of the cache to J_raster^T u.
   void Adjoint(const TileLists<float>& lists, const float* u, SplatTangent<float>* sums) const;
 
  private:
@@ -56,8 +56,8 @@ class DeviceJacobianCache {
   DeviceBuffer<CacheEntry<Half>> half_;
 };
 
-// Scratch memory that views share one after the other. Undefined between calls, except splat_sums, in which AddJT
-// stores the cotangents by rank.
+// Scratch memory that several views may use one after the other. Its contents are undefined between calls, except
+// splat_sums: AddJT stores there the cotangent of each splat, by rank (its index in depth order).
 struct DeviceViewWorkspace {
   DeviceBuffer<std::uint32_t> keys, indices, other_keys, other_indices;  // by Gaussian
   DeviceBuffer<Splat<float>> unsorted;
@@ -67,21 +67,21 @@ struct DeviceViewWorkspace {
   DeviceBuffer<SplatGram<float>> pair_grams, splat_grams;
   DeviceBuffer<unsigned char> temporary;
 
-  // Memory in bytes, as in ViewWorkspace.
+  // Memory in bytes: the functions of ViewWorkspace (splat_view.h).
   static double BuildBytes(const ViewCounts& view, double gaussians) {
     // Estimated memory of CUB's sort: digit counters for each chunk of about a thousand items.
     constexpr double kSort = 0.25;
-    return kSpareRoom * (gaussians * (4 * sizeof(std::uint32_t) + sizeof(Splat<float>)) +
-                         5 * sizeof(std::uint32_t) * view.pairs) +
+    return kSpareCapacity * (gaussians * (4 * sizeof(std::uint32_t) + sizeof(Splat<float>)) +
+                             5 * sizeof(std::uint32_t) * view.pairs) +
            sizeof(Index) * view.splats + kSort * std::max(gaussians, view.pairs);
   }
   static double ProductBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatTangent<float>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatTangent<float>);
   }
-  // The counts of entries per pair replace the counts of tiles per splat.
+  // A cached Jacobian needs `counts` with one element per pair, Build with one element per splat.
   static double CacheBytes(const ViewCounts& view) { return sizeof(Index) * std::max(0.0, view.pairs - view.splats); }
   static double GramBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatGram<float>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatGram<float>);
   }
 };
 
@@ -91,7 +91,7 @@ class DeviceSplatView {
  public:
   using Cache = DeviceJacobianCache;
 
-  // Memory in bytes, as in SplatView.
+  // Memory of a view without a cache, in bytes.
   static double Bytes(const ViewCounts& view, double gaussians) {
     return sizeof(Splat<float>) * view.splats + sizeof(std::int32_t) * gaussians +
            sizeof(Index) * (view.splats + view.tiles) + (2 + 1.0 / kFewTiles) * sizeof(std::uint32_t) * view.pairs;
@@ -114,11 +114,12 @@ class DeviceSplatView {
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
-  // d_image = J_raster tangents, by rank. SplatTangents returns memory for the tangents: workspace.splat_sums, or
-  // pair_sums, which tangent passes do not use.
+  // d_image = J_raster tangents. tangents: by rank.
   void ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const;
-  SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& room) const;
-  // See SplatView; here it runs one pass after the other.
+  // Returns memory for one tangent per splat, in `buffer`: workspace.splat_sums or workspace.pair_sums, which tangent
+  // passes do not use otherwise.
+  SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& buffer) const;
+  // Render and ApplyJ. (The CPU version in SplatView runs both passes together.)
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
                        DeviceViewWorkspace& workspace) const {
     Render(image);
@@ -135,8 +136,9 @@ class DeviceSplatView {
   DeviceBuffer<Splat<float>> splats_;
   DeviceBuffer<std::int32_t> rank_of_;
   DeviceBuffer<Index> splat_begin_, tile_begin_;
-  DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order by splat
-  DeviceBuffer<std::uint32_t> wide_;             // splats with many tiles (wide_splats.h)
+  // By (splat, tile) pair. entries_: index of the pair in the order by splat.
+  DeviceBuffer<std::uint32_t> ranks_, entries_;
+  DeviceBuffer<std::uint32_t> wide_;  // splats with many tiles (wide_splats.h)
   DeviceJacobianCache cache_;
 };
 

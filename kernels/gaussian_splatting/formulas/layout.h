@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of a Gaussian's parameters and their memory layout. All other code uses these definitions.
+// The parameters (attributes) of a Gaussian, their order, and their memory layout. a is the index of an attribute:
 //
 //   a  0..2   mean, world units
 //   a  3..5   log of the standard deviations along the principal axes
@@ -7,9 +7,9 @@
 //   a  10     opacity, logit
 //   a  11 + 3 k + c   spherical-harmonics coefficient k of channel c (red, green, blue), k < (degree + 1)^2
 //
-// A model is one structure of arrays. Gaussians have individual SH degrees and are sorted by degree, highest first. An
-// SH band is therefore stored for the first Gaussians only, and takes no memory for the others. Attribute a of Gaussian
-// i is x[Offset(a) + i] (ModelLayout). If all Gaussians have the same degree, this is x[a * count + i].
+// A model is one structure of arrays. Each Gaussian has its own SH degree, and Gaussians are sorted by degree, highest
+// first. An SH band is therefore stored only for the first Gaussians, and takes no memory for the others. Attribute a
+// of Gaussian i is x[Offset(a) + i] (ModelLayout). If all Gaussians have the same degree, this is x[a * count + i].
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ inline constexpr int kMaxShDegree = 3;
 inline constexpr int kMaxAttributes = kSh + 48;
 
 VESTA_HD constexpr int NumAttributes(int sh_degree) { return kSh + 3 * (sh_degree + 1) * (sh_degree + 1); }
-// Number of harmonics above degree 0 among these attributes, 0..45.
+// Number of SH coefficients above degree 0 in all three channels, 0..45.
 VESTA_HD constexpr int NumHigherHarmonics(int sh_degree) { return NumAttributes(sh_degree) - NumAttributes(0); }
 // Band b, 0..3, has the attributes from FirstOfBand(b) to NumAttributes(b) - 1. The geometry is part of band 0.
 VESTA_HD constexpr int FirstOfBand(int band) { return band == 0 ? 0 : NumAttributes(band - 1); }
@@ -41,17 +41,18 @@ VESTA_HD constexpr int BandOf(int attribute) {
 struct ModelLayout {
   std::int64_t count = 0;  // Gaussians
   int sh_degree = 0;       // 0..3, the highest of all Gaussians
-  // Number of Gaussians, at the end, without band 1, 2, 3. 0 for bands above sh_degree, which no Gaussian has.
-  std::int64_t lacking[kMaxShDegree] = {};
+  // without_band[b - 1]: number of Gaussians without SH band b = 1, 2, 3; these are the last ones. For bands above
+  // sh_degree, which no Gaussian has, it is 0.
+  std::int64_t without_band[kMaxShDegree] = {};
 
   // Number of Gaussians with this band, 0..3; these are the first ones.
   VESTA_HD constexpr std::int64_t WithBand(int band) const {
     if (band > sh_degree) return 0;
-    return band == 0 ? count : count - lacking[band - 1];
+    return band == 0 ? count : count - without_band[band - 1];
   }
   // Number of Gaussians with this attribute.
   VESTA_HD constexpr std::int64_t Rows(int attribute) const { return WithBand(BandOf(attribute)); }
-  // Index of the attribute's first value. For attributes that no Gaussian has, the total size.
+  // Index of the first value of the attribute; Size() for attributes that no Gaussian has.
   VESTA_HD constexpr std::int64_t Offset(int attribute) const {
     std::int64_t offset = attribute * count;
     for (int band = 1; band <= kMaxShDegree; ++band) {
@@ -62,6 +63,7 @@ struct ModelLayout {
   }
   // Total number of values.
   constexpr std::int64_t Size() const { return Offset(kMaxAttributes); }
+  // SH degree of a Gaussian.
   constexpr int DegreeOf(std::int64_t gaussian) const {
     int degree = sh_degree;
     while (gaussian >= WithBand(degree)) --degree;
@@ -72,12 +74,12 @@ struct ModelLayout {
   friend constexpr bool operator==(const ModelLayout&, const ModelLayout&) = default;
 
   // Whether a layout read from a file is valid.
-  constexpr bool IsOfModel() const {
-    constexpr std::int64_t kMost = std::int64_t{1} << 40;  // beyond it, sizes would overflow
-    if (sh_degree < 0 || sh_degree > kMaxShDegree || count < 1 || count > kMost) return false;
+  constexpr bool IsValid() const {
+    constexpr std::int64_t kMaxCount = std::int64_t{1} << 40;  // beyond it, sizes would overflow
+    if (sh_degree < 0 || sh_degree > kMaxShDegree || count < 1 || count > kMaxCount) return false;
     std::int64_t below = 0;
     for (int band = 1; band <= kMaxShDegree; ++band) {
-      const std::int64_t lack = lacking[band - 1];
+      const std::int64_t lack = without_band[band - 1];
       if (band > sh_degree ? lack != 0 : lack < below || lack >= count) return false;
       below = lack;
     }
@@ -85,16 +87,17 @@ struct ModelLayout {
   }
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(sh_degree, count, lacking);
+    archive(sh_degree, count, without_band);
   }
 };
 
-// The layout of a model with these numbers of Gaussians with band 0, 1, 2, 3. The numbers must not increase.
+// Returns the layout of a model in which with_band[b] Gaussians have band b = 0..3. The numbers must not increase with
+// b.
 constexpr ModelLayout LayoutOfBands(const std::int64_t (&with_band)[kMaxShDegree + 1]) {
   ModelLayout layout{.count = with_band[0]};
   for (int band = 1; band <= kMaxShDegree && with_band[band] > 0; ++band) {
     layout.sh_degree = band;
-    layout.lacking[band - 1] = with_band[0] - with_band[band];
+    layout.without_band[band - 1] = with_band[0] - with_band[band];
   }
   return layout;
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The computation of all raster passes for one splat and one pixel, shared by the host's loops (passes.h) and the GPU
-// kernels. With w = alpha T, and S the weighted colour behind a splat:
+// The computations of all raster passes for one splat and one pixel, shared by the CPU loops (passes.h) and the GPU
+// kernels. T is the transmittance in front of the splat, w = alpha T its weight, c its colour, and S the sum of the
+// weighted colours w c of everything behind it, including the background:
 //   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
 //   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h, docs/mathematics.md section 3)
-// All decisions (alpha floor, alpha cap, stop) are in one place. Forward, tangent, adjoint and Gram passes call these
-// functions with the same arguments, so their decisions are identical.
+// Forward, tangent, adjoint and Gram passes call these functions with the same arguments. They therefore decide
+// identically where alpha is below its floor or at its cap, and where a pixel is closed. A pixel is closed once T would
+// fall below 1e-4; until then it is open.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/types.h"
@@ -14,31 +16,33 @@ namespace vesta::splat {
 
 inline namespace VESTA_ISA {
 
-// The alpha of an open pixel: min(0.99, 2^exponent) if that is at least 1/255, else 0.
+// Alpha of a splat at an open pixel: min(0.99, 2^exponent) if that is at least 1/255, else 0. exponent: log2 of alpha
+// before these limits.
 template <class V>
 VESTA_HD inline V EvaluateAlpha(const V& exponent) {
   using S = typename Lanes<V>::Scalar;
   return Min(MaskedExp2(exponent >= V(static_cast<S>(kLog2AlphaFloor)), exponent), V(static_cast<S>(kAlphaCap)));
 }
 
-// Returns `value`, a derivative by log alpha, or 0 at the cap, where alpha is constant.
+// Returns `value`, a derivative with respect to log alpha, or 0 if alpha is at its cap and thus constant.
 template <class V>
-VESTA_HD inline V MovingAlpha(const V& alpha, const V& value) {
+VESTA_HD inline V ZeroAtAlphaCap(const V& alpha, const V& value) {
   return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));
 }
 
 // Result of blending a splat into a vector of pixels.
 template <class V>
 struct Blend {
-  typename Lanes<V>::Mask open;  // pixels not closed by this splat or one in front of it
+  typename Lanes<V>::Mask open;  // pixels that neither this splat nor one in front of it has closed
   V alpha;                       // 0 if the splat does not contribute to the pixel
   V weight;                      // alpha T, the weight of the splat's colour in the pixel
-  V transmittance;               // behind the splat for open pixels; below 1e-4 for closed ones
+  V transmittance;               // behind the splat, for open pixels; below 1e-4 for closed ones
 };
 
 // Blends one splat, front to back. transmittance: in front of the splat; any value from 0 to 1e-4 for closed pixels.
-// alpha: from EvaluateAlpha. A splat that would bring the transmittance below 1e-4 closes the pixel and is itself left
-// out, as in 3DGS. The transmittance never grows, so one comparison also covers all previous splats.
+// alpha: from EvaluateAlpha. A splat that would reduce the transmittance to less than 1e-4 closes the pixel, and is not
+// blended itself, as in 3DGS. The transmittance never increases, so a single comparison also finds pixels that an
+// earlier splat closed.
 template <class V>
 VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   using S = typename Lanes<V>::Scalar;
@@ -50,7 +54,8 @@ VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   return blend;
 }
 
-// For pixel x of a row (row_span.h): p, the log2 of alpha without cap and floor, and alpha.
+// For pixel x of a row of a tile (RowSpan in row_span.h): OffsetAt computes the whitened coordinate p, ExponentAt the
+// log2 of alpha without floor and cap, and AlphaAt alpha.
 template <class V>
 VESTA_HD inline V OffsetAt(const V& x, const V& r, const V& p0) {
   return Fma(x, r, p0);
@@ -64,7 +69,7 @@ VESTA_HD inline V AlphaAt(const V& p, const V& peak) {
   return EvaluateAlpha(ExponentAt(p, peak));
 }
 
-// psi along a row as a polynomial in p: constant - p (linear + rho p).
+// psi along a row, where q is constant, as a polynomial in p: constant - p (linear + rho p).
 template <class V>
 VESTA_HD inline V PsiLinear(const V& xi, const V& kappa, const V& q) {
   return Fma(kappa, q, xi);
@@ -83,41 +88,43 @@ VESTA_HD inline S Psi(const SplatTangent<S>& tangent, const S& p, const S& q) {
   return Psi(PsiLinear(w[kXi], w[kKappa], q), PsiConstant(w[kZeta], w[kSigma], w[kLambda], q), w[kRho], p);
 }
 
-// Change of w for a change psi of log alpha. minus_dT: minus the change of the transmittance in front of the splat;
-// updated to that behind it.
+// Returns the change of w for a change psi of log alpha. minus_dT: minus the change of the transmittance; on entry in
+// front of the splat, on return behind it.
 template <class V>
 VESTA_HD inline V TangentWeight(const Blend<V>& blend, const V& psi, V& minus_dT) {
-  const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
+  const V d_alpha_T = ZeroAtAlphaCap(blend.alpha, blend.weight) * psi;
   const V d_weight = Fnma(blend.alpha, minus_dT, d_alpha_T);
-  // minus_dT + d_weight would be a small difference of large numbers behind opaque splats.
+  // Equal to minus_dT + d_weight, which behind opaque splats would be a small difference of large numbers.
   minus_dT = Fma(minus_dT, V(1) - blend.alpha, d_alpha_T);
   return d_weight;
 }
+// Returns d_color plus the change of w c, for one colour channel. dc: change of c.
 template <class V>
 VESTA_HD inline V TangentColor(const Blend<V>& blend, const V& d_weight, const V& c, const V& dc, const V& d_color) {
   return Fma(blend.weight, dc, Fma(d_weight, c, d_color));
 }
 
-// Contribution of a splat of colour c to u . colour of the pixel.
+// Contribution of a splat of colour c to u . colour of the pixel, where u is the cotangent of the image.
 template <class V>
-VESTA_HD inline V ShareOf(const Blend<V>& blend, const V c[3], const V u[3]) {
+VESTA_HD inline V ContributionOf(const Blend<V>& blend, const V c[3], const V u[3]) {
   return blend.weight * Fma(c[0], u[0], Fma(c[1], u[1], c[2] * u[2]));
 }
 // alpha / (1 - alpha).
 template <class V>
-VESTA_HD inline V Odds(const V& alpha) {
+VESTA_HD inline V AlphaOdds(const V& alpha) {
   return alpha * Reciprocal(V(1) - alpha);
 }
-// Derivative of a pixel's weighted sum with respect to log alpha, 0 at the cap. share: the splat's contribution to the
-// sum. behind: on entry, the contributions of this splat and all splats behind it; on return, without this one (S).
+// A pixel's colour, or u . colour, is a sum of one contribution per splat. Returns the derivative of the sum with
+// respect to log alpha of this splat; 0 at the cap. odds: AlphaOdds. share: the contribution of this splat. behind: on
+// entry, the contributions of this splat and of everything behind it; on return, without this splat.
 template <class V>
 VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& share, V& behind) {
   behind = behind - share;
-  return MovingAlpha(blend.alpha, Fnma(behind, odds, share));
+  return ZeroAtAlphaCap(blend.alpha, Fnma(behind, odds, share));
 }
 
-// Exponents of p and q in the derivatives of psi with respect to xi, zeta, rho, kappa, sigma, lambda. All except the
-// last have the sign -1.
+// The derivative of psi with respect to component i (kXi, ..., kLambda) is p^PowerP(i) q^PowerQ(i), with the sign -1
+// for all except kLambda.
 VESTA_HD constexpr int PowerP(int i) { return i == kRho ? 2 : i == kXi || i == kKappa ? 1 : 0; }
 VESTA_HD constexpr int PowerQ(int i) { return i == kSigma ? 2 : i == kZeta || i == kKappa ? 1 : 0; }
 

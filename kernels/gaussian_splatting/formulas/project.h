@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Projection of one Gaussian to one view: values for any scalar (floats, SIMD batches, duals, Jets), and the adjoint.
 //
-// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + h I with M = J W R_q S
-// (2 x 3). h is the camera's 2D dilation eps2d, and J the lens's derivative (lens.h).
+// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5). The screen covariance is M M^T + h I with the 2 x
+// 3 matrix M = J W R_q S. S contains the standard deviations, R_q is the rotation of the Gaussian's quaternion, W the
+// rotation of the camera, J the derivative of the lens (lens.h), and h the camera's 2D dilation eps2d. A name with _bar
+// is a cotangent: the derivative of a scalar result with respect to that variable.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/types.h"
@@ -12,7 +14,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A posed camera, with constants in scalar type S.
+// A camera with its pose, in scalar type S. L: the lens model.
 template <class S, class L>
 struct CameraConstants {
   S R[9], T[3], centre[3];
@@ -20,23 +22,23 @@ struct CameraConstants {
   S near;
   S eps2d, eps2d_squared;
   S width, height;           // of the image
-  S u_lo, u_hi, v_lo, v_hi;  // guard band: Gaussians with means beyond it are skipped
+  S u_lo, u_hi, v_lo, v_hi;  // guard band (kGuardBand): Gaussians whose mean is outside are skipped
 };
 
-// Maximum distance of a mean from the image, in image sizes. The projection is linear about the mean. A splat beside
-// the camera, far along the image plane but near in depth, would become a veil over the whole image that no other view
-// confirms (Kerbl et al. 2023, section 6, use the same remedy).
+// Maximum distance of a projected mean from the image, in image widths and heights. The projection is linearised at the
+// mean. A Gaussian beside the camera, with a small depth, would therefore cover the whole image like a veil, although
+// no other view shows it there. (Kerbl et al. 2023, section 6, use the same remedy.)
 inline constexpr double kGuardBand = 2;
 
-// Maximum depth of a Gaussian whose mean is beyond the clamp, more than 15 % outside the image: its standard deviation
-// along the optical axis divided by its depth. A deeper one reaches beside the camera, where the linear projection
-// creates veils and streaks that no other view confirms (docs/decisions/projection-limits.md).
+// Limit for Gaussians whose mean is more than 15 % of the image size outside the image: maximum standard deviation
+// along the optical axis, divided by the depth of the mean. A longer one would extend to the side of the camera, where
+// the linear projection creates veils and streaks that no other view shows (docs/decisions/projection-limits.md).
 inline constexpr double kDepthSpread = 0.5;
 
 // Maximum determinant of a screen covariance, pixels^4. Above it float cannot represent the determinant's derivative.
 inline constexpr double kLargestDet = 1e34;
 
-// Squares the variance in double before rounding it to S.
+// Sets eps2d and its square. The square is computed in double before it is rounded to S.
 template <class S, class L>
 inline void SetEps2d(double variance, CameraConstants<S, L>& c) {
   c.eps2d = static_cast<S>(variance), c.eps2d_squared = static_cast<S>(variance * variance);
@@ -58,7 +60,7 @@ inline CameraConstants<S, L> ConstantsOf(const PosedCamera& camera) {
   return c;
 }
 
-// Calls body(constants), with the constants of the camera in its own lens model.
+// Calls body(constants), where `constants` are the CameraConstants for the camera's lens model.
 template <class S, class Body>
 inline decltype(auto) WithConstants(const PosedCamera& camera, const Body& body) {
   return OfModel<S>(LensModels(), camera.lens.model,
@@ -69,21 +71,21 @@ inline decltype(auto) WithConstants(const PosedCamera& camera, const Body& body)
 template <class L, class T>
 struct ProjectionState {
   T t[3];                            // camera coordinates
-  typename L::template Point<T> at;  // where the lens's derivative is evaluated
+  typename L::template Point<T> at;  // point at which the derivative of the lens is evaluated
   T A[9];                            // W R_q
   T scale[3];                        // standard deviations
   T M0[3], M1[3];                    // rows of M
   T B, C, det;                       // screen covariance: xy, yy, determinant
 };
 
-// Shape of a splat in whitened form: u, v, r, s, beta of types.h.
+// Mean and shape of a splat in whitened form: u, v, r, s, beta of Splat (types.h).
 template <class T>
 struct SplatShape {
   T u, v, r, s, beta;
 };
 
-// Computes the shape from mean[3], log_scale[3] and quaternion[4]. S is the scalar type of the camera's constants. No
-// division by zero for z > 0. Otherwise the result may not be finite, and the caller must mask it.
+// Computes the shape from mean[3], log_scale[3] and quaternion[4]. S is the scalar type of the camera's constants. For
+// depths z <= 0 the result may be infinite or NaN, and the caller must discard it.
 template <class S, class L, class T>
 VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const T mean[3], const T log_scale[3],
                                       const T quaternion[4], ProjectionState<L, T>& state) {
@@ -111,7 +113,8 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   const T eps2d(camera.eps2d);
   state.B = Fma(m[0], n[0], Fma(m[1], n[1], m[2] * n[2]));
   state.C = nn + eps2d;
-  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, a sum of positive terms. A C - B^2 would lose all digits in float for needles.
+  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, a sum of positive terms. For very elongated Gaussians, A C - B^2 would lose
+  // all digits in float.
   state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(eps2d, mm + nn, T(camera.eps2d_squared)))));
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
@@ -121,17 +124,17 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
 
 // Whether the linear projection is accurate enough for the Gaussian (kDepthSpread).
 template <class L, class T>
-VESTA_HD inline auto IsShallowOrInFront(const L& lens, const ProjectionState<L, T>& state) {
+VESTA_HD inline auto IsProjectionAccurate(const L& lens, const ProjectionState<L, T>& state) {
   T variance(0);
   for (int k = 0; k < 3; ++k) {
     const T along = state.scale[k] * state.A[6 + k];
     variance = Fma(along, along, variance);
   }
-  const T most = T(kDepthSpread) * state.t[2];
-  return lens.Shows(state.t, state.at) | (variance <= most * most);
+  const T limit = T(kDepthSpread) * state.t[2];
+  return lens.IsInRange(state.t, state.at) | (variance <= limit * limit);
 }
 
-// Whitened tangent of a shape and its derivative (the a and v parts of a SplatShape<Dual<T>>).
+// Converts d, the derivative of a shape, to the first five components of a splat tangent (SplatTangent in types.h).
 template <class T>
 VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
   const T two_ln2(kTwoLn2);
@@ -142,7 +145,7 @@ VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<
   w[kSigma] = two_ln2 * d.s / shape.s;
 }
 
-// Cotangent of the screen mean (u, v), from the cotangent w_bar of a whitened tangent.
+// Computes the cotangent of the projected mean (u, v) from w_bar, the cotangent of the splat.
 template <class T>
 VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, const T* w_bar, T& u_bar, T& v_bar) {
   const T two_ln2(kTwoLn2);
@@ -150,8 +153,8 @@ VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, co
   v_bar = Fma(beta, u_bar, -two_ln2 * s * w_bar[kZeta]);
 }
 
-// Adjoint of Project followed by WhitenTangent. Maps the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3] and
-// quaternion_bar[4] (overwritten).
+// Adjoint of Project followed by WhitenTangent: computes mean_bar[3], log_scale_bar[3] and quaternion_bar[4] from the
+// components w_bar[0], ..., w_bar[4]. state, shape: from Project.
 template <class S, class L, class T>
 VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T quaternion[4],
                                     const ProjectionState<L, T>& state, const SplatShape<T>& shape, const T* w_bar,

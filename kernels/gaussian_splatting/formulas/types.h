@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain data types of the splatting kernels, shared by all instruction sets. They are not templates on the kernels' own
-// scalar types, so they may be passed between the instruction sets' inline namespaces.
+// Plain data types of the splatting kernels. They contain only float, double and integers, no SIMD types, so code that
+// is compiled for different instruction sets can share them.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace vesta::splat {
 
-// Alpha floor, alpha cap, and the transmittance at which a pixel is closed. They must be the same in every pass;
-// otherwise J and J^T would not be adjoint.
+// Alpha floor, alpha cap, and the transmittance at which a pixel is closed (pixel_steps.h). They are the same in every
+// pass; otherwise the products with J and J^T would not be adjoint.
 inline constexpr double kAlphaFloor = 1.0 / 255.0;
 inline constexpr double kAlphaCap = 0.99;
 inline constexpr double kTransmittanceStop = 1e-4;
-// Default and limits of the 2D dilation eps2d: the variance of the low-pass filter that is added to both screen axes,
-// pixels squared. 3DGS (Kerbl et al. 2023) and most viewers use the default.
+// Default and limits of the 2D dilation eps2d, in pixels squared: the variance of the low-pass filter, which is added
+// to the screen covariance along both axes. 3DGS (Kerbl et al. 2023) and most viewers use the default.
 inline constexpr double kEps2d = 0.3, kMinEps2d = 0.01, kMaxEps2d = 4;
 constexpr bool IsValidEps2d(double variance) { return variance >= kMinEps2d && variance <= kMaxEps2d; }
 
 // log2 of the alpha floor.
 inline constexpr double kLog2AlphaFloor = -7.994353436858858;
-// sqrt(log2(e) / 2), the unit of whitened coordinates: it makes the falloff a power of two.
+// sqrt(log2(e) / 2): the factor with which whitened coordinates turn exp(-x^2 / 2) into a power of two.
 inline constexpr double kWhitening = 0.8493218002880191;
 inline constexpr double kTwoLn2 = 1.3862943611198906;
 
@@ -30,13 +30,15 @@ inline constexpr double kTwoLn2 = 1.3862943611198906;
 // entries of the screen covariance and det its determinant:
 //   p = r (d_x + beta d_y),  q = s d_y,  alpha = min(0.99, opacity 2^-(p^2 + q^2)),
 //   r = w sqrt(C / det),  beta = -B / C,  s = w / sqrt(C),  w = kWhitening.
-// This is the Cholesky factor of the conic. It never cancels, unlike the conic's quadratic form for needles.
+// (p, q) are the whitened coordinates of the pixel. The map from d to (p, q) is, up to a constant factor, the Cholesky
+// factor of the conic, the inverse of the screen covariance. Unlike the quadratic form of the conic, p^2 + q^2 does not
+// lose digits by cancellation for very elongated Gaussians.
 template <class S>
 struct alignas(16) Splat {
-  S u, v;  // pixel mean
+  S u, v;  // projected mean, pixels
   S r, s, beta;
   S log2_opacity;  // of the opacity after the sigmoid
-  S support;       // alpha >= 1/255 where p^2 + q^2 <= log2(255 opacity); slightly enlarged, only used to skip pixels
+  S support;       // alpha >= 1/255 where p^2 + q^2 <= log2(255 opacity); slightly larger, and only used to skip pixels
   S color[3];      // after the clamp at 0
   S inv_r;         // 1 / r
   S pad;
@@ -53,12 +55,14 @@ struct SplatTangent {
   S w[kSplatTangent];
 };
 
-// Sums over the pixels of one splat, from which the Gram matrix of d colour / d(tangent) is computed. With phi = (-p,
-// -q, -p^2, -pq, -q^2, 1), all products phi_i phi_j are monomials p^a q^b, a + b <= 4.
-inline constexpr int kMoments4 = 15;                             // monomials of degree <= 4, by degree, then power of q
-inline constexpr int kMoments2 = 6;                              // of degree <= 2
+// Sums over the pixels of one splat, from which its Gram matrix is computed: the sum of omega (d colour / d tangent)^T
+// (d colour / d tangent) with weights omega (splat_sums.h). The derivative of log alpha with respect to the first six
+// components of the tangent is phi = (-p, -q, -p^2, -pq, -q^2, 1). All products phi_i phi_j are monomials +-p^a q^b
+// with a + b <= 4.
+inline constexpr int kMoments4 = 15;  // number of monomials of degree <= 4; ordered by degree, then by the power of q
+inline constexpr int kMoments2 = 6;   // number of monomials of degree <= 2
 inline constexpr int kGramSums = kMoments4 + 3 * kMoments2 + 3;  // shape x shape, shape x colour c, colour x colour
-VESTA_HD constexpr int MonomialIndex(int a, int b) { return (a + b) * (a + b + 1) / 2 + b; }  // of p^a q^b
+VESTA_HD constexpr int MonomialIndex(int a, int b) { return (a + b) * (a + b + 1) / 2 + b; }  // index of p^a q^b
 template <class S>
 struct SplatGram {
   S m[kGramSums];
@@ -66,12 +70,12 @@ struct SplatGram {
 
 inline constexpr int kTileSize = 16;  // width and height, pixels
 
-// Longer sums are split into partial sums of this many terms. In float, a sum of a million equal terms loses three
+// Long sums are split into partial sums of this many terms, because in float a sum of a million equal terms loses three
 // digits.
-inline constexpr int kTermsOfAPart = 4096;
+inline constexpr int kTermsPerPartialSum = 4096;
 
-// The splats of one view in depth order, and a list of the splats that touch each tile. `ranks` are indices into
-// `splats`.
+// The splats of one view in depth order, and for each tile the list of the splats that touch it. The rank of a splat is
+// its index in `splats`. A (splat, tile) pair is an index into `ranks`.
 template <class S>
 struct TileLists {
   const Splat<S>* splats;
@@ -83,7 +87,7 @@ struct TileLists {
 
 // Work counters of a raster pass. A vector is a SIMD vector of pixels.
 struct VisitCounts {
-  std::int64_t pairs = 0;    // (splat, tile) pairs visited before all pixels of the tile are closed
+  std::int64_t pairs = 0;    // (splat, tile) pairs that are visited before all pixels of the tile are closed
   std::int64_t vectors = 0;  // visited vectors
   std::int64_t useful = 0;   // visited vectors with a pixel to which the splat contributes
   std::int64_t pixels = 0;   // pixels to which the splat contributes
@@ -98,12 +102,13 @@ struct ViewCounts {
 };
 
 // Spare capacity of buffers that views share, as a factor, so that the next view seldom needs a reallocation.
-inline constexpr double kSpareRoom = 1.125;
+inline constexpr double kSpareCapacity = 1.125;
 
 // A camera with its pose, in the form of the kernels.
 //
-// World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Skipped are Gaussians with z <= near, with means
-// far outside the image (kGuardBand), and deep ones with means outside it (kDepthSpread).
+// World point mu to camera coordinates: t = R mu + T, with x right, y down, z forward, as in COLMAP. The projection
+// skips Gaussians with z <= near, Gaussians with means far outside the image (kGuardBand in project.h), and long ones
+// with means outside the image (kDepthSpread).
 struct PosedCamera {
   double R[9];  // row-major
   double T[3];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of a lens model from its formula alone, by dual numbers. A model M<S> derives from DualLens<M<S>, S> and
-// defines kName, Plane and PointAt. Hand-written derivatives, as in the pinhole, take a third of the time.
+// Derivatives of a lens model by dual numbers (kernels/math/dual.h), from its formula alone. A lens model M<S> derives
+// from DualLens<M<S>, S> and defines only kName, Plane and PointAt (lens.h). Hand-written derivatives, as in pinhole.h,
+// take a third of the time.
 #pragma once
 
 #include "kernels/gaussian_splatting/lenses/lens.h"
@@ -23,11 +24,11 @@ struct DualLens : LensConstants<S> {
     this->Pixel(x, y, u, v);
   }
   template <class T>
-  VESTA_HD auto Shows(const T t[3], const Point<T>& /*at*/) const {
+  VESTA_HD auto IsInRange(const T t[3], const Point<T>& /*at*/) const {
     return t[2] == t[2];
   }
 
-  // The pixel and its derivative for a point that moves along `direction`.
+  // Computes the pixel (u, v) of t, and its derivative for a point that moves along `direction`.
   template <class T>
   VESTA_HD void Along(const T t[3], const T direction[3], Dual<T>& u, Dual<T>& v) const {
     Point<Dual<T>> at;
@@ -55,7 +56,7 @@ struct DualLens : LensConstants<S> {
   template <class T>
   struct Adjoint {
     Jacobian2x3<T> J;
-    T products_bar[3];  // cotangent of t, from the products
+    T products_bar[3];  // cotangent of t from all Apply calls
 
     VESTA_HD explicit Adjoint(const Jacobian2x3<T>& at) : J(at), products_bar{T(0), T(0), T(0)} {}
     VESTA_HD void Apply(const T& factor, const T a[3], const T& m0_bar, const T& m1_bar, const T& /*along0*/,

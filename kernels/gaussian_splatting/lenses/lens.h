@@ -9,14 +9,14 @@
 
 namespace vesta::splat {
 
-// The lens model maps points to an image plane. Focal lengths and principal point map that plane to pixels, for all
-// models. Pixel centres are at (i + 0.5, j + 0.5).
+// A lens model maps camera coordinates to an image plane. For all models, the focal lengths (fx, fy) and the principal
+// point (cx, cy) map this plane to pixels. Pixel centres are at (i + 0.5, j + 0.5).
 struct Lens {
   double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
   int model = 0;                          // index in LensModels (models.h); 0: the pinhole
 
   bool operator==(const Lens&) const = default;
-  // The same lens for a resized image. across, down: factors of the width and height.
+  // Returns the same lens for a resized image. across, down: factors of its width and height.
   Lens Scaled(double across, double down) const { return {across * fx, down * fy, across * cx, down * cy, model}; }
 
   template <class Archive>
@@ -27,7 +27,7 @@ struct Lens {
 
 inline namespace VESTA_ISA {
 
-// Members of all lens models, in scalar type S.
+// Base class of all lens models: focal lengths and principal point in scalar type S.
 template <class S>
 struct LensConstants {
   using Scalar = S;
@@ -52,9 +52,9 @@ struct LensConstants {
 //
 //   Plane     maps t to the image plane of focal length 1; NaN if the lens does not see t
 //   PointAt   maps an image-plane point and a depth z back to a point
-//   Project   computes the pixel of t, and the place (Point<T>) at which the derivative J of the pixel is evaluated;
-//             for points far outside the image this is not t itself
-//   Shows     whether the derivative is evaluated at t itself
+//   Project   computes the pixel of t, and the point (Point<T>) at which the derivative J of the pixel is evaluated;
+//             for t far outside the image it is not t itself
+//   IsInRange     whether the derivative is evaluated at t itself
 //   Adjoint   maps cotangents of the pixel and of products with J back to t: construct it from J, call Apply once per
 //             product, then Finish
 //   kName     the name in camera_model of transforms.json
@@ -68,7 +68,7 @@ concept LensModel = requires(const L lens, const float* t, float& u, float& v, f
   L::PointAt(u, v, u, out);
   lens.Project(t, u, v, at);
   lens.Jacobian(t, at).Apply(u, t, u, v);
-  { lens.Shows(t, at) } -> std::convertible_to<bool>;
+  { lens.IsInRange(t, at) } -> std::convertible_to<bool>;
   adjoint.Apply(u, t, u, v, u, v, out);
   adjoint.Finish(lens, t, u, v, out);
 };

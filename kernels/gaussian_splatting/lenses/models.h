@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of lens models. To add one, write its header in this folder and add its name to LensModels. The passes over
-// Gaussians on all devices, the camera readers and the tests iterate over the list.
+// The list of lens models. To add one, write its header in this folder and add its name to LensModels. The projection
+// on CPU and GPU, the readers of cameras, and the tests iterate over the list.
 #pragma once
 
 #include <string_view>

@@ -13,7 +13,7 @@ struct Pinhole : LensConstants<S> {
   static constexpr const char* kName = "PINHOLE";
   using LensConstants<S>::fx, LensConstants<S>::fy;
 
-  S x_lo, x_hi, y_lo, y_hi;  // clamp of x/z and y/z in J: 15 % of the image beyond its borders
+  S x_lo, x_hi, y_lo, y_hi;  // limits of x/z and y/z at which J is evaluated: 15 % of the image size outside the image
 
   Pinhole() = default;
   VESTA_HD Pinhole(const Lens& lens, int width, int height)
@@ -33,7 +33,7 @@ struct Pinhole : LensConstants<S> {
     t[0] = z * x, t[1] = z * y, t[2] = z;
   }
 
-  // Clamped x/z and y/z.
+  // x/z and y/z, clamped to these limits.
   template <class T>
   struct Point {
     T tx, ty;
@@ -47,7 +47,7 @@ struct Pinhole : LensConstants<S> {
     this->Pixel(x, y, u, v);
   }
   template <class T>
-  VESTA_HD auto Shows(const T t[3], const Point<T>& at) const {
+  VESTA_HD auto IsInRange(const T t[3], const Point<T>& at) const {
     T x, y;
     Plane(t, x, y);
     return (x == at.tx) & (y == at.ty);
@@ -76,7 +76,7 @@ struct Pinhole : LensConstants<S> {
 
     VESTA_HD explicit Adjoint(const Jacobian2x3<T>& at) : J(at), tx_bar(0), ty_bar(0), z_sum(0) {}
 
-    // Adjoint of J.Apply(factor, a, m0, m1); a_bar is overwritten. along0 = m0_bar m0 and along1 = m1_bar m1.
+    // Adjoint of J.Apply(factor, a, m0, m1): computes a_bar. along0 must be m0_bar m0, and along1 m1_bar m1.
     VESTA_HD void Apply(const T& factor, const T a[3], const T& m0_bar, const T& m1_bar, const T& along0,
                         const T& along1, T a_bar[3]) {
       z_sum = z_sum + along0 + along1;
@@ -87,11 +87,12 @@ struct Pinhole : LensConstants<S> {
       ty_bar = ty_bar - a_bar[1] * a[2];
     }
 
-    // Computes t_bar[3] (overwritten) from all Apply calls and the cotangent of the pixel.
+    // Computes t_bar[3] from all Apply calls and (u_bar, v_bar), the cotangent of the pixel.
     VESTA_HD void Finish(const Pinhole& lens, const T t[3], const T& u_bar, const T& v_bar, T t_bar[3]) const {
       const T inv_z = T(1) / t[2];
       const T x = t[0] * inv_z, y = t[1] * inv_z;
-      // Inside the clamp and on its border the derivative passes, as in Clamp of a Dual. Outside, tx is constant.
+      // tx and ty depend on t only inside the limits and on their border, as with Clamp of a Dual. Outside they are
+      // constant.
       const T x_clamped = Select(x >= T(lens.x_lo), Select(x <= T(lens.x_hi), tx_bar, T(0)), T(0));
       const T y_clamped = Select(y >= T(lens.y_lo), Select(y <= T(lens.y_hi), ty_bar, T(0)), T(0));
       t_bar[0] = Fma(T(lens.fx), u_bar, x_clamped) * inv_z;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of the splats of a block of Gaussians with respect to the camera pose: the functions in CameraKernels.
+// Derivatives of splats with respect to the camera pose: the functions in CameraKernels. They process a block of
+// Gaussians at a time, one per SIMD lane.
 //
-// Relative to a camera that moves by (omega, tau), all Gaussians move rigidly about the camera's centre. In world axes,
-// with the rotation turn = R^T omega and shift = R^T tau:
+// The motion (omega, tau) of a pose, a rotation and a translation in camera axes (PoseTangent), has the same effect on
+// the projection as a rigid motion of all Gaussians about the camera's centre. In world axes it is the rotation turn =
+// R^T omega and the translation shift = R^T tau:
 //   d mean = turn x (mean - centre) + shift,   d quaternion = (0, turn) quaternion / 2.
-// Colours depend on directions in the world, which only the shift changes. The derivative with respect to the pose is
-// therefore the derivative of projection and colour (project.h, color.h) along this motion. The same holds for the
-// adjoint.
+// Colours depend on the direction from the camera to the Gaussian in world axes, which only the shift changes. The
+// derivative with respect to the pose is therefore the derivative of projection and colour (project.h, color.h) along
+// this motion. The adjoint is computed in the same way.
 #pragma once
 
 #include "kernels/gaussian_splatting/projection/project_block.h"
@@ -37,7 +39,7 @@ struct WorldMotion {
       }
     }
   }
-  // The adjoint of the conversion to world axes.
+  // The adjoint of the constructor: converts a cotangent to camera axes.
   VESTA_HD PoseTangent InCamera(const PosedCamera& camera) const {
     PoseTangent xi;
     for (int i = 0; i < 3; ++i) {
@@ -50,7 +52,8 @@ struct WorldMotion {
   }
 };
 
-// Position and orientation of a block's Gaussians as they move with the camera.
+// Positions, relative to the camera centre, and orientations of a block of Gaussians, and their derivatives along a
+// rigid motion.
 template <class V>
 struct RigidBlock {
   V from_centre[3];
@@ -92,7 +95,7 @@ VESTA_HD void CameraTangentRange(const Model<S>& model, const CameraConstants<S,
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
-    if (!Lanes<V>::Any(SeenLanes(block, rank_of))) continue;
+    if (!Lanes<V>::Any(VisibleLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     V mean[3], q[4], d_mean[3], d_quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k);
@@ -123,7 +126,7 @@ VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S,
   for (std::int64_t i = begin; i < end; i += Lane::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
-    if (!Lane::Any(SeenLanes(block, rank_of))) continue;
+    if (!Lane::Any(VisibleLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(
@@ -137,7 +140,7 @@ VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S,
     for (int c = 0; c < 3; ++c) color_bar[c] = color.Masked(c, w_bar[kColor + c]);
     color.MeanAdjoint(color_bar, shift_bar);
 
-    // Summed in the order of the Gaussians. Lanes that are not visible may hold any value.
+    // Add in the order of the Gaussians. The lanes of invisible Gaussians may contain any value and are skipped.
     alignas(64) S turns[3][Lane::kWidth], shifts[3][Lane::kWidth];
     for (int k = 0; k < 3; ++k) Lane::Store(turns[k], turn_bar[k]), Lane::Store(shifts[k], shift_bar[k]);
     for (int lane = 0; lane < block.n; ++lane) {

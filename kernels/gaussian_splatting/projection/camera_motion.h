@@ -17,14 +17,14 @@ struct CameraMotion {
   double Angle() const;
 };
 
-// Retraction: applies the motion, then exp(rotation) t + translation of xi.
+// Retraction: returns the motion that first applies `motion`, then xi, which maps t to exp(rotation) t + translation.
 CameraMotion Compose(const PoseTangent& xi, const CameraMotion& motion);
 
-// The motion that maps one pose (t = R mu + T, R row-major) to another.
+// Returns the motion that maps one pose (t = R mu + T for a world point mu, R row-major) to another.
 CameraMotion MotionBetween(const double R[9], const double T[3], const double to_R[9], const double to_T[3]);
 
-// Applies the motion to a pose (t = R mu + T, R row-major), or to a camera including its centre. The default motion
-// leaves every bit unchanged.
+// Applies the motion to a pose, or to a camera including its centre. With the default motion the result is
+// bit-identical to the input.
 void MovePose(const CameraMotion& motion, double R[9], double T[3]);
 PosedCamera Moved(const PosedCamera& camera, const CameraMotion& motion);
 

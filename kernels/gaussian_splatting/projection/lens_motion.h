@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives of a splat with respect to the lens of its view.
 //
-// A change of the focal length stretches means and footprints about the principal point, except for the 2D dilation.
-// Colours and depths do not change. The derivative can therefore be computed from the splat alone. If the projection is
-// linearised at the border of the lens's range (Shows of lens.h), that place is held constant.
+// A change of the focal length scales the projected mean about the principal point, and the screen covariance without
+// the 2D dilation. Colours and depths do not change. The derivative can therefore be computed from the splat alone. For
+// Gaussians far outside the image, the derivative of the lens is evaluated at a clamped point (IsInRange in lens.h);
+// this point is treated as constant.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/project.h"
@@ -11,8 +12,8 @@
 
 namespace vesta::splat {
 
-// A tangent or cotangent of a lens of any model: logarithms of the focal lengths, then the principal point in units of
-// the focal lengths. It does not depend on the image size.
+// A tangent or cotangent of a lens of any model: logarithms of the focal lengths, then the principal point divided by
+// the focal lengths. These parameters do not depend on the image size.
 inline constexpr int kLensTangent = 4;
 struct LensTangent {
   double v[kLensTangent] = {};  // log fx, log fy, cx / fx, cy / fy
@@ -23,8 +24,8 @@ struct LensTangent {
   }
 };
 
-// Derivatives of a splat's whitened tangent with respect to the lens: rows of kLambda numbers; the other components are
-// zero.
+// Derivatives of a splat with respect to the lens. w[k] is the splat tangent (SplatTangent in types.h) for a unit
+// change of lens parameter k: its first kLambda components; the others are zero.
 struct LensRows {
   double w[kLensTangent][kLambda] = {};
 
@@ -33,7 +34,7 @@ struct LensRows {
     const Lens& lens = camera.lens;
     const SplatShape<double> shape = {double(splat.u), double(splat.v), double(splat.r), double(splat.s),
                                       double(splat.beta)};
-    // The screen covariance [A B; B C], from the factor of its inverse (types.h).
+    // The screen covariance [A B; B C], computed from r, s and beta (types.h).
     const double C = kWhitening * kWhitening / (shape.s * shape.s), B = -shape.beta * C;
     const double det_by_C = kWhitening * kWhitening / (shape.r * shape.r), det = det_by_C * C, A = det_by_C + B * B / C;
     const auto set = [&](int k, double du, double dv, double dA, double dB, double dC) {
@@ -48,6 +49,7 @@ struct LensRows {
     set(3, 0, lens.fy, 0, 0, 0);
   }
 
+  // The change of the splat for a change delta of the lens.
   template <class S>
   VESTA_HD SplatTangent<S> Tangent(const LensTangent& delta) const {
     SplatTangent<S> tangent = {};
@@ -58,7 +60,7 @@ struct LensRows {
     }
     return tangent;
   }
-  // sum[kLensTangent] += the adjoint of Tangent.
+  // Adds the adjoint of Tangent to sum[kLensTangent].
   template <class S>
   VESTA_HD void AddCotangent(const SplatTangent<S>& cotangent, double* sum) const {
     for (int k = 0; k < kLensTangent; ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection passes over blocks of neighbouring Gaussians, one per SIMD lane: the functions in ProjectKernels. On a
-// device a block is a single thread's Gaussian.
+// Projection of Gaussians to a view, and its derivatives: the functions in ProjectKernels. They process a block of
+// neighbouring Gaussians at a time, one per SIMD lane. On a GPU a block is one Gaussian, processed by one thread.
 #pragma once
 
 #include <bit>
@@ -19,8 +19,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// ModelLayout::Offset of the attributes up to a degree, for loops that need it often. On the host it is a table. A
-// device computes it, because a table would not be in registers.
+// ModelLayout::Offset of all attributes up to an SH degree. On the host it is a table. A GPU computes it each time,
+// because a table would not be in registers.
 template <class V, int Degree>
 class AttributeOffsets {
  public:
@@ -53,8 +53,8 @@ class AttributeOffsets {
   std::int64_t table_[kIsTable ? NumAttributes(Degree) : 1];
 };
 
-// Lanes i .. i+n of the rows of a structure of arrays; offset(r) is the first index of row r. Lanes past n are read as
-// zero and not written.
+// A block of Gaussians i .. i + n - 1 in a structure of arrays. A row is the array of one attribute. If n is less than
+// the number of lanes, Load sets the other lanes to zero, and Add does not write them.
 template <class V, class S>
 struct Block {
   using L = Lanes<V>;
@@ -63,16 +63,18 @@ struct Block {
 
   VESTA_HD Block(std::int64_t first, std::int64_t end)
       : i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
-  // Prefetches the first rows of a later block before `end`. Each row is a separate memory stream, and there are more
-  // streams than the hardware prefetcher follows.
+  // Prefetches the first `rows` rows of a later block, unless it reaches beyond `end`. offset(r): index of the first
+  // value of row r. Each row is a separate memory stream, and there are more streams than the hardware prefetcher can
+  // follow.
   template <class Offset>
   VESTA_HD void PrefetchAhead(const S* x, const Offset& offset, int rows, std::int64_t end) const {
-    if constexpr (L::kWidth > 1) {  // on a device, neighbouring threads read together
+    if constexpr (L::kWidth > 1) {  // not on a device, where neighbouring threads read together
       constexpr int kBlocks = 2;
       if (i + (kBlocks + 1) * L::kWidth > end) return;
       for (int r = 0; r < rows; ++r) __builtin_prefetch(x + offset(r) + i + kBlocks * L::kWidth);
     }
   }
+  // row: first value of a row.
   VESTA_HD V Load(const S* row) const {
     const S* p = row + i;
     if (n == L::kWidth) return L::Load(p);
@@ -106,15 +108,16 @@ struct ProjectedBlock {
   }
 };
 
-// The visible lanes of a block.
+// Mask of the visible Gaussians of a block. rank_of[i]: index of Gaussian i in depth order, or -1 if not visible.
 template <class V, class S>
-VESTA_HD typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
+VESTA_HD typename Lanes<V>::Mask VisibleLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
   bool is_seen[Lanes<V>::kWidth];
   for (int lane = 0; lane < Lanes<V>::kWidth; ++lane) is_seen[lane] = lane < block.n && rank_of[block.i + lane] >= 0;
   return Lanes<V>::LoadMask(is_seen);
 }
 
-// out[k] = field k of the records of the block's Gaussians, zero if not visible. fields(rank) points to N scalars.
+// out[k] = scalar k of the record of each Gaussian of the block; 0 if the Gaussian is not visible. fields(rank) must
+// point to the N scalars of the record.
 template <int N, class V, class S, class Fields>
 VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
   alignas(64) S lanes[N][Lanes<V>::kWidth] = {};
@@ -127,7 +130,7 @@ VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_o
   for (int k = 0; k < N; ++k) out[k] = Lanes<V>::Load(lanes[k]);
 }
 
-// The inverse: writes values to the records of the visible Gaussians.
+// The inverse: writes values[k] to scalar k of the records of the visible Gaussians.
 template <int N, class V, class S, class Fields>
 VESTA_HD void ScatterRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields,
                              const V* values) {
@@ -161,7 +164,8 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     const ProjectedBlock<V, L> b(camera, load);
     const SplatShape<V>& shape = b.shape;
-    // Slightly enlarged: raster passes only use it to skip pixels; alpha decides which pixels count.
+    // Slightly enlarged, because raster passes only use it to skip pixels. The exact alpha decides which pixels a splat
+    // changes.
     const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
     const V support =
         V(static_cast<S>(1.0001)) * (log2_opacity - V(static_cast<S>(kLog2AlphaFloor))) + V(static_cast<S>(1e-3));
@@ -173,10 +177,10 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
                       (b.state.det < largest_det) & (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) &
                       (shape.u < V(camera.u_hi)) & (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) &
-                      IsShallowOrInFront(camera.lens, b.state);
+                      IsProjectionAccurate(camera.lens, b.state);
     bool is_seen[Lane::kWidth];
     Lane::StoreMask(is_seen, seen);
-    for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;
+    for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kInvisible;
     if (!Lane::Any(seen)) continue;
 
     V dir[3], basis[ShCoefficients(Degree)], color[3];
@@ -215,8 +219,9 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// Tangent of the splats, except kLambda, from parameters and their derivatives. colored: the mean used for the colour's
-// direction, which moves differently if the camera rotates about itself. sh: as in ShColor.
+// Computes the tangents of the splats, except kLambda, from the parameters and their derivatives. colored: the mean
+// from which the viewing direction of the colour is computed. If the camera rotates, its derivative differs from the
+// derivative of `mean`. sh: as in ShColor.
 template <int Degree, class S, class L, class V, class Sh>
 VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
                              const Dual<V> quaternion[4], const Dual<V> colored[3], const Sh& sh, V w[kSplatTangent]) {
@@ -242,7 +247,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S, L>& c
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     block.PrefetchAhead(dx, at, NumAttributes(Degree), model.count);
-    if (!Lanes<V>::Any(SeenLanes(block, rank_of))) continue;
+    if (!Lanes<V>::Any(VisibleLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return D(block.Load(model.x + at(a)), block.Load(dx + at(a))); };
     D mean[3], log_scale[3], quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
@@ -257,7 +262,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// Colour computations shared by the adjoint and the Gram matrix of a block.
+// Colours of a block of Gaussians, for the adjoint and the Gram matrix.
 template <class V, class S, int Degree>
 struct ColorBlock {
   V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
@@ -270,6 +275,7 @@ struct ColorBlock {
     ShColor<Degree>(
         basis, [&](int a) { return sh[a]; }, color);
   }
+  // Returns `value`, or 0 where channel c of the colour is clamped.
   VESTA_HD V Masked(int c, const V& value) const { return Select(color[c] > V(0), value, V(0)); }
   VESTA_HD void MeanAdjoint(const V color_bar[3], V mean_bar[3]) const {
     ShColorMeanAdjoint<Degree>(
@@ -285,7 +291,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     block.PrefetchAhead(g, at, NumAttributes(Degree), model.count);
-    const auto seen = SeenLanes(block, rank_of);
+    const auto seen = VisibleLanes(block, rank_of);
     if (!Lanes<V>::Any(seen)) continue;
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(
@@ -299,7 +305,8 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
     for (int c = 0; c < 3; ++c) color_bar[c] = color.Masked(c, w_bar[kColor + c]);
     color.MeanAdjoint(color_bar, mean_bar);
 
-    // Lanes that are not visible may hold any value (for example a mean behind the camera), so they are masked.
+    // The lanes of invisible Gaussians may contain any value (for example if the mean is behind the camera), so they
+    // are masked.
     const auto add = [&](int a, const V& value) { block.Add(g + at(a), Select(seen, value, V(0))); };
     for (int k = 0; k < 3; ++k) add(kMean + k, mean_bar[k]), add(kLogScale + k, log_scale_bar[k]);
     for (int k = 0; k < 4; ++k) add(kQuaternion + k, quaternion_bar[k]);
@@ -310,7 +317,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// The full 9 x 9 Gram matrix of d colour / d(splat tangent), from the moments.
+// Computes the 9 x 9 Gram matrix of a splat from its sums (SplatGram in types.h).
 template <class V>
 VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
   const V* cross = m + kMoments4;
@@ -340,7 +347,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     block.PrefetchAhead(blocks, of_block, PackedSize(kGeometry), model.count);
-    const auto seen = SeenLanes(block, rank_of);
+    const auto seen = VisibleLanes(block, rank_of);
     if (!Lanes<V>::Any(seen)) continue;
     V m[kGramSums], G[kSplatTangent][kSplatTangent];
     GatherRecords<kGramSums>(
@@ -350,7 +357,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
     const ProjectedBlock<V, L> b(camera, load);
     const ColorBlock<V, S, Degree> color(camera.centre, load, b.mean);
 
-    // K, with a row for each component of the splat tangent. A row is the adjoint of a unit cotangent.
+    // K = d(splat tangent) / d(geometric attributes). Each row is the adjoint of a unit cotangent.
     V K[kSplatTangent][kGeometry];
     for (auto& row : K) {
       for (V& value : row) value = V(0);
@@ -377,7 +384,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
       for (int row = col; row < kGeometry; ++row) {
         V value(0);
         for (int k = 0; k < kSplatTangent; ++k) value = Fma(K[k][row], GK[k], value);
-        // A sum of squares, but cancelling terms may round it below zero.
+        // Exactly it is not negative, but rounding may make it negative.
         if (row == col) value = Max(value, V(0));
         block.Add(blocks + of_block(PackedLower(row, col)), Select(seen, value, V(0)));
       }
@@ -385,7 +392,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
     for (int c = 0; c < 3; ++c) {
       const V weight = color.Masked(c, G[kColor + c][kColor + c]);
       for (int k = 0; k < ShCoefficients(Degree); ++k) {
-        // Masked last, because the basis of a lane that is not visible may be NaN.
+        // Masked last, because the basis may be NaN in the lane of an invisible Gaussian.
         block.Add(sh_diagonal + (at(kSh + 3 * k + c) - at(kSh)),
                   Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
       }

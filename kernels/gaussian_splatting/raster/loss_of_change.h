@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Change of a view's loss when its pixels change. Used by passes that predict the effect of removing or recolouring a
-// splat.
+// Change of a view's loss when its pixels change. loss_passes.h uses it to predict the effect of removing or
+// recolouring a splat. (Pixel penalty, SSIM, G, s, c: kernels/image/photometric_formula.h.)
 //
-// The penalty of each pixel is computed exactly. SSIM is approximated by the quadratic of
-// kernels/image/photometric_loss.h, with the Hessian diag(G s) + G diag(c) G, whose second part couples pixels. When
-// only one splat changes, delta is the resulting change of the image, and G delta is approximated by a constant times
-// delta. The constant is the fraction of the energy of a Gaussian with covariance C that remains after a blur with a
-// window of variance v:
+// The penalty of each pixel is computed exactly. 1 - SSIM is approximated by its quadratic with the Hessian diag(G s) +
+// G diag(c) G, where G is the blur with the SSIM window. The second part couples pixels. To avoid a blur per splat, G
+// delta is approximated by a constant times delta, where delta is the change of the image when one splat changes. The
+// constant is the fraction of the energy (sum of squares) of a Gaussian with covariance C that remains after a blur of
+// variance v:
 //   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 #pragma once
 
@@ -20,32 +20,31 @@
 
 namespace vesta::splat {
 
-// The linearised loss of one view. Images have 3 planes; see kernels/image/photometric_loss.h for the quadratic of
-// SSIM.
+// The linearised loss of one view (PhotometricLinearization in kernels/image/photometric_loss.h). Images have 3 planes.
 template <class S>
 struct LinearizedLoss {
   const S *rendered, *truth;
-  const S* gradient;   // derivative of the loss by the pixel
+  const S* gradient;   // derivative of the loss with respect to the pixel
   const S* diagonal;   // l1 * curvature of the penalty + ssim * G s
   const S* curvature;  // c
   PenaltyCoefficients<S> penalty;
   S l1, ssim;                 // weights
   S window_variance;          // of the SSIM window, pixels squared
-  const S* counts = nullptr;  // one plane: 1, or 0 for masked pixels, which do not affect the loss; null: all 1
+  const S* counts = nullptr;  // one plane: 1, or 0 for masked pixels, which the loss ignores; null: all 1
 };
 
 inline namespace VESTA_ISA {
 
-// Fraction of a splat's energy that remains under the window, from its conic: 2 ln 2 times the squared map from d to
-// (p, q).
+// Fraction of a splat's energy that remains after a blur of this variance. The inverse covariance C^-1 is the conic, 2
+// ln 2 times F^T F, where F is the map from d to (p, q) (types.h).
 template <class S>
-VESTA_HD inline S EnergyUnderWindow(const Splat<S>& splat, S variance) {
+VESTA_HD inline S EnergyAfterBlur(const Splat<S>& splat, S variance) {
   const S scale = static_cast<S>(kTwoLn2) * variance, r2 = splat.r * splat.r, s2 = splat.s * splat.s;
   const S trace = r2 * (S(1) + splat.beta * splat.beta) + s2;
   return S(1) / std::sqrt(S(1) + scale * (trace + scale * r2 * s2));
 }
 
-// Change of the loss over the pixels of one tile.
+// The loss at the pixels of one tile. offset: index of a pixel in the tile, the first of a SIMD vector.
 template <class V, class S>
 struct LossOfChange {
   using L = Lanes<V>;
@@ -53,6 +52,7 @@ struct LossOfChange {
   alignas(64) S error[3][kTilePixels], gradient[3][kTilePixels], diagonal[3][kTilePixels], curvature[3][kTilePixels];
   alignas(64) S counts[kTilePixels];
 
+  // Copies the pixels of the tile from the images of `loss`.
   void Load(const TileLists<S>& lists, const TileWindow& window) {
     const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
     alignas(64) S truth[kTilePixels];
@@ -70,32 +70,32 @@ struct LossOfChange {
       std::fill(counts, counts + kTilePixels, S(1));
     }
   }
-  // Factor for AddCurvature and AddRise at the pixels of a splat.
-  V LeftByWindow(const Splat<S>& splat) const { return V(loss.ssim * EnergyUnderWindow(splat, loss.window_variance)); }
-  // bend += second derivative of the loss with respect to t, if pixels of channel k change by t share.
-  void AddCurvature(int k, int offset, const V& share, const V& left_by_window, V& bend) const {
-    const V of_pixel = Fma(left_by_window, L::Load(curvature[k] + offset), L::Load(diagonal[k] + offset));
+  // The factor window_factor of AddCurvature and AddRise for a splat.
+  V WindowFactor(const Splat<S>& splat) const { return V(loss.ssim * EnergyAfterBlur(splat, loss.window_variance)); }
+  // second += the second derivative, with respect to t, of the loss when the pixels of channel k change by t * share.
+  void AddCurvature(int k, int offset, const V& share, const V& window_factor, V& second) const {
+    const V of_pixel = Fma(window_factor, L::Load(curvature[k] + offset), L::Load(diagonal[k] + offset));
     const V own = share * L::Load(counts + offset);
-    bend = Fma(own * own, of_pixel, bend);
+    second = Fma(own * own, of_pixel, second);
   }
-  // rise += rise of the loss if pixels of channel k change by `change`.
-  void AddRise(int k, int offset, const V& change, const V& left_by_window, V& rise) const {
+  // rise += the rise of the loss if the pixels of channel k change by `change`.
+  void AddRise(int k, int offset, const V& change, const V& window_factor, V& rise) const {
     const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
     const PixelPenalty<V> before(e, loss.penalty), after(e + delta, loss.penalty);
-    const V slope = Fnma(l1, before.derivative,
-                         L::Load(gradient[k] + offset));  // slope and bend contain only the SSIM part of the loss
+    // First and second derivative of the SSIM part of the loss: the totals minus the parts of the penalty.
+    const V ssim_slope = Fnma(l1, before.derivative, L::Load(gradient[k] + offset));
     const V pointwise = Fnma(l1, before.Curvature(loss.penalty), L::Load(diagonal[k] + offset));
-    const V bend = Fma(left_by_window, L::Load(curvature[k] + offset), pointwise);
-    rise = Fma(l1, after.value - before.value, Fma(delta, Fma(V(S(0.5)) * bend, delta, slope), rise));
+    const V ssim_curvature = Fma(window_factor, L::Load(curvature[k] + offset), pointwise);
+    rise = Fma(l1, after.value - before.value, Fma(delta, Fma(V(S(0.5)) * ssim_curvature, delta, ssim_slope), rise));
   }
 };
 
 }  // namespace VESTA_ISA
 
-// Recolouring: the loss of a view if a single splat had another colour c'. Its pixels would change by exactly delta = w
+// Recolouring: the loss of a view if one splat had the colour c' instead of c. Pixels would change by exactly delta = w
 // (c' - c), w = alpha T.
-inline constexpr int kRecolors = 3;  // colours per call, one for each lower SH degree
+inline constexpr int kRecolors = 3;  // number of colours that are tried per splat: one for each lower SH degree
 
 // Colours to try for one splat.
 template <class S>
@@ -105,7 +105,7 @@ struct Recolors {
 // Results for one splat, summed over pixels and channels.
 template <class S>
 struct RecolorRises {
-  S rise[kRecolors];  // rise of the loss if the splat has that colour
+  S rise[kRecolors];  // rise of the loss if the splat has this colour
 };
 
 // Second derivative of the loss with respect to the colour of one splat, per channel.

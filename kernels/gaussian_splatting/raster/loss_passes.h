@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Raster passes over one tile that predict the loss of a view after removing a splat, or with another colour of it.
-// Each splat is considered separately.
+// Raster passes over one tile that predict how the loss of a view changes if one splat is removed or gets another
+// colour. Each splat is considered separately, with all others unchanged.
 //
-// A pixel's colour is an affine function of the alpha of each splat. Without the splat it therefore changes by exactly
+// The colour of a pixel is an affine function of the alpha of each splat. Without the splat, with colour c, it
+// therefore changes by exactly
 //   delta = -alpha d colour / d alpha = S alpha / (1 - alpha) - w c                (pixel_steps.h: w = alpha T)
-// unless the pixel would then be closed later (the transmittance stop). loss_of_change.h computes the change of the
-// loss.
+// unless the pixel would then be closed later. loss_of_change.h computes the resulting change of the loss.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/loss_of_change.h"
@@ -23,20 +23,20 @@ struct RemovalPass {
   alignas(64) S behind[3][kTilePixels];  // S of pixel_steps.h
 
   struct State {
-    V c[3], left_by_window;
+    V c[3], window_factor;
     V sum;
   };
   State Begin(const Splat<S>& splat) const {
-    return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}, loss.LeftByWindow(splat), V(0)};
+    return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}, loss.WindowFactor(splat), V(0)};
   }
   void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
-    const V odds = Odds(blend.alpha);
+    const V odds = AlphaOdds(blend.alpha);
     V rise(0);
     for (int k = 0; k < 3; ++k) {
       const V share = blend.weight * state.c[k];
       const V rest = L::Load(behind[k] + offset) - share;
       L::Store(behind[k] + offset, rest);
-      loss.AddRise(k, offset, Fma(rest, odds, -share), state.left_by_window, rise);
+      loss.AddRise(k, offset, Fma(rest, odds, -share), state.window_factor, rise);
     }
     state.sum = state.sum + Select(blend.alpha > V(0), rise, V(0));
   }
@@ -56,7 +56,7 @@ void RemovalTile(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& l
   TraverseSplats<V>(lists, tile, pass);
 }
 
-// The same for other colours of the splat.
+// Rise of the loss for other colours of a splat.
 template <class V, class S>
 struct RecolorPass {
   using L = Lanes<V>;
@@ -66,11 +66,11 @@ struct RecolorPass {
   LossOfChange<V, S> loss;
 
   struct State {
-    V change[kRecolors][3], left_by_window;
+    V change[kRecolors][3], window_factor;
     V sum[kRecolors];
   };
   State Begin(const Splat<S>& splat) const {
-    State state{{}, loss.LeftByWindow(splat), {}};
+    State state{{}, loss.WindowFactor(splat), {}};
     const Recolors<S>& to = recolors[&splat - lists.splats];
     for (int d = 0; d < kRecolors; ++d) {
       for (int k = 0; k < 3; ++k) state.change[d][k] = V(to.color[d][k] - splat.color[k]);
@@ -82,7 +82,7 @@ struct RecolorPass {
     for (int d = 0; d < kRecolors; ++d) {
       V rise(0);
       for (int k = 0; k < 3; ++k) {
-        loss.AddRise(k, offset, blend.weight * state.change[d][k], state.left_by_window, rise);
+        loss.AddRise(k, offset, blend.weight * state.change[d][k], state.window_factor, rise);
       }
       state.sum[d] = state.sum[d] + Select(blend.alpha > V(0), rise, V(0));
     }
@@ -98,13 +98,13 @@ struct ColorCurvaturePass {
   LossOfChange<V, S> loss;
 
   struct State {
-    V left_by_window;
+    V window_factor;
     V sum[3];
   };
-  State Begin(const Splat<S>& splat) const { return {loss.LeftByWindow(splat), {V(0), V(0), V(0)}}; }
+  State Begin(const Splat<S>& splat) const { return {loss.WindowFactor(splat), {V(0), V(0), V(0)}}; }
   void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
     for (int k = 0; k < 3; ++k) {
-      loss.AddCurvature(k, offset, blend.weight, state.left_by_window, state.sum[k]);
+      loss.AddCurvature(k, offset, blend.weight, state.window_factor, state.sum[k]);
     }
   }
   void End(State& state, std::int64_t pair) { L::template SumEach<3>(state.sum, sums[pair].channel); }

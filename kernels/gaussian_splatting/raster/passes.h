@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The raster passes over one tile: image, tangent, adjoint, Gram sums, and visit counts. The formulas are in
-// pixel_steps.h and splat_sums.h. The weighted colour behind a splat is the final colour minus the colour accumulated
-// up to and including the splat. Adjoint and Gram passes therefore also go front to back, and no state per pixel and
-// splat is stored between passes.
+// The raster passes over one tile on the CPU: image, tangent, adjoint, Gram sums, and visit counts. The formulas and
+// symbols are in pixel_steps.h and splat_sums.h.
+//
+// Adjoint and Gram passes need S, the sum of the weighted colours behind a splat. It is the final colour of the pixel
+// minus the weighted colours up to and including the splat. These passes therefore also visit the splats front to back,
+// and no data per pixel and splat is stored between passes.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
@@ -63,7 +65,7 @@ struct ForwardPass {
     for (int k = 0; k < 3; ++k) state.color[k] = Fma(blend.weight, V(of[place].color[k]), state.color[k]);
     state.transmittance = Select(blend.open, blend.transmittance, state.transmittance);
   }
-  V Over(const V& background, int channel, int offset) const {
+  V WithBackground(const V& background, int channel, int offset) const {
     return Fma(L::Load(transmittance + offset), background, L::Load(color[channel] + offset));
   }
 };
@@ -75,7 +77,8 @@ struct TangentPass {
   const SplatTangent<S>* tangents;
   alignas(64) S d_color[3][kTilePixels];
   alignas(64) S minus_dT[kTilePixels];  // minus the derivative of the transmittance
-  // Per splat of the batch, member by member, and for the current row: psi = constant - p (linear + rho p).
+  // For each splat of the batch: the shape components of its tangent; and for the current row: psi = constant - p
+  // (linear + rho p).
   alignas(64) S shape[kSplatShape][kPlaces], linear[kPlaces], constant[kPlaces];
   struct {
     S color[3], d_color[3], pad[2];
@@ -114,12 +117,12 @@ struct TangentPass {
           TangentColor(blend, d_weight, V(of[place].color[k]), V(of[place].d_color[k]), state.d_color[k]);
     }
   }
-  V Over(const V& background, int channel, int offset) const {
+  V WithBackground(const V& background, int channel, int offset) const {
     return Fnma(L::Load(minus_dT + offset), background, L::Load(d_color[channel] + offset));
   }
 };
 
-// Runs two passes of TraverseRows together.
+// Two passes of TraverseRows that run together.
 template <class First, class Second>
 struct BothPasses {
   First first;
@@ -154,7 +157,7 @@ struct BothPasses {
 template <class V, class S>
 struct AdjointPass {
   using L = Lanes<V>;
-  SplatTangent<S>* sums;              // [pairs], indexed as the whole list
+  SplatTangent<S>* sums;              // [pairs] of all tiles, indexed like TileLists::ranks
   alignas(64) S u[3][kTilePixels];    // cotangent of the image
   alignas(64) S behind[kTilePixels];  // u . S
 
@@ -166,7 +169,7 @@ struct AdjointPass {
   void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
     const V u_here[3] = {L::Load(u[0] + offset), L::Load(u[1] + offset), L::Load(u[2] + offset)};
     V rest = L::Load(behind + offset);
-    const V g = ByLogAlpha(blend, Odds(blend.alpha), ShareOf(blend, state.c, u_here), rest);
+    const V g = ByLogAlpha(blend, AlphaOdds(blend.alpha), ContributionOf(blend, state.c, u_here), rest);
     L::Store(behind + offset, rest);
     for (int k = 0; k < 3; ++k) state.total.AddColor(k, blend.weight, u_here[k]);
     state.total.AddShape(g, p, V(q));
@@ -188,7 +191,7 @@ struct GramPass {
   };
   State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}, {}}; }
   void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
-    const V odds = Odds(blend.alpha);
+    const V odds = AlphaOdds(blend.alpha);
     state.total.Add(blend.weight, p, q, [&](int k) {
       V rest = L::Load(behind[k] + offset);
       const V d = ByLogAlpha(blend, odds, blend.weight * state.c[k], rest);

@@ -3,10 +3,10 @@
 // pixel one thread. They use the formulas of the host's passes (passes.h) and the traversal of tile_block.h. S is float
 // on a device; tests run double on the host.
 //
-// Forward and tangent passes keep all data in registers. Adjoint and Gram passes sum over the pixels of each splat.
-// They sum within the tile, without atomics and without shuffles in the inner loop. For a few splats at a time, each
-// thread first handles a pixel and writes the contributions of the splats to shared memory. Then the threads handle
-// splats and rows and add the contributions.
+// Forward and tangent passes sum over splats and keep the sums of a pixel in registers. Adjoint and Gram passes sum
+// over the pixels of each splat, within the tile. They do so for a few splats at a time, without atomics, in two steps.
+// First, each thread computes the contributions of the splats at its pixel and writes them to shared memory. Then each
+// thread adds the contributions of one row, or half a row, of one splat.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/splat_sums.h"
@@ -15,7 +15,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// RasterKernels::forward.
+// GPU version of RasterKernels::forward.
 template <class S>
 struct ForwardBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
@@ -28,20 +28,20 @@ struct ForwardBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    Passing<S> passing(pixel);
+    PixelBlending<S> blending(pixel);
     S color[3] = {S(0), S(0), S(0)};
     ForEachHit(
-        block, lists, pixel, passing, shared.splats, [](std::int64_t, int) {},
+        block, lists, pixel, blending, shared.splats, [](std::int64_t, int) {},
         [&](int k, const S&, const S&, const Blend<S>& blend) {
           for (int c = 0; c < 3; ++c) color[c] = Fma(blend.weight, shared.splats[k].color[c], color[c]);
         });
     for (int c = 0; c < 3; ++c) {
-      pixel.Store(image, c, Fma(passing.transmittance, lists.background[c], color[c]));
+      pixel.Store(image, c, Fma(blending.transmittance, lists.background[c], color[c]));
     }
   }
 };
 
-// RasterKernels::tangent.
+// GPU version of RasterKernels::tangent.
 template <class S>
 struct TangentBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
@@ -56,10 +56,10 @@ struct TangentBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, TileOf(block), block.thread());
-    Passing<S> passing(pixel);
+    PixelBlending<S> blending(pixel);
     S d_color[3] = {S(0), S(0), S(0)}, minus_dT(0);
     ForEachHit(
-        block, lists, pixel, passing, shared.splats,
+        block, lists, pixel, blending, shared.splats,
         [&](std::int64_t first, int count) {
           const int k = block.thread();
           if (k < count) shared.tangents[k] = tangents[lists.ranks[first + k]];
@@ -76,12 +76,13 @@ struct TangentBlock {
   }
 };
 
-// RasterKernels::adjoint. The sums of pair k of the lists are stored at sums[entries[k]].
+// GPU version of RasterKernels::adjoint. The sums of pair k of the lists are stored in sums[entries[k]]. entries[k]:
+// index of the pair in the order by splat.
 template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Share {
-    S g, w;  // derivatives of the pixel's part of u . image, by log alpha and by u . colour
+    S g, w;  // derivatives of the pixel's part of u . image with respect to log alpha, and with respect to u . c
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -102,31 +103,32 @@ struct AdjointBlock {
     for (int c = 0; c < 3; ++c) {
       my_u[c] = pixel.Load(u, c);
       behind += my_u[c] * pixel.Load(image, c);
-      shared.u[c][PlaceOfU(pixel.x, pixel.y)] = my_u[c];
+      shared.u[c][IndexInU(pixel.x, pixel.y)] = my_u[c];
     }
-    const std::int64_t left = SumOverPixels<Share>(
+    const std::int64_t remaining = SumOverPixels<Share>(
         block, lists, pixel, shared.splats,
         [&](int k, const Blend<S>& blend) {
-          const S share = ShareOf(blend, shared.splats[k].color, my_u);
-          return Share{ByLogAlpha(blend, Odds(blend.alpha), share, behind), blend.weight};
+          const S share = ContributionOf(blend, shared.splats[k].color, my_u);
+          return Share{ByLogAlpha(blend, AlphaOdds(blend.alpha), share, behind), blend.weight};
         },
-        [&](int k, const Share& share) { shared.shares[k][PlaceOfShare(pixel.x, pixel.y)] = share; },
+        [&](int k, const Share& share) { shared.shares[k][IndexInShares(pixel.x, pixel.y)] = share; },
         [&](std::int64_t first, int count) {
           if (thread / kTileSize < count) AddRow(shared, thread / kTileSize, thread % kTileSize);
           block.Sync();
           if (thread < count * kSplatTangent) {
             const int k = thread / kSplatTangent, i = thread % kSplatTangent;
-            sums[entries[first + k]].w[i] = WeighCotangentRows(shared.splats[k], shared.rows[k], i);
+            sums[entries[first + k]].w[i] = CotangentFromRows(shared.splats[k], shared.rows[k], i);
           }
         });
-    ForEachLeft<kSplatTangent>(block, lists, left, [&](std::int64_t pair, int i) { sums[entries[pair]].w[i] = S(0); });
+    ForEachRemaining<kSplatTangent>(block, lists, remaining,
+                                    [&](std::int64_t pair, int i) { sums[entries[pair]].w[i] = S(0); });
   }
 
  private:
   // Index of a pixel in shares and in u. Rows are rotated to avoid bank conflicts: the pixels of half a warp (two rows
   // of eight) are on different banks, and so are the pixels of a column.
-  VESTA_HD static int PlaceOfShare(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
-  VESTA_HD static int PlaceOfU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
+  VESTA_HD static int IndexInShares(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
+  VESTA_HD static int IndexInU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
 
   VESTA_HD void AddRow(Shared& shared, int k, int y) const {
     const Splat<S>& splat = shared.splats[k];
@@ -134,21 +136,21 @@ struct AdjointBlock {
     const PixelRange reached = row.PixelsIn(0, kTileSize - 1);
     CotangentRow<S> total;
     for (int x = reached.begin; x < reached.end; ++x) {
-      const Share& share = shared.shares[k][PlaceOfShare(x, y)];
-      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][PlaceOfU(x, y)]);
+      const Share& share = shared.shares[k][IndexInShares(x, y)];
+      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][IndexInU(x, y)]);
       total.AddShape(share.g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
     for (int i = 0; i < kCotangentRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
   }
 };
 
-// RasterKernels::gram. The sums of pair k are stored at sums[entries[k]].
+// GPU version of RasterKernels::gram. sums, entries: see AdjointBlock.
 template <class S>
 struct GramBlock {
   // Two threads per row.
   static constexpr int kThreads = kRasterThreads, kBatch = 8, kParts = 2 * kTileSize, kHalf = kTileSize / 2;
   struct alignas(16) Share {
-    S w, d[3];  // derivatives of the pixel's colours, by the splat's colour and by log alpha
+    S w, d[3];  // derivatives of the pixel's colours with respect to the splat's colour, and to log alpha
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -171,18 +173,18 @@ struct GramBlock {
     S behind[3];
     for (int c = 0; c < 3; ++c) {
       behind[c] = pixel.Load(image, c);
-      shared.omega[c][Place(pixel.x, pixel.y)] = pixel.Load(omega, c);
+      shared.omega[c][PixelIndex(pixel.x, pixel.y)] = pixel.Load(omega, c);
     }
-    const std::int64_t left = SumOverPixels<Share>(
+    const std::int64_t remaining = SumOverPixels<Share>(
         block, lists, pixel, shared.splats,
         [&](int k, const Blend<S>& blend) {
-          const S odds = Odds(blend.alpha), *color = shared.splats[k].color;
+          const S odds = AlphaOdds(blend.alpha), *color = shared.splats[k].color;
           Share share;
           share.w = blend.weight;
           for (int c = 0; c < 3; ++c) share.d[c] = ByLogAlpha(blend, odds, blend.weight * color[c], behind[c]);
           return share;
         },
-        [&](int k, const Share& share) { shared.shares[k][Place(pixel.x, pixel.y)] = share; },
+        [&](int k, const Share& share) { shared.shares[k][PixelIndex(pixel.x, pixel.y)] = share; },
         [&](std::int64_t first, int count) {
           GramRow<S> part;
           const int k = thread / kParts;
@@ -200,16 +202,17 @@ struct GramBlock {
           for (int i = thread; i < count * kGramSums; i += kThreads) {
             const int of = i / kGramSums;
             sums[entries[first + of]].m[i % kGramSums] =
-                WeighGramRows(shared.powers[of], shared.parts[of], i % kGramSums);
+                GramSumFromRows(shared.powers[of], shared.parts[of], i % kGramSums);
           }
         });
-    ForEachLeft<kGramSums>(block, lists, left, [&](std::int64_t pair, int i) { sums[entries[pair]].m[i] = S(0); });
+    ForEachRemaining<kGramSums>(block, lists, remaining,
+                                [&](std::int64_t pair, int i) { sums[entries[pair]].m[i] = S(0); });
   }
 
  private:
   // Index of a pixel in shares and omega. Half rows are rotated to avoid bank conflicts between eight neighbouring
   // threads, each at the same pixel of its own half row.
-  VESTA_HD static int Place(int x, int y) {
+  VESTA_HD static int PixelIndex(int x, int y) {
     const int half = x / kHalf;
     return y * kTileSize + half * kHalf + (x + 2 * y + half) % kHalf;
   }
@@ -220,7 +223,7 @@ struct GramBlock {
     const RowSpan<S> row = RowInTile(splat, y);
     const PixelRange reached = row.PixelsIn(first, first + kHalf - 1);
     for (int x = reached.begin; x < reached.end; ++x) {
-      const int at = Place(x, y);
+      const int at = PixelIndex(x, y);
       const Share& share = shared.shares[k][at];
       part.Add(share.w, OffsetAt(static_cast<S>(x), splat.r, row.p0), [&](int c) {
         return GramColor<S>{shared.omega[c][at], share.d[c]};

@@ -8,29 +8,33 @@
 
 namespace vesta::splat {
 
-// Images are planar: plane c of a width x height image begins at c * width * height. Every function reads and writes
-// only the pixels, or the pairs (entries of lists.ranks), of its tile, so tiles may run in parallel.
+// Images are planar: plane c of a width x height image begins at index c * width * height. A pair is a splat and a tile
+// that it touches; pair arrays are indexed like lists.ranks. Every function writes only the pixels or pairs of its
+// tile, so tiles may be processed in parallel. The rank of a splat is its index in depth order.
 template <class S>
 struct RasterKernels {
-  // image = sum_k c_k alpha_k T_k + T_end background.
+  // image = sum_k c_k alpha_k T_k + T_end background, where k runs over the splats front to back. T_k is the
+  // transmittance in front of splat k, T_end behind the last one.
   void (*forward)(const TileLists<S>& lists, int tile, S* image);
-  // Computes d_image from the splat tangents, by rank.
+  // Computes d_image, the change of the image, from the tangents of the splats, by rank.
   void (*tangent)(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* d_image);
   // Computes both with bit-identical results, faster than separately because the blending weights are shared.
   void (*forward_tangent)(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* image, S* d_image);
-  // For each pair of the tile, the cotangent of its splat. u: cotangent of the image. image: from forward.
+  // For each pair of the tile, the cotangent of its splat from the pixels of the tile. u: cotangent of the image.
+  // image: from forward.
   void (*adjoint)(const TileLists<S>& lists, int tile, const S* image, const S* u, SplatTangent<S>* pair_sums);
-  // For each pair of the tile, the Gram sums with the non-negative weights omega (3 planes).
+  // For each pair of the tile, the Gram sums (splat_sums.h) with the weights omega >= 0 (3 planes). image: from
+  // forward.
   void (*gram)(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums);
-  // For each pair of the tile, the rise of the loss without its splat; negative if the loss falls.
+  // For each pair of the tile, the rise of the loss in the tile without its splat; negative if the loss falls.
   void (*removal)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, S* pair_rises);
-  // For each pair of the tile, the curvature of the loss with respect to its splat's colour.
+  // For each pair of the tile, the second derivative of the loss with respect to the colour of its splat.
   void (*color_curvature)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss,
                           ColorCurvature<S>* pair_sums);
   // For each pair of the tile, the rise of the loss if its splat has other colours. recolors: by rank.
   void (*recolor)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, const Recolors<S>* recolors,
                   RecolorRises<S>* pair_sums);
-  // Counts the work of each of these passes.
+  // Counts the visited pairs, vectors and pixels, which are the same for all passes above.
   VisitCounts (*count)(const TileLists<S>& lists, int tile);
 };
 
@@ -40,8 +44,9 @@ const RasterKernels<S>& GetRasterKernels();
 // The float kernels of one instruction set, which the CPU must support.
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
 
-// Writes three planes: for each pixel the colour components of `values` (by rank) of the median splat, at which the
-// transmittance falls below one half, or 0 if no splat does that. Writes only the pixels of its tile.
+// The median splat of a pixel is the splat at which the transmittance falls below one half. A MedianKernel writes the
+// three colour components of values[rank of the median splat] to the pixel in the three planes, or 0 if there is no
+// median splat. It writes only the pixels of its tile.
 template <class S>
 using MedianKernel = void (*)(const TileLists<S>& lists, int tile, const SplatTangent<S>* values, S* planes);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The raster passes applied to images: the functions in RasterKernels.
+// The functions in RasterKernels: they load the pixels of a tile, run a pass (passes.h, loss_passes.h) and store the
+// result.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/loss_passes.h"
@@ -23,7 +24,8 @@ void StoreImage(const TileLists<S>& lists, const TileWindow& window, Pass& pass,
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   for (int k = 0; k < 3; ++k) {
     alignas(64) S pixels[kTilePixels];
-    for (int i = 0; i < kTilePixels; i += L::kWidth) L::Store(pixels + i, pass.Over(V(lists.background[k]), k, i));
+    for (int i = 0; i < kTilePixels; i += L::kWidth)
+      L::Store(pixels + i, pass.WithBackground(V(lists.background[k]), k, i));
     StorePlane<V>(lists, window, pixels, image + k * plane);
   }
 }
@@ -106,22 +108,22 @@ RasterKernels<S> MakeRasterKernels() {
           &RemovalTile<V, S>, &ColorCurvatureTile<V, S>, &RecolorTile<V, S>,        &CountTile<V, S>};
 }
 
-// A pass that does not blend: each pixel takes the values of the splat at which its transmittance falls below one half.
+// A pass that does not blend: each pixel gets the values of the splat at which its transmittance falls below one half.
 template <class V, class S>
 struct MedianPass {
   using L = Lanes<V>;
   const SplatTangent<S>* values;
-  alignas(64) S taken[3][kTilePixels];
+  alignas(64) S chosen[3][kTilePixels];
   alignas(64) S transmittance[kTilePixels];
   struct {
     S color[3], pad;
   } of[RowBatch<V, S>::kPlaces];
 
   struct State {
-    V taken[3], transmittance;
+    V chosen[3], transmittance;
   };
   explicit MedianPass(const SplatTangent<S>* splat_values) : values(splat_values) {
-    for (S* plane : taken) SetZero<V>(plane);
+    for (S* plane : chosen) SetZero<V>(plane);
     for (S& t : transmittance) t = S(1);
   }
   void Prepare(int place, const Splat<S>&, std::uint32_t rank) {
@@ -129,23 +131,23 @@ struct MedianPass {
   }
   void PrepareRow(int, const V&) {}
   State Load(int offset) const {
-    return {{L::Load(taken[0] + offset), L::Load(taken[1] + offset), L::Load(taken[2] + offset)},
+    return {{L::Load(chosen[0] + offset), L::Load(chosen[1] + offset), L::Load(chosen[2] + offset)},
             L::Load(transmittance + offset)};
   }
   void Store(const State& state, int offset) {
-    for (int k = 0; k < 3; ++k) L::Store(taken[k] + offset, state.taken[k]);
+    for (int k = 0; k < 3; ++k) L::Store(chosen[k] + offset, state.chosen[k]);
     L::Store(transmittance + offset, state.transmittance);
   }
   void Pixels(State& state, std::uint32_t place, const V&, const Blend<V>& blend) {
     const V half(S(0.5));
     const auto is_before = state.transmittance >= half, is_behind = blend.transmittance < half;
     for (int k = 0; k < 3; ++k) {
-      const V here = Select(is_before, V(of[place].color[k]), state.taken[k]);
-      state.taken[k] = Select(is_behind, here, state.taken[k]);
+      const V here = Select(is_before, V(of[place].color[k]), state.chosen[k]);
+      state.chosen[k] = Select(is_behind, here, state.chosen[k]);
     }
     state.transmittance = blend.transmittance;
   }
-  V Over(const V&, int channel, int offset) const { return L::Load(taken[channel] + offset); }
+  V WithBackground(const V&, int channel, int offset) const { return L::Load(chosen[channel] + offset); }
 };
 
 template <class V, class S>

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over a splat's pixels for its cotangent and its Gram matrix. They are computed pixel by pixel if the sums stay
-// in registers, or row by row if many threads share the work. Along a row q is constant, so sums of g p^a suffice; the
-// row sums are multiplied by powers of q at the end.
+// Sums over the pixels of a splat, for its cotangent and its Gram matrix. On the CPU they are computed pixel by pixel
+// (CotangentSums, GramSums). On a GPU, where many threads share the work, they are computed row by row (CotangentRow,
+// GramRow). Along a row the whitened coordinate q is constant, so the sums of a row contain only powers of p. They are
+// multiplied by powers of q when the rows are added.
 //
-// Cotangent: a pixel adds g, the derivative of its part of u . image with respect to log alpha, and w, the derivative
-// of its colour with respect to the splat's colour. With psi of pixel_steps.h:
+// Cotangent for the cotangent u of the image: g is the derivative of a pixel's part of u . image with respect to log
+// alpha, and w the derivative of its colour with respect to the splat's colour. With psi of pixel_steps.h:
 //   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.
 //
 // Gram sums: each colour c of a pixel has the curvature omega_c of the loss and the derivative d_c with respect to log
@@ -41,7 +42,7 @@ struct CotangentSums {
   }
 };
 
-// Sums of one row: g p^a for a <= 2, then the colours.
+// Sums of one row: g p^a for a = 0, 1, 2, then w u for each colour.
 inline constexpr int kCotangentRowSums = 6;
 template <class S>
 struct CotangentRow {
@@ -55,9 +56,9 @@ struct CotangentRow {
     sum[2] = Fma(gp, p, sum[2]);
   }
 };
-// Component i of the cotangent from the row sums of a tile. splat: from InTile.
+// Returns component i of the cotangent of a splat from the sums of its rows in a tile. splat: from InTile (row_span.h).
 template <class S>
-VESTA_HD inline S WeighCotangentRows(const Splat<S>& splat, const S (&rows)[kTileSize][kCotangentRowSums], int i) {
+VESTA_HD inline S CotangentFromRows(const Splat<S>& splat, const S (&rows)[kTileSize][kCotangentRowSums], int i) {
   const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
   S sum(0);
   for (int y = 0; y < kTileSize; ++y) {
@@ -68,7 +69,7 @@ VESTA_HD inline S WeighCotangentRows(const Splat<S>& splat, const S (&rows)[kTil
   return i < kLambda ? -sum : sum;
 }
 
-// Contribution of one colour of a pixel.
+// omega_c and d_c of one colour of a pixel, and its contributions to the sums.
 template <class V>
 struct GramColor {
   V omega, d;
@@ -126,7 +127,8 @@ struct GramSums {
   }
 };
 
-// Sums of a part of a row: m p^a for a <= 4, then for each colour the cross terms for a <= 2, then the colours.
+// Sums of a row, or of a part of it: m p^a for a <= 4, with m = sum_c omega_c d_c^2; then for each colour omega_c w d_c
+// p^a for a <= 2; then omega_c w^2 for each colour.
 template <class S>
 struct GramRow {
   static constexpr int kCross = 5, kColors = kCross + 9, kSums = kColors + 3;
@@ -155,11 +157,11 @@ VESTA_HD inline void PowersOfRow(const S& q, S power[kRowPowers]) {
   for (int b = 1; b < kRowPowers; ++b) power[b] = power[b - 1] * q;
 }
 
-// Sum i of SplatGram from the row sums of a tile, with consecutive parts for each row. powers: PowersOfRow of the
-// splat's rows.
+// Returns sum i of SplatGram from the sums of the rows in a tile. parts: one or more consecutive parts for each row.
+// powers[y]: PowersOfRow of row y.
 template <int kParts, class S>
-VESTA_HD inline S WeighGramRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
-                                int i) {
+VESTA_HD inline S GramSumFromRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
+                                  int i) {
   constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors, kPartsOfRow = kParts / kTileSize;
   // The monomial p^a q^b of the sum, and the index of its sums for p^0.
   int monomial = i, base = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop of the passes that sum over splats (image, tangent). It visits a tile row by row, so that the state of a
-// row's pixels stays in registers while all splats are processed front to back.
+// The loop of the passes that sum over splats (image, tangent). It processes a tile in batches of splats, front to
+// back. For each batch it visits the tile row by row, so that the sums of a vector of pixels stay in registers while
+// all splats of the batch are added.
 #pragma once
 
 #include <bit>
@@ -14,8 +15,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A batch of consecutive splats of a tile, stored member by member. It is long enough for efficient loops and fits in
-// the first-level cache.
+// A batch of consecutive splats of a tile, as a structure of arrays. It is long enough for efficient loops, and fits
+// into the first-level cache. The place of a splat is its index in the batch.
 template <class V, class S>
 class RowBatch {
  public:
@@ -33,17 +34,18 @@ class RowBatch {
     log2_opacity_[size] = splat.log2_opacity, support_[size] = splat.support, inv_r_[size] = splat.inv_r;
     ++size;
   }
-  // Fills up to a whole number of vectors with splats that cover no pixel.
+  // Adds splats that cover no pixel until the arrays consist of complete vectors.
   void Pad() {
     for (int i = size; i % L::kWidth != 0; ++i) {
       u_[i] = v_[i] = r_[i] = s_[i] = beta_[i] = log2_opacity_[i] = inv_r_[i] = S(0), support_[i] = S(-1);
     }
   }
 
-  // Prepares row y of the tile. row_done(first splat, q) is called for each vector of splats.
+  // Computes the position of each splat in row y of the tile, and for each vector of pixels the list of the splats that
+  // touch it. Calls row_done(first place, q) for each vector of splats.
   template <class RowDone>
   void SetRow(int y, const RowDone& row_done) {
-    for (int& count : met_) count = 0;
+    for (int& count : num_touching_) count = 0;
     for (int i = 0; i < size; i += L::kWidth) {
       const RowSplat<V> splats{L::Load(u_ + i),       L::Load(v_ + i),    L::Load(r_ + i),
                                L::Load(s_ + i),       L::Load(beta_ + i), L::Load(log2_opacity_ + i),
@@ -52,15 +54,17 @@ class RowBatch {
       L::Store(peak_ + i, span.peak);
       L::Store(p0_ + i, span.p0);
       for (int k = 0; k < kVectors; ++k) {
-        met_[k] += AppendSetBits(span.Meets(k), static_cast<std::uint32_t>(i), meets_[k] + met_[k]);
+        num_touching_[k] +=
+            AppendSetBits(span.TouchesVector(k), static_cast<std::uint32_t>(i), touching_[k] + num_touching_[k]);
       }
       row_done(i, span.q);
     }
-    for (int k = 0; k < kVectors; ++k) meets_[k][met_[k]] = meets_[k][met_[k] + 1] = kSplats;
+    for (int k = 0; k < kVectors; ++k) touching_[k][num_touching_[k]] = touching_[k][num_touching_[k] + 1] = kSplats;
   }
-  // For the current row: number and list of the splats that touch vector k. The list ends with two empty entries.
-  int met(int k) const { return met_[k]; }
-  const std::uint32_t* meets(int k) const { return meets_[k]; }
+  // For the current row: number and places of the splats that touch vector k of pixels. Two empty places follow at the
+  // end of the list.
+  int num_touching(int k) const { return num_touching_[k]; }
+  const std::uint32_t* touching(int k) const { return touching_[k]; }
   V P(std::uint32_t splat, const V& columns) const { return OffsetAt(columns, V(r_[splat]), V(p0_[splat])); }
   V Exponent(std::uint32_t splat, const V& p) const { return ExponentAt(p, V(peak_[splat])); }
 
@@ -68,13 +72,13 @@ class RowBatch {
   alignas(64) S u_[kSplats], v_[kSplats], r_[kSplats + 1] = {}, s_[kSplats], beta_[kSplats],
                                                        log2_opacity_[kSplats], support_[kSplats], inv_r_[kSplats];
   alignas(64) S peak_[kPlaces] = {}, p0_[kPlaces] = {};  // of the current row
-  int met_[kVectors];
-  std::uint32_t meets_[kVectors][kPlaces];
+  int num_touching_[kVectors];
+  std::uint32_t touching_[kVectors][kPlaces];
 };
 
 // Pass has these members:
 //
-//   Prepare(place, splat, rank)               looks up data of the splat at this place of the batch
+//   Prepare(place, splat, rank)               stores the data of a splat that the pass needs, at its place in the batch
 //   PrepareRow(first place, q)                prepares one vector of splats for one row
 //   State Load(offset), Store(state, offset)  state of a vector of pixels; offset: index into the tile
 //   Pixels(state, place, p, blend)            processes one vector of pixels
@@ -99,17 +103,17 @@ template <class V, class S, class Pass>
       const int y = std::countr_zero(rows);
       batch.SetRow(y, [&](int first, const V& q) { pass.PrepareRow(first, q); });
       for (int k = 0; k < batch.kVectors; ++k) {
-        const int met = batch.met(k);
-        if (met == 0 || (pixels.open[k] >> y & 1U) == 0) continue;
-        const std::uint32_t* places = batch.meets(k);
+        const int count = batch.num_touching(k);
+        if (count == 0 || (pixels.open[k] >> y & 1U) == 0) continue;
+        const std::uint32_t* places = batch.touching(k);
         const int offset = y * kTileSize + k * L::kWidth;
         const V columns = iota + V(static_cast<S>(k * L::kWidth));
         V transmittance = L::Load(pixels.transmittance + offset);
         typename Pass::State state = pass.Load(offset);
-        // The exponent is computed two splats ahead and alpha one, to hide their latency.
+        // The exponent is computed two splats in advance and alpha one splat in advance, to hide their latency.
         V p = batch.P(places[0], columns), alpha = EvaluateAlpha(batch.Exponent(places[0], p));
         V next_p = batch.P(places[1], columns), exponent = batch.Exponent(places[1], next_p);
-        for (int i = 0; i < met; ++i) {
+        for (int i = 0; i < count; ++i) {
           const V after_p = batch.P(places[i + 2], columns), after_exponent = batch.Exponent(places[i + 2], after_p);
           const V next_alpha = EvaluateAlpha(exponent);
           const Blend<V> blend = BlendSplat(transmittance, alpha);

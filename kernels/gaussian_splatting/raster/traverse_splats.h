@@ -14,7 +14,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The rows of a tile that a splat covers: its position in each row, and the rows it touches in each column of vectors.
+// The position of a splat in each row of a tile, and the vectors of pixels that it touches.
 template <class V, class S>
 struct SplatRows {
   using L = Lanes<V>;
@@ -22,18 +22,18 @@ struct SplatRows {
   alignas(64) S q[kTileSize];
   alignas(64) S peak[kTileSize + 1] = {};  // with an extra element without a row
   alignas(64) S p0[kTileSize + 1] = {};    // with an extra element without a row
-  std::uint32_t meets[kVectors];           // bit y of meets[k]: touches row y in the vector from pixel k * width on
+  std::uint32_t touched[kVectors];         // bit y of touched[k]: the splat touches vector k of row y
 
   // splat: from InTile.
   void Set(const Splat<S>& splat) {
     const RowSplat<V> all = InAllLanes<V>(splat);
-    for (std::uint32_t& rows : meets) rows = 0;
+    for (std::uint32_t& rows : touched) rows = 0;
     for (int row = 0; row < kTileSize; row += L::kWidth) {
       const RowSpan<V> span(all, L::Iota() + V(static_cast<S>(row)));
       L::Store(q + row, span.q);
       L::Store(peak + row, span.peak);
       L::Store(p0 + row, span.p0);
-      for (int k = 0; k < kVectors; ++k) meets[k] |= span.Meets(k) << row;
+      for (int k = 0; k < kVectors; ++k) touched[k] |= span.TouchesVector(k) << row;
     }
   }
 };
@@ -42,7 +42,7 @@ struct SplatRows {
 //
 //   State Begin(splat)                      state of one splat, a local object so that it stays in registers
 //   Pixels(state, q, offset, p, blend)      processes one vector of pixels; offset: index into the tile
-//   End(state, pair), Skip(pair)            pair: position in lists.ranks; Skip is called if all pixels are closed
+//   End(state, pair), Skip(pair)            pair: position in lists.ranks; Skip replaces both if all pixels are closed
 template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseSplats(const TileLists<S>& lists, int tile, Pass& pass) {
   using L = Lanes<V>;
@@ -51,7 +51,7 @@ template <class V, class S, class Pass>
   const TileOrigin<S> origin(lists, tile);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
-  // Prepared one splat ahead, so that the rows to visit are known when the loop over them begins.
+  // Computed one splat in advance, so that the rows to visit are known when the loop over them begins.
   SplatRows<V, S> prepared[2];
   const auto prepare = [&](std::int64_t next) {
     prepared[next & 1].Set(InTile(lists.splats[lists.ranks[next]], origin));
@@ -65,9 +65,9 @@ template <class V, class S, class Pass>
     const V r(splat.r);
     for (int k = 0; k < pixels.kVectors; ++k) {
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
-      std::uint32_t todo = rows.meets[k] & pixels.open[k];
+      std::uint32_t todo = rows.touched[k] & pixels.open[k];
       if (todo == 0) continue;
-      // alpha is computed one row ahead to hide its latency.
+      // alpha is computed one row in advance, to hide its latency.
       int row = std::countr_zero(todo);
       V p = OffsetAt(columns, r, V(rows.p0[row])), alpha = AlphaAt(p, V(rows.peak[row]));
       do {

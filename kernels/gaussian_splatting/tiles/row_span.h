@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels that a splat covers in each row of a tile, and the values that are constant along a row. One template
-// serves three traversals, with bit-identical results on the host:
+// The pixels that a splat covers in each row of a tile, and the values of the splat that are constant along a row. The
+// same template is used in three ways, with bit-identical results on the host:
 //
 //   traverse_splats.h   the SIMD lanes are 16 rows of one splat
 //   traverse_rows.h     the SIMD lanes are 16 splats in one row
@@ -33,7 +33,8 @@ VESTA_HD inline Splat<S> InTile(const Splat<S>& splat, const TileOrigin<S>& orig
   return moved;
 }
 
-// The members of a splat from InTile that RowPlace and RowSpan need. The lanes hold the same splat, or one splat each.
+// The members of a splat from InTile that RowPosition and RowSpan need. V is a scalar or a SIMD vector. All lanes
+// contain the same splat, or each lane contains a different one.
 template <class V>
 struct RowSplat {
   V u, v, r, s, beta, log2_opacity, support, inv_r;
@@ -44,15 +45,15 @@ VESTA_HD inline RowSplat<V> InAllLanes(const Splat<S>& splat) {
           V(splat.support), V(splat.inv_r)};
 }
 
-// Position of a row in a splat's whitened coordinates: pixel x is at (p0 + r x, q).
+// Position of a row in the whitened coordinates (p, q) of a splat (types.h): pixel x of the tile is at (p0 + r x, q).
 template <class V>
-struct RowPlace {
+struct RowPosition {
   V q;
   V p0;
   V middle;  // x where p is 0
 
-  // y: rows of the tile.
-  VESTA_HD RowPlace(const RowSplat<V>& splat, const V& y) {
+  // y: row of the tile, for each lane.
+  VESTA_HD RowPosition(const RowSplat<V>& splat, const V& y) {
     const V dy = y - splat.v;
     q = splat.s * dy;
     middle = Fnma(splat.beta, dy, splat.u);
@@ -68,7 +69,7 @@ struct PixelRange {
 // The covered pixels of a row: pixels with begin <= x <= end if `reaches` is true, else none. A pixel is covered if p^2
 // + q^2 is at most Splat::support. Only there can alpha reach 1/255.
 template <class V>
-struct RowSpan : RowPlace<V> {
+struct RowSpan : RowPosition<V> {
   using L = Lanes<V>;
   using S = typename L::Scalar;
   V peak;  // log2 of the opacity, minus q^2
@@ -76,7 +77,7 @@ struct RowSpan : RowPlace<V> {
   typename L::Mask reaches;
 
   VESTA_HD RowSpan(const RowSplat<V>& splat, const V& y)
-      : RowPlace<V>(splat, y), peak(Fnma(this->q, this->q, splat.log2_opacity)) {
+      : RowPosition<V>(splat, y), peak(Fnma(this->q, this->q, splat.log2_opacity)) {
     using std::ceil;
     const V rest = Fnma(this->q, this->q, splat.support);
     reaches = rest > V(0);
@@ -96,7 +97,7 @@ struct RowSpan : RowPlace<V> {
 
   // Returns one bit per lane: 1 if vector k of the lane's row has a covered pixel. It is 0 if the span contains no
   // pixel centre.
-  VESTA_HD std::uint32_t Meets(int k) const {
+  VESTA_HD std::uint32_t TouchesVector(int k) const {
     const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
     return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));
   }

@@ -17,7 +17,7 @@ inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRas
 // A warp covers 8 x 4 pixels: a compact shape, so that a splat touches fewer warps.
 inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
-// The tile of a block of threads, as an int because its division is faster.
+// The tile of a block of threads. It is an int because divisions of int are faster.
 template <class Block>
 VESTA_HD inline int TileOf(const Block& block) {
   return static_cast<int>(block.id());
@@ -54,14 +54,15 @@ struct BlockPixel {
 
 // Blending state of a pixel, from front to back.
 template <class S>
-struct Passing {
+struct PixelBlending {
   S transmittance = S(1);  // behind the last splat that contributes to the pixel
   bool open;
 
-  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.inside) {}
-  // Processes the next splat (from InTile); calls hit(p, q, blend) if it contributes to the pixel.
+  VESTA_HD explicit PixelBlending(const BlockPixel& pixel) : open(pixel.inside) {}
+  // Blends the next splat (from InTile). Calls hit(p, q, blend) if its alpha at the pixel is at least 1/255. (If the
+  // splat closes the pixel, blend.alpha is 0.)
   template <class Hit>
-  VESTA_HD void Meet(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
+  VESTA_HD void BlendNext(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
     const RowSpan<S> row = RowInTile(splat, pixel.y);
     const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), alpha = AlphaAt(p, row.peak);
     if (!(alpha > S(0))) return;
@@ -72,8 +73,8 @@ struct Passing {
   }
 };
 
-// Bit w is set if the support of the splat (from InTile) meets the pixels of warp w. If it is not set, alpha is 0 for
-// all pixels of that warp.
+// Returns a mask: bit w is set if the support of the splat (from InTile) touches the pixels of warp w. If it is not
+// set, alpha is 0 at all pixels of the warp.
 template <class S>
 VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   const SupportReach<S> reach(splat);
@@ -98,9 +99,9 @@ struct SplatBatch {
   std::uint8_t warps[kBatch];
 
   VESTA_HD const Splat<S>& operator[](int k) const { return splats[k]; }
-  VESTA_HD bool Concerns(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
+  VESTA_HD bool Touches(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
 
-  // Loads the splats of the pairs [first, first + count). Needs a barrier before and after it.
+  // Loads the splats of the pairs first .. first + count - 1. The caller must call Sync before and after it.
   template <class Block>
   VESTA_HD void Stage(Block& block, const TileLists<S>& lists, std::int64_t first, int count) {
     const int k = block.thread();
@@ -110,32 +111,33 @@ struct SplatBatch {
   }
 };
 
-// The same with a list of splats for each warp, so that a warp does not visit the others.
+// The same, with a list for each warp of the splats that touch it, so that a warp does not visit other splats.
 template <class S, int kBatch>
 struct ListedSplatBatch : SplatBatch<S, kBatch> {
   static constexpr int kWords = (kBatch + 31) / 32;
   std::uint32_t lists[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
 
-  // Builds the lists. Needs a barrier after Stage and another one after List.
+  // Computes the lists. The caller must call Sync between Stage and List, and after List.
   template <class Block>
   VESTA_HD void List(Block& block, int count) {
     if (block.thread() >= kRasterWarps * kWords) return;
     const int warp = block.thread() % kRasterWarps, word = block.thread() / kRasterWarps;
     std::uint32_t bits = 0;
     for (int k = 32 * word; k < count && k < 32 * (word + 1); ++k) {
-      bits |= (this->Concerns(k, warp) ? 1U : 0U) << k % 32;
+      bits |= (this->Touches(k, warp) ? 1U : 0U) << k % 32;
     }
     lists[warp][word] = bits;
   }
 };
 
-// Number of pairs left, at most `most`.
-VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
-  return end - first < most ? static_cast<int>(end - first) : most;
+// end - first, but at most max_size.
+VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int max_size) {
+  return end - first < max_size ? static_cast<int>(end - first) : max_size;
 }
 
-// Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() is true. go_on
-// contains a barrier, which frees shared memory. Returns the first pair not visited.
+// Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() returns true.
+// go_on must contain a barrier, so that visit may overwrite the shared memory of the previous batch. Returns the first
+// pair that was not visited.
 template <int kBatch, class S, class Block, class GoOn, class Visit>
 VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
                                           const Visit& visit) {
@@ -148,13 +150,14 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
   return first;
 }
 
-// For passes that sum over splats: calls hit(k, p, q, blend) for each splat that contributes to the thread's pixel,
-// front to back until it is closed. The splat is splats[k]. stage(first, count) loads further data of a batch.
+// For passes that sum over splats: calls hit(k, p, q, blend) for each splat splats[k] that contributes to the thread's
+// pixel, front to back until the pixel is closed. stage(first, count) is called for each batch, to load further data.
 template <int kBatch, class S, class Block, class Stage, class Hit>
-VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel, Passing<S>& passing,
-                                ListedSplatBatch<S, kBatch>& splats, const Stage& stage, const Hit& hit) {
+VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
+                                PixelBlending<S>& blending, ListedSplatBatch<S, kBatch>& splats, const Stage& stage,
+                                const Hit& hit) {
   ForEachBatch<kBatch>(
-      block, lists, [&] { return block.Count(passing.open) != 0; },
+      block, lists, [&] { return block.Count(blending.open) != 0; },
       [&](std::int64_t first, int count) {
         stage(first, count);
         splats.Stage(block, lists, first, count);
@@ -163,33 +166,35 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
         block.Sync();
         const std::uint32_t* mine = splats.lists[block.thread() / 32];
         for (int word = 0; 32 * word < count; ++word) {
-          for (std::uint32_t bits = mine[word]; bits != 0 && passing.open; bits &= bits - 1) {
+          for (std::uint32_t bits = mine[word]; bits != 0 && blending.open; bits &= bits - 1) {
             const int k = 32 * word + LowestBit(bits);
-            passing.Meet(pixel, splats[k], [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
+            blending.BlendNext(pixel, splats[k],
+                               [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
           }
         }
       });
 }
 
-// For passes that sum over the pixels of each splat. Each thread first handles a pixel and calls put(k, share) for each
-// splat: share_of(k, blend) if the splat contributes, else Share{}. In sum(first, count) threads then handle splats and
-// parts of the tile. Returns the first pair not summed because all pixels were closed.
+// For passes that sum over the pixels of each splat. For each splat k of a batch, every thread calls put(k, share) with
+// the share of its pixel: share_of(k, blend) if the splat contributes to the pixel, else Share{}. All threads then call
+// sum(first, count), which must add the shares. Returns the first pair that was not summed because all pixels were
+// closed.
 template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
 VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                            SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,
                                            const Sum& sum) {
-  Passing<S> passing(pixel);
+  PixelBlending<S> blending(pixel);
   const int warp = block.thread() / 32;
   return ForEachBatch<kBatch>(
-      block, lists, [&] { return block.Count(passing.open) != 0; },
+      block, lists, [&] { return block.Count(blending.open) != 0; },
       [&](std::int64_t first, int count) {
         splats.Stage(block, lists, first, count);
         block.Sync();
         for (int k = 0; k < count; ++k) {
           Share share{};
-          if (passing.open && splats.Concerns(k, warp)) {
-            passing.Meet(pixel, splats[k],
-                         [&](const S&, const S&, const Blend<S>& blend) { share = share_of(k, blend); });
+          if (blending.open && splats.Touches(k, warp)) {
+            blending.BlendNext(pixel, splats[k],
+                               [&](const S&, const S&, const Blend<S>& blend) { share = share_of(k, blend); });
           }
           put(k, share);
         }
@@ -198,9 +203,10 @@ VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lis
       });
 }
 
-// Calls visit(pair, i) for i < kN and the pairs from `first` to the end of the block's tile, split among all threads.
+// Calls visit(pair, i) for 0 <= i < kN and all pairs from `first` to the end of the block's tile. The calls are divided
+// among all threads.
 template <int kN, class S, class Block, class Visit>
-VESTA_HD inline void ForEachLeft(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
+VESTA_HD inline void ForEachRemaining(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
   const std::int64_t end = lists.tile_begin[block.id() + 1];
   for (std::int64_t i = first * kN + block.thread(); i < end * kN; i += kRasterThreads) {
     visit(i / kN, static_cast<int>(i % kN));

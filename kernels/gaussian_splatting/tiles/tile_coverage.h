@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tiles that a splat touches: the ellipse of its support meets the rectangle of their pixel centres.
+// The tiles that a splat touches. A splat touches a tile if the ellipse of its support (types.h) intersects the
+// rectangle of the tile's pixel centres.
 #pragma once
 
 #include <cmath>
@@ -26,9 +27,9 @@ struct SupportReach {
   }
 };
 
-// The last (sign +1) or first (-1) x of the ellipse between the heights y0 and y1. The ellipse must meet this strip. It
-// is widest at its rightmost and leftmost points. If such a point is outside the strip, the nearest border of the strip
-// is used.
+// Returns the largest (sign = 1) or smallest (sign = -1) x of the ellipse in the strip between the heights y0 and y1,
+// which the ellipse must intersect. The largest x is at the rightmost point of the ellipse, or at the nearest border of
+// the strip if this point is outside the strip.
 template <class S>
 VESTA_HD inline S ExtremeX(const Splat<S>& splat, const SupportReach<S>& reach, S y0, S y1, S sign) {
   using std::sqrt;
@@ -43,16 +44,17 @@ struct TileRows {
   Splat<S> splat;
   SupportReach<S> reach;
   int tiles_x, width, height;
-  int begin, end;  // rows of tiles to test
+  int begin, end;  // rows of tiles that it may touch: begin .. end - 1
 
   VESTA_HD TileRows(const Splat<S>& of, int columns, int rows, int image_width, int image_height)
       : splat(of), reach(of), tiles_x(columns), width(image_width), height(image_height) {
-    // Tile t holds pixel centres 16 t + 0.5 .. 16 t + 15.5.
+    // Tile t has the pixel centres 16 t + 0.5 .. 16 t + 15.5.
     begin = Clip((splat.v - reach.y - S(0.5)) / S(kTileSize), rows - 1);
     end = Clip((splat.v + reach.y - S(0.5)) / S(kTileSize), rows - 1) + 1;
   }
 
-  // Finds the columns [*first, *last] of the touched tiles in a row; returns false if it touches no tile of the row.
+  // Computes the columns *first .. *last of the touched tiles in a row of tiles. Returns false if the splat touches no
+  // tile of the row.
   VESTA_HD bool Row(int row, int* first, int* last) const {
     constexpr S kSize(kTileSize), kHalf(0.5);
     const S y0 = Max(static_cast<S>(row) * kSize + kHalf, splat.v - reach.y);
@@ -67,6 +69,7 @@ struct TileRows {
     while (*first <= *last && static_cast<S>((*first + 1) * kTileSize) - kHalf < left) ++*first;
     return *first <= *last;
   }
+  // Number of touched tiles in a row of tiles.
   VESTA_HD int CountIn(int row) const {
     int first = 0, last = 0;
     return Row(row, &first, &last) ? last - first + 1 : 0;

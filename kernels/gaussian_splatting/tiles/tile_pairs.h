@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds the splat lists of the tiles on a GPU. Each step is a functor of an index, run for all indices in any order,
-// with stable sorts by key and running sums in between. TileBins builds the same lists on the host.
+// Builds, on a GPU, the list of splats of each tile (TileLists in types.h). Each step is a functor that is called for
+// all indices in any order. Stable sorts by key and running sums run between the steps. TileBins builds the same lists
+// on the CPU. The rank of a splat is its index in depth order.
 //
 //   Gaussians --sort by depth--> GatherSorted --> CountTiles --running sum--> EmitPairs --sort by tile--> PlacePairs
 #pragma once
@@ -12,8 +13,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// For rank r < count. keys, indices: from ProjectKernels::project, sorted by key, so that invisible Gaussians come
-// last.
+// For rank r < count: copies the splat to its rank, and sets rank_of. keys: from ProjectKernels::project; indices: 0 ..
+// count - 1; both sorted by key, so that invisible Gaussians come last.
 template <class S>
 struct GatherSorted {
   const std::uint32_t *keys, *indices;
@@ -23,20 +24,20 @@ struct GatherSorted {
   std::int32_t* rank_of;
 
   VESTA_HD void operator()(Index r) const {
-    const bool seen = keys[r] != kNotSeen;
+    const bool seen = keys[r] != kInvisible;
     rank_of[indices[r]] = seen ? static_cast<std::int32_t>(r) : -1;
     if (seen) splats[r] = unsorted[indices[r]];
   }
 };
 
-// For rank r < count: *seen = number of visible Gaussians. *seen must be 0 before.
+// For rank r < count: sets *seen to the number of visible Gaussians. *seen must be 0 before. keys: sorted.
 struct CountVisible {
   const std::uint32_t* keys;
   Index count;
   Index* seen;
 
   VESTA_HD void operator()(Index r) const {
-    if (keys[r] != kNotSeen && (r + 1 == count || keys[r + 1] == kNotSeen)) *seen = r + 1;
+    if (keys[r] != kInvisible && (r + 1 == count || keys[r + 1] == kInvisible)) *seen = r + 1;
   }
 };
 
@@ -54,7 +55,7 @@ struct TileGrid {
   }
 };
 
-// The (splat, tile) pairs, ordered by splat and then by tile. An entry is a position in this order.
+// The (splat, tile) pairs, ordered by splat and then by tile. The entry of a pair is its index in this order.
 struct PairArrays {
   std::uint32_t *tiles, *ranks, *entries;  // entries[e] = e; the sort by tile permutes it
 
@@ -65,7 +66,7 @@ struct PairArrays {
   }
 };
 
-// For rank r: number of tiles that list its splat.
+// For rank r: counts[r] = number of tiles that the splat touches.
 template <class S>
 struct CountTiles {
   TileGrid grid;
@@ -80,13 +81,14 @@ struct CountTiles {
   }
 };
 
-// Splats with more tiles than this are processed by whole blocks of threads (wide_splats.h).
+// Splats that touch more tiles than this are wide: a block of threads processes each of them (wide_splats.h).
+// splat_begin[r]: first entry of the splat of rank r.
 inline constexpr Index kFewTiles = 64;
 VESTA_HD inline bool IsWide(const Index* splat_begin, Index r) {
   return splat_begin[r + 1] - splat_begin[r] > kFewTiles;
 }
 
-// For rank r: writes an entry for each of its tiles, from splat_begin[r] on. Skips wide splats.
+// For rank r: writes one pair for each tile that the splat touches, from entry splat_begin[r] on. Skips wide splats.
 template <class S>
 struct EmitPairs {
   TileGrid grid;
@@ -102,8 +104,8 @@ struct EmitPairs {
   }
 };
 
-// For pair i, with the entries sorted by tile: stores its rank, and tile_begin at the first pair of a tile. tile_begin
-// must be 0 before.
+// For pair i in the order by tile: stores its rank, and its index in tile_begin if it is the first pair of a tile.
+// tiles, entries: sorted by tile. tile_begin must be 0 before.
 struct PlacePairs {
   const std::uint32_t *tiles, *entries, *rank_of_entry;
   Index pairs;
@@ -120,8 +122,8 @@ struct PlacePairs {
   }
 };
 
-// For i = kN * r + component: the sum of that component over the entries of splat r, in the order of its tiles. Skips
-// wide splats. Records have kN scalars.
+// Each entry has a record of kN scalars. For i = kN * r + component: sums[i] = the sum of this component over the
+// entries of the splat of rank r, in the order of its tiles. Skips wide splats.
 template <class S, int kN>
 struct SumEntries {
   const Index* splat_begin;

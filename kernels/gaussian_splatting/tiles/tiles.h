@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of the splats that touch each tile.
+// Lists of the splats that touch each tile, on the CPU.
 #pragma once
 
 #include "kernels/core/buffer.h"
@@ -7,11 +7,12 @@
 
 namespace vesta::splat {
 
-// Tile-major lists of the splats of one view, and the inverse: the entries of each splat.
+// The (splat, tile) pairs of one view. A pair is an index into the lists of the tiles, which are ordered by tile and
+// then by rank, the index of a splat in depth order. The inverse lists the pairs of each splat.
 class TileBins {
  public:
-  // splats: in depth order. A splat is listed in a tile if and only if the ellipse of its support (with its small
-  // margin) meets the rectangle of the tile's pixel centres. Runs in parallel; the lists do not depend on the number of
+  // splats: in depth order. A splat is listed in a tile if and only if the ellipse of its support (Splat::support)
+  // intersects the rectangle of the tile's pixel centres. Runs in parallel; the lists do not depend on the number of
   // threads.
   template <class S>
   void Build(HostSpan<const Splat<S>> splats, int width, int height);
@@ -26,10 +27,11 @@ class TileBins {
   const std::int64_t* tile_begin() const { return tile_begin_.data(); }
   // [num_pairs] rank of the splat, ascending within a tile.
   const std::uint32_t* ranks() const { return ranks_.data(); }
-  // [splats + 1] first entry of each splat in pairs_of_splat; [num_pairs] its pairs, by ascending tile.
+  // [num_splats + 1] first index of each splat in pairs_of_splat.
   const std::int64_t* splat_begin() const { return splat_begin_.data(); }
+  // [num_pairs] the pairs of each splat, by ascending tile.
   const std::uint32_t* pairs_of_splat() const { return pairs_of_splat_.data(); }
-  // [num_pairs] tile of each entry of pairs_of_splat.
+  // [num_pairs] tile of each element of pairs_of_splat.
   const std::uint32_t* tiles_of_splat() const { return tiles_of_splat_.data(); }
 
   // Memory of the lists of a view, in bytes.

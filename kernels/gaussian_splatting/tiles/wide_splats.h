@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats that cover many tiles, as block kernels (kernels/core/block_kernel.h). A block of threads lists the tiles of
-// one splat and sums its records. A single thread would keep all others waiting.
+// Processing of wide splats, which touch many tiles (tile_pairs.h), as block kernels (kernels/core/block_kernel.h). All
+// threads of a block together list the tiles of one splat, or sum its records. With one thread per splat, all other
+// threads would wait for it.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -9,11 +10,12 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Number of slots for wide splats. A wide splat has more than kFewTiles entries; the first multiple of kFewTiles among
-// them gives its slot. A slot contains 1 + rank, or 0.
+// Size of the array of slots, in which each wide splat has its own slot. A wide splat has more than kFewTiles entries,
+// so one of their indices is a multiple of kFewTiles. The first such index, divided by kFewTiles, is its slot. A slot
+// contains 1 + rank, or 0 if it is empty.
 constexpr Index NumWideSlots(Index pairs) { return pairs / kFewTiles + 1; }
 
-// For rank r: stores a wide splat in its slot. slots must be 0 before.
+// For rank r: stores 1 + r in the slot of the splat if it is wide. slots must be 0 before.
 struct MarkWideSplats {
   const Index* splat_begin;
   std::uint32_t* slots;
@@ -25,14 +27,15 @@ struct MarkWideSplats {
 
 inline constexpr int kWideThreads = 256;
 
-// The slots of a block, in shared memory.
+// All slots. Each block of threads processes kWideThreads of them.
 struct WideSlots {
   const std::uint32_t* slots;
   Index count;
 
   static constexpr Index NumBlocks(Index count) { return (count + kWideThreads - 1) / kWideThreads; }
 
-  // Calls visit(rank) for each splat in the block's slots, with all threads. There is a barrier before each call.
+  // Calls visit(rank), with all threads, for each splat in the slots of the block. There is a barrier before each call.
+  // mine: shared memory.
   template <class Block, class Visit>
   VESTA_HD void ForEach(Block& block, std::uint32_t (&mine)[kWideThreads], const Visit& visit) const {
     const Index at = block.id() * kWideThreads + block.thread();
@@ -46,7 +49,7 @@ struct WideSlots {
   }
 };
 
-// EmitPairs for wide splats; each thread handles a row of tiles.
+// EmitPairs for wide splats. Each thread processes one row of tiles at a time.
 template <class S>
 struct EmitWidePairs {
   static constexpr int kThreads = kWideThreads;
@@ -90,8 +93,9 @@ struct EmitWidePairs {
   }
 };
 
-// SumEntries for wide splats. Lane l sums every kLanes-th entry from l on, in the order of the tiles, and the lanes are
-// added in order. The result is bit-identical in every run.
+// SumEntries for wide splats. kN threads form a lane, one thread per component. Lane l adds every kLanes-th entry from
+// l on, in the order of the tiles. The sums of the lanes are then added in order, so the result is bit-identical in
+// every run.
 template <class S, int kN>
 struct SumWideBlock {
   static constexpr int kThreads = kWideThreads, kLanes = kThreads / kN;
@@ -111,8 +115,8 @@ struct SumWideBlock {
       if (lane < kLanes) {
         S sum(0);
         const Index end = splat_begin[r + 1];
-        for (Index begin = splat_begin[r] + lane; begin < end; begin += Index{kTermsOfAPart} * kLanes) {
-          const Index part_end = Min(begin + Index{kTermsOfAPart} * kLanes, end);
+        for (Index begin = splat_begin[r] + lane; begin < end; begin += Index{kTermsPerPartialSum} * kLanes) {
+          const Index part_end = Min(begin + Index{kTermsPerPartialSum} * kLanes, end);
           S part(0);
           for (Index e = begin; e < part_end; e += kLanes) part += records[kN * e + component];
           sum += part;

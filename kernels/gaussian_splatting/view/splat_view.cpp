@@ -29,9 +29,9 @@ void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, R
     };
     Record sum{};
     const Index end = bins.splat_begin()[k + 1];
-    for (Index begin = bins.splat_begin()[k]; begin < end; begin += kTermsOfAPart) {
+    for (Index begin = bins.splat_begin()[k]; begin < end; begin += kTermsPerPartialSum) {
       Record part{};
-      const Index part_end = std::min(begin + kTermsOfAPart, end);
+      const Index part_end = std::min(begin + kTermsPerPartialSum, end);
       for (Index e = begin; e < part_end; ++e) add(pair_sums[bins.pairs_of_splat()[e]], part);
       add(part, sum);
     }
@@ -76,11 +76,11 @@ void SplatView<S>::Build(const Model<S>& model, const PosedCamera& view, const d
   });
   phase.Next("sort");
   Index seen = 0;
-  for (Index i = 0; i < count; ++i) seen += workspace.keys[i] != kNotSeen ? 1 : 0;
+  for (Index i = 0; i < count; ++i) seen += workspace.keys[i] != kInvisible ? 1 : 0;
   workspace.order.ResizeForOverwrite(seen);
   Index at = 0;
   for (Index i = 0; i < count; ++i) {
-    if (workspace.keys[i] != kNotSeen) workspace.order[at++] = {workspace.keys[i], static_cast<std::uint32_t>(i)};
+    if (workspace.keys[i] != kInvisible) workspace.order[at++] = {workspace.keys[i], static_cast<std::uint32_t>(i)};
   }
   RadixSort(workspace.order, workspace.order_scratch);
   splats_.ResizeForOverwrite(seen);

@@ -15,7 +15,8 @@
 
 namespace vesta::splat {
 
-// Scratch memory that views share one after the other. Undefined between calls.
+// Scratch memory that several views may use one after the other. Its contents are undefined between calls, unless
+// stated otherwise.
 template <class S>
 struct ViewWorkspace {
   HostBuffer<std::uint32_t> keys;
@@ -29,22 +30,23 @@ struct ViewWorkspace {
   HostBuffer<RecolorRises<S>> pair_recolors, splat_recolors;
   HostBuffer<S> u_tiles;
 
-  // Bytes that a view needs for a number of Gaussians: for Build; for products with J and J^T; the extra bytes of a
-  // cached Jacobian; and the bytes of Gram matrices.
+  // Bytes of this memory that a view needs: for Build; for products with J and J^T; for such products with a cached
+  // Jacobian, in addition; and for Gram matrices.
   static double BuildBytes(const ViewCounts& view, double gaussians) {
-    return kSpareRoom * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
+    return kSpareCapacity * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
   }
   static double ProductBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatTangent<S>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatTangent<S>);
   }
   static double CacheBytes(const ViewCounts& view) { return 3 * sizeof(S) * kTileSize * kTileSize * view.tiles; }
   static double GramBytes(const ViewCounts& view) {
-    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatGram<S>);
+    return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatGram<S>);
   }
 };
 
-// The image of a model in a view. Parameters x determine splats y, and y the image, so J = J_raster J_project. Both are
-// linearised at the x given to Build. Results are bit-identical for any number of threads.
+// The image of a model in a view. The parameters x of the model determine the splats y, and y determines the image. The
+// Jacobian J of the image is therefore J_raster J_project. Both factors are evaluated at the x given to Build. The rank
+// of a splat is its index in depth order. Results are bit-identical for any number of threads.
 template <class S>
 class SplatView {
  public:
@@ -55,8 +57,8 @@ class SplatView {
     return sizeof(Splat<S>) * view.splats + sizeof(std::int32_t) * gaussians + TileBins::Bytes(view);
   }
 
-  // Projects, sorts by (depth, index) and assigns to tiles. Build reads x, and the operators read it again: they must
-  // receive the same x.
+  // Projects the Gaussians, sorts the visible ones by (depth, index), and assigns them to tiles. Discards a cached
+  // Jacobian. The operators below read x again, so they must get the same model with unchanged x.
   void Build(const Model<S>& model, const PosedCamera& view, const double background[3], ViewWorkspace<S>& workspace);
 
   const PosedCamera& camera() const { return camera_; }
@@ -64,7 +66,7 @@ class SplatView {
   // Number of visible splats, and of (splat, tile) pairs.
   Index num_splats() const { return splats_.size(); }
   Index num_pairs() const { return bins_.num_pairs(); }
-  // rank_of[i]: position of Gaussian i in depth order, or -1 if not visible.
+  // rank_of[i]: rank of Gaussian i, or -1 if it is not visible.
   HostSpan<const std::int32_t> rank_of() const { return rank_of_; }
   HostSpan<const Splat<S>> splats() const { return splats_; }
 
@@ -72,10 +74,10 @@ class SplatView {
   TileLists<S> Lists() const;
   // Counts the work of a raster pass over this view. Takes about the time of Render.
   VisitCounts CountVisits() const;
-  // image[3 * num_pixels], planar.
+  // Renders the view. image: 3 planes (red, green, blue) of num_pixels values.
   void Render(S* image) const;
   Index num_tiles() const { return bins_.num_tiles(); }
-  // Caches the raster's Jacobian until the next Build; ApplyJ and AddJT then use it, with the errors given in
+  // Stores J_raster until the next Build. All products with J_raster then use it, with the errors given in
   // JacobianCache. image: from Render.
   void CacheJacobian(const S* image, CacheFormat format, ViewWorkspace<S>& /*workspace*/) {
     cache_.Build(Lists(), bins_, image, format);
@@ -83,25 +85,27 @@ class SplatView {
   const JacobianCache<S>& cache() const { return cache_; }
   // d_image = J dx; dx has the layout of x.
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
-  // Render and ApplyJ together. Must be used without a cache.
+  // Render and ApplyJ together. Throws Error if the Jacobian is cached.
   void RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
-  // Computes the tangents of the splats, by rank, from dx; stored in workspace.splat_sums.
+  // Returns J_project dx: the tangents of the splats, by rank, stored in workspace.splat_sums.
   SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
-  // Products with J_raster, the part of J between splats and image, for splats that do not move by their parameters:
-  // d_image = J_raster tangents, by rank, and J_raster^T u by rank, stored in the workspace.
+  // Products with J_raster alone, for derivatives with respect to other parameters, such as the camera. d_image =
+  // J_raster tangents. tangents: by rank.
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
+  // Returns J_raster^T u: the cotangents of the splats, by rank, stored in workspace.splat_sums. image: from Render.
   const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
-  // blocks and sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram). omega >= 0, planar like the
-  // image.
+  // blocks and sh_diagonal += the diagonal blocks and diagonal entries of J^T diag(omega) J (ProjectKernels::gram).
+  // omega: 3 planes like the image, >= 0. image: from Render.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace) const;
-  // rises[i] += rise of the loss without Gaussian i, for each visible one (loss_passes.h). loss.rendered: from Render.
+  // For each visible Gaussian i: rises[i] += rise of the loss without it (loss_passes.h). loss.rendered: from Render.
   void AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
-  // Curvatures of the splats, by rank; stored in the workspace until the next call.
+  // Returns the second derivative of the loss with respect to the colour of each splat, by rank. It is stored in the
+  // workspace until the next call.
   const ColorCurvature<S>* ColorCurvatures(const LinearizedLoss<S>& loss, ViewWorkspace<S>& workspace) const;
-  // rises[i] += rises of the loss if Gaussian i has other colours, for each visible one. recolor(i): a Recolors<S>.
+  // For each visible Gaussian i: rises[i] += rises of the loss if it has the colours recolor(i), a Recolors<S>.
   template <class Recolor>
   void AddRecolors(const LinearizedLoss<S>& loss, const Recolor& recolor, RecolorRises<double>* rises,
                    ViewWorkspace<S>& workspace) const {

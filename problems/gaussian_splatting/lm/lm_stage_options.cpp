@@ -73,10 +73,11 @@ constexpr Choice<PixelLinearization> kPixelLinearizations[] = {{PixelLinearizati
                                                                {PixelLinearization::kL2, "l2"}};
 constexpr Choice<SsimLinearization> kSsimLinearizations[] = {{SsimLinearization::kQuadratic, "quadratic"},
                                                              {SsimLinearization::kRootCenter, "root_center"}};
-static_assert(schema::EachOnce(kJacobianKinds) && schema::EachOnce(kBatchChoices) && schema::EachOnce(kDampings) &&
-              schema::EachOnce(kPreconditioners) && schema::EachOnce(kPreconditionerDampings) &&
-              schema::EachOnce(kPcgStarts) && schema::EachOnce(kStepRules) && schema::EachOnce(kPixelLinearizations) &&
-              schema::EachOnce(kSsimLinearizations));
+static_assert(schema::AreDistinct(kJacobianKinds) && schema::AreDistinct(kBatchChoices) &&
+              schema::AreDistinct(kDampings) && schema::AreDistinct(kPreconditioners) &&
+              schema::AreDistinct(kPreconditionerDampings) && schema::AreDistinct(kPcgStarts) &&
+              schema::AreDistinct(kStepRules) && schema::AreDistinct(kPixelLinearizations) &&
+              schema::AreDistinct(kSsimLinearizations));
 
 }  // namespace
 

@@ -116,7 +116,7 @@ inline constexpr schema::Choice<CameraChoice> kCameraChoices[] = {{CameraChoice:
                                                                   {CameraChoice::kPoseAndExposure, "pose+exposure"},
                                                                   {CameraChoice::kAll, "all"},
                                                                   {CameraChoice::kAuto, "auto"}};
-static_assert(schema::EachOnce(kCameraChoices));
+static_assert(schema::AreDistinct(kCameraChoices));
 
 struct CameraOptions {
   CameraChoice refine = CameraChoice::kNone;

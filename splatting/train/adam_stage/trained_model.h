@@ -127,7 +127,7 @@ class TrainedModel {
 
   // True if a state read from a file is a consistent model.
   bool IsWhole() const {
-    return layout_.IsOfModel() && x_.size() == layout_.Size() && adam_.IsOf(count(), x_.size()) &&
+    return layout_.IsValid() && x_.size() == layout_.Size() && adam_.IsOf(count(), x_.size()) &&
            average_.IsOf(x_.size()) && density_.IsOf(count());
   }
   template <class Archive>

@@ -46,7 +46,7 @@ inline SplatModel ModelOfLmStage(std::string_view saved) {
   SplatModel model;
   reader(header, model.data);
   static_cast<splat::ModelLayout&>(model) = header.layout;
-  VESTA_CHECK(model.IsOfModel() && static_cast<Index>(model.data.size()) >= model.Size(),
+  VESTA_CHECK(model.IsValid() && static_cast<Index>(model.data.size()) >= model.Size(),
               "a saved model of {} parameters for {} Gaussians", model.data.size(), model.count);
   model.data.resize(static_cast<std::size_t>(model.Size()));  // with camera refinement the views follow
   return model;

@@ -103,7 +103,7 @@ class SavedStage {
       return read();
     } catch (const OutOfDeviceMemory&) {
       throw;
-    } catch (const OthersGaveUp&) {
+    } catch (const OtherRankFailed&) {
       throw;
     } catch (const Error& error) {
       Refuse(error.what());

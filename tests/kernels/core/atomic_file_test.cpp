@@ -68,7 +68,7 @@ TEST(AtomicFile, ReportsAFullDiskAndKeepsTheOldFile) {
   EXPECT_EQ(NumFiles(folder), 1);
 }
 
-TEST(AtomicFile, KeepsTheRoomThatItReservesUntilItIsWritten) {
+TEST(AtomicFile, KeepsReservedSpaceUntilItIsWritten) {
   const TempFolder folder;
   const std::string path = folder / "out.bin";
   AtomicFile file(path);
@@ -84,7 +84,7 @@ TEST(AtomicFile, KeepsTheRoomThatItReservesUntilItIsWritten) {
   EXPECT_EQ(ReadBytes(path), "short");
 }
 
-TEST(AtomicFile, ReservesNothingWhereThereIsNoRoom) {
+TEST(AtomicFile, ReservesNothingIfTheDiskIsFull) {
   const TempFolder folder;
   AtomicFile file(folder / "out.bin");
   file.Reserve(1000);
@@ -96,7 +96,7 @@ TEST(AtomicFile, ReservesNothingWhereThereIsNoRoom) {
   EXPECT_EQ(ReadBytes(folder / "out.bin"), "still of use");
 }
 
-TEST(AtomicFile, TidiesWhatNobodyWritesAnyMore) {
+TEST(AtomicFile, RemovesTemporariesThatNoProcessWrites) {
   const TempFolder folder;
   AtomicFile open(folder / "out.bin");
   for (const char* name : {"out.bin.1.tmp", "other.bin.1.tmp", "out.bin.tmp", "out.bin.x1.tmp", "out.bin.1.tmp.bak"}) {

@@ -147,7 +147,7 @@ TYPED_TEST(BlockDiagonalTest, SingularBlocksStayPositiveDefinite) {
   }
 }
 
-TYPED_TEST(BlockDiagonalTest, GarbageInStaysFinite) {
+TYPED_TEST(BlockDiagonalTest, AnyFiniteInputGivesFiniteOutput) {
   using S = TypeParam;
   using B = CpuBackend<S>;
   constexpr int kBlocks = 200, kOrder = 11;

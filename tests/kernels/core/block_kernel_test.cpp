@@ -45,7 +45,7 @@ TEST(BlockKernel, NaNWinsAMaximum) {
   EXPECT_TRUE(std::isnan(Reduce(x, LargestOrNaN{}, 600, test::ThreadOrder::kForward)[0]));
 }
 
-TEST(BlockKernel, ReductionsAreCutIntoFewChunksOfAFixedSize) {
+TEST(BlockKernel, ReductionsHaveFewChunksOfAFixedSize) {
   for (const Index size :
        {Index{0}, Index{1}, Index{4096}, Index{4097}, Index{8'388'608}, Index{59'000'000}, Index{3'000'000'000}}) {
     const Index chunk = ChunkSize(size);
@@ -85,7 +85,7 @@ TEST(EmulatedBlock, AMissingBarrierDependsOnTheOrder) {
   EXPECT_NE(forward, backward);
 }
 
-TEST(EmulatedBlock, ABarrierThatSomeNeverReachIsAnError) {
+TEST(EmulatedBlock, ABarrierThatSomeThreadsNeverReachIsAnError) {
   EXPECT_THROW(test::Emulate(HalfReachABarrier{}, 1), std::logic_error);
 }
 

@@ -12,7 +12,7 @@
 namespace vesta {
 namespace {
 
-TEST(DeviceLaunch, IsTriedOnceMoreWithTheMemoryOfThePool) {
+TEST(DeviceLaunch, IsRetriedAfterTrimmingThePool) {
   DeviceBuffer<float> ones(3000);
   CudaBackend<float> backend;
   const int trims = test::NumTrims();
@@ -27,7 +27,7 @@ TEST(DeviceLaunch, IsTriedOnceMoreWithTheMemoryOfThePool) {
   EXPECT_EQ(test::NumTrims(), trims + 2);
 }
 
-TEST(DeviceLaunch, PhasesEndWhenTheDeviceHasDoneItsWork) {
+TEST(DeviceLaunch, PhasesIncludeTheWorkOfTheDevice) {
   Profile profile(ReadClocksOf<Device>);
   const std::int64_t before = device::CountedHostWork().waits;
   {
@@ -37,7 +37,7 @@ TEST(DeviceLaunch, PhasesEndWhenTheDeviceHasDoneItsWork) {
   EXPECT_EQ(device::CountedHostWork().waits, before + 4) << "at the start and end of the scope and the phase";
 }
 
-TEST(DeviceLaunch, WithoutMemoryIsOutOfMemory) {
+TEST(DeviceLaunch, ThrowsOutOfDeviceMemoryIfTheRetryFails) {
   DeviceBuffer<float> ones(3000);
   CudaBackend<float> backend;
   test::FailLaunches(0, 2);
@@ -51,7 +51,7 @@ TEST(DeviceLaunch, WithoutMemoryIsOutOfMemory) {
   EXPECT_EQ(backend.Dot(ones.view(), ones.view()), 3000);
 }
 
-TEST(DeviceCode, SaysForWhatToBuild) {
+TEST(DeviceCode, MessageNamesTheArchitectureToBuildFor) {
   EXPECT_EQ(device::NoCodeMessage("NVIDIA A", 120, "no kernel image"),
             "NVIDIA A has compute capability 12.0, for which this program has no code; build it with "
             "CMAKE_CUDA_ARCHITECTURES=120 (CUDA: no kernel image)");

@@ -8,7 +8,7 @@
 namespace vesta {
 namespace {
 
-TEST(ProcessMemory, CountsWhatIsTaken) {
+TEST(ProcessMemory, CountsAllocatedMemory) {
   const double before = MemoryMib(), available = AvailableMemoryMib();
   EXPECT_GT(before, 0);
   EXPECT_GT(available, 0);

@@ -63,7 +63,7 @@ TEST_F(ProfileTest, SmallPhasesAreOther) {
   EXPECT_THAT(ProfileTable(profile_.Rows(0.1)), HasSubstr("  small                               1    10.000   10.0"));
 }
 
-TEST_F(ProfileTest, RowsAreOfUpToNowWhilePhasesGoOn) {
+TEST_F(ProfileTest, RowsIncludeOpenPhases) {
   const ProfileScope scope(&profile_);
   const ScopedPhase phase("long");
   Work(3, 1);
@@ -71,7 +71,7 @@ TEST_F(ProfileTest, RowsAreOfUpToNowWhilePhasesGoOn) {
               ElementsAre(Row("total", 0, 1, 3, 1), Row("long", 1, 1, 3, 1), Row("other", 1, 0, 0, 0)));
 }
 
-TEST_F(ProfileTest, TimesOneThreadInItsScopeAlone) {
+TEST_F(ProfileTest, RecordsOnlyItsThreadWithinItsScope) {
   {
     const ScopedPhase phase("outside");
     Work(1, 1);

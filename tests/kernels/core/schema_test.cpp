@@ -14,10 +14,10 @@ using testing::IsEmpty;
 
 enum class Shape { kRound, kSquare };
 constexpr Choice<Shape> kShapes[] = {{Shape::kRound, "round"}, {Shape::kSquare, "square"}};
-static_assert(EachOnce(kShapes));
+static_assert(AreDistinct(kShapes));
 constexpr Choice<Shape> kTwiceNamed[] = {{Shape::kRound, "round"}, {Shape::kSquare, "round"}};
 constexpr Choice<Shape> kTwiceValued[] = {{Shape::kRound, "round"}, {Shape::kRound, "square"}};
-static_assert(!EachOnce(kTwiceNamed) && !EachOnce(kTwiceValued));
+static_assert(!AreDistinct(kTwiceNamed) && !AreDistinct(kTwiceValued));
 
 struct Part {
   int count = 3;
@@ -53,7 +53,7 @@ std::string After(const std::string& name, const std::string& text) {
   return "refused";
 }
 
-TEST(Schema, TextsAreReadAndWritten) {
+TEST(Schema, ParsesAndPrintsValues) {
   EXPECT_EQ(After("size", "1e-1"), "0.1");
   EXPECT_EQ(After("size", "1"), "1");
   EXPECT_EQ(After("degree", "2"), "2");
@@ -65,7 +65,7 @@ TEST(Schema, TextsAreReadAndWritten) {
   EXPECT_EQ(After("part.count", "9"), "9");
 }
 
-TEST(Schema, WhatIsNoValueIsRefused) {
+TEST(Schema, RefusesInvalidValues) {
   for (const char* text : {"", "x", "1.01", "-1e-9", "nan", "inf", "0.5 ", "0x1p-1"}) {
     EXPECT_EQ(After("size", text), "refused") << text;
   }
@@ -81,7 +81,7 @@ TEST(Schema, WhatIsNoValueIsRefused) {
   EXPECT_EQ(After("part.count", "10"), "refused");
 }
 
-TEST(Schema, ValuesThatNoTextSetAreCheckedToo) {
+TEST(Schema, ChecksValuesThatWereSetInCode) {
   const auto is_valid = [](const char* name, const Things& things) { return Find(Fields(), name)->IsValid(things); };
   Things things;
   EXPECT_TRUE(is_valid("size", things) && is_valid("degree", things) && is_valid("shape", things));
@@ -92,7 +92,7 @@ TEST(Schema, ValuesThatNoTextSetAreCheckedToo) {
   for (const char* name : {"size", "degree", "shape", "part.count"}) EXPECT_FALSE(is_valid(name, things)) << name;
 }
 
-TEST(Schema, SaysWhatIsAllowed) {
+TEST(Schema, DescribesTheAllowedValues) {
   EXPECT_EQ(Find(Fields(), "size")->Requirement(), "it must be from 0 to 1");
   EXPECT_EQ(Find(Fields(), "degree")->Requirement(), "it must be from 0 to 3, a whole number, or auto");
   EXPECT_EQ(Find(Fields(), "shape")->Requirement(), "it must be round or square");

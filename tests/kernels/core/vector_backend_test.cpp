@@ -43,7 +43,7 @@ class VectorBackendTest : public ::testing::Test {
 using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(VectorBackendTest, Scalars);
 
-TYPED_TEST(VectorBackendTest, AxpbyNeverReadsWhatItOverwrites) {
+TYPED_TEST(VectorBackendTest, AxpbyWithZeroFactorsIgnoresNaN) {
   auto x = this->Of({1, 2, 3});
   auto y = this->Of({this->kNaN, this->kNaN, this->kNaN});
   this->backend_.Axpby(2, x, 0, y);
@@ -115,7 +115,7 @@ TYPED_TEST(VectorBackendTest, ResultsDoNotDependOnTheNumberOfThreads) {
   });
 }
 
-TYPED_TEST(VectorBackendTest, NonFiniteElementsAreSeen) {
+TYPED_TEST(VectorBackendTest, DetectsNonFiniteElements) {
   const auto inf = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(this->backend_.AllFinite(this->Of({})));
   EXPECT_TRUE(this->backend_.AllFinite(this->Of({1, -2})));
@@ -130,7 +130,7 @@ TYPED_TEST(VectorBackendTest, NonFiniteElementsAreSeen) {
   EXPECT_FALSE(this->backend_.AllFinite(wave));
 }
 
-TYPED_TEST(VectorBackendTest, StepsWithAZeroFactorTouchNothing) {
+TYPED_TEST(VectorBackendTest, StepsWithAZeroFactorChangeNothing) {
   double zero = 0, two = 2;
   const auto nan = this->Of({this->kNaN, this->kNaN});
   auto x = this->Of({1, 2}), r = this->Of({3, 4}), p = this->Of({this->kNaN, this->kNaN});

@@ -110,7 +110,7 @@ TEST(Decisions, TilesOfASplatChangeNothing) {
 }
 
 // The smallest possible weight, 1/255 of a transmittance just above 1e-4, with saturated colours.
-TEST(Decisions, CachedEntriesOf16BitsKeepTheLeastShare) {
+TEST(Decisions, CachedEntriesOf16BitsKeepTheSmallestContribution) {
   std::vector<double> opacities(13, 0.5);  // leaves a transmittance of 1.22e-4
   opacities.push_back(1.0001 * kAlphaFloor);
   RenderedView<float> rendered(Layers(opacities));

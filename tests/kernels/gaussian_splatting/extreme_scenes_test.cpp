@@ -20,7 +20,7 @@ TEST_P(Extremes, InDouble) { test::CheckExtremeScene<RenderedView<double>>(GetPa
 TEST_P(Extremes, InFloat) { test::CheckExtremeScene<RenderedView<float>>(GetParam()); }
 
 // The scene matches its name: thousands of splats are blended, and rounding does not decide where the pixel closes.
-TEST(ExtremeScenes, TenThousandSplatsReachOnePixel) {
+TEST(ExtremeScenes, TenThousandSplatsCoverOnePixel) {
   const std::vector<ExtremeScene> cases = test::ExtremeGaussians();
   const test::Scene& scene = std::ranges::find(cases, "TenThousandOnOnePixel", &ExtremeScene::name)->scene;
   const reference::Image<double> image = reference::Render(scene.x, scene.count, 3, scene.view, scene.background);

@@ -160,7 +160,7 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
 }
 
 // AddJT accumulates: a second call doubles the result of the first.
-TEST(JacobianDegrees, AdjointAddsToWhatIsThere) {
+TEST(JacobianDegrees, AdjointAddsToItsOutput) {
   const Scene scene = test::RandomScene(SceneOptions(), 32);
   RenderedView<double> rendered(scene);
   test::Random random(33);

@@ -28,7 +28,7 @@ Scene CornerScene(bool whole) {
 }
 
 // A position at 8192 pixels is rounded to 2^-11, a two-hundredth of the smallest standard deviation.
-TEST(LargeImage, ItsCornerIsThatOfTheCornerAlone) {
+TEST(LargeImage, ItsCornerEqualsTheImageOfTheCorner) {
   RenderedView<float> whole(CornerScene(true));
   RenderedView<double> corner(CornerScene(false));
   ASSERT_EQ(whole.num_splats(), corner.num_splats());

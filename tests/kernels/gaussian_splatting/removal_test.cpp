@@ -42,7 +42,7 @@ std::vector<int> Communicator(const std::vector<double>& values) {
   return rank;
 }
 
-TEST(Removal, IsExactForALossOfPixelsByThemselves) {
+TEST(Removal, IsExactForALossWithoutSsim) {
   const Scene scene = test::RandomScene(Open(7), 3);
   const std::vector<double> truth = TruthOf(scene);
   for (const auto pixel : {PixelLinearization::kIrls, PixelLinearization::kL2}) {
@@ -55,7 +55,7 @@ TEST(Removal, IsExactForALossOfPixelsByThemselves) {
   }
 }
 
-TEST(Removal, OfTheWholeLossIsNearEnoughToRankBy) {
+TEST(Removal, OfTheWholeLossIsAccurateEnoughForRanking) {
   const Scene scene = test::RandomScene(Open(60), 4);
   const std::vector<double> truth = TruthOf(scene);
   const PhotometricWeights weights;

@@ -38,7 +38,7 @@ void CheckThreads(int count, int degree) {
 // More Gaussians than a single task, and enough splats that several slices fill the tiles.
 TEST(SplatThreads, FloatIsBitIdenticalForAnyNumber) { CheckThreads<float>(10000, 1); }
 TEST(SplatThreads, DoubleIsBitIdenticalForAnyNumber) { CheckThreads<double>(3000, 1); }
-TEST(SplatThreads, SoAreDifferentDegrees) { CheckThreads<float>(10000, 3); }
+TEST(SplatThreads, DifferentDegreesAreBitIdenticalForAnyNumber) { CheckThreads<float>(10000, 3); }
 
 }  // namespace
 }  // namespace vesta::splat

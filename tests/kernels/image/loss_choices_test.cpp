@@ -121,7 +121,7 @@ std::vector<double> CenterDerivatives(const Point<double>& point) {
   return result;
 }
 
-TEST(LossChoices, CenterDifferentiatesEachScoreByItsOwnPixel) {
+TEST(LossChoices, CenterDifferentiatesEachScoreWithRespectToItsOwnPixel) {
   const PhotometricWeights weights = Choice(PixelLinearization::kHuber, SsimLinearization::kRootCenter);
   Point<double> point(weights);
   const auto own = CenterDerivatives(point);

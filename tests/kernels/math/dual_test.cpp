@@ -104,13 +104,13 @@ TEST(Dual, AssignmentsAreTheOperators) {
   EXPECT_TRUE(quotient == a / b && quotient.v == (a / b).v);
 }
 
-TEST(Dual, ComparisonsLookAtTheValueAlone) {
+TEST(Dual, ComparisonsUseOnlyTheValue) {
   const D a(1, 5), b(2, -5), same(1, 7);
   EXPECT_TRUE(a < b && b > a && a <= same && a >= same && a == same);
   EXPECT_FALSE(b < a || a > b || a == b);
 }
 
-TEST(Dual, QuestionsLookAtTheValueAlone) {
+TEST(Dual, ClassificationUsesOnlyTheValue) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNan = std::numeric_limits<double>::quiet_NaN();
   using std::isfinite, std::isinf, std::isnan, std::fmax, std::fmin;
   EXPECT_TRUE(isfinite(D(1, kNan)) && !isfinite(D(kNan, 1)) && !isfinite(D(kInfinity, 1)));

@@ -11,7 +11,7 @@
 namespace vesta {
 namespace {
 
-TEST(Half, EveryNormalNumberComesBack) {
+TEST(Half, EveryNormalNumberRoundTrips) {
   for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
     const std::uint32_t exponent = bits >> 10 & 0x1f;
     if (exponent == 0x1f || (exponent == 0 && (bits & 0x3ff) != 0)) continue;
@@ -35,7 +35,7 @@ TEST(Half, RoundsToTheNearest) {
   EXPECT_EQ(FromHalf(ToHalf(2 - 0x1p-11f)), 2);
 }
 
-TEST(Half, WhatHasNoPlaceIsZeroOrTheLargest) {
+TEST(Half, OutOfRangeNumbersBecomeZeroOrTheLargest) {
   EXPECT_EQ(FromHalf(ToHalf(std::nextafter(kSmallestHalf, 0.0f))), 0);
   EXPECT_EQ(FromHalf(ToHalf(kSmallestHalf)), kSmallestHalf);
   for (const float x :

@@ -83,7 +83,7 @@ TEST(Quaternion, ProductIsOneRotationAfterTheOther) {
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(expected[i], i == 0 ? 1 : 0, 1e-15);
 }
 
-TEST(Quaternion, ComesBackFromItsRotation) {
+TEST(Quaternion, RoundTripsThroughItsRotation) {
   test::Random random(7);
   for (int k = 0; k < 40; ++k) {
     double q[4], R[9], back[4];

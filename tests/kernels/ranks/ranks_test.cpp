@@ -40,7 +40,7 @@ class StartedRanks : public testing::Test {
   std::map<std::string, std::string> before_;
 };
 
-TEST_F(StartedRanks, AreOneWhereNothingIsSaid) {
+TEST_F(StartedRanks, AreOneWithoutALauncher) {
   EXPECT_FALSE(IsStartedInRanks());
   EXPECT_EQ(NumStartedRanks(), 1);
   EXPECT_EQ(NumRanksOnThisMachine(), 1);
@@ -49,7 +49,7 @@ TEST_F(StartedRanks, AreOneWhereNothingIsSaid) {
   EXPECT_EQ(NumStartedRanks(), 1);
 }
 
-TEST_F(StartedRanks, AreMpiruns) {
+TEST_F(StartedRanks, AreReadFromMpirun) {
   Set("OMPI_COMM_WORLD_SIZE", "6"), Set("OMPI_COMM_WORLD_LOCAL_SIZE", "3"), Set("OMPI_COMM_WORLD_LOCAL_RANK", "2");
   EXPECT_TRUE(IsStartedInRanks());
   EXPECT_EQ(NumStartedRanks(), 6);
@@ -57,14 +57,14 @@ TEST_F(StartedRanks, AreMpiruns) {
 }
 
 // `mpirun -n 1` in a job of four tasks.
-TEST_F(StartedRanks, AreMpirunsBeforeTheyAreSlurms) {
+TEST_F(StartedRanks, AreReadFromMpirunBeforeSlurm) {
   Set("OMPI_COMM_WORLD_SIZE", "1"), Set("OMPI_COMM_WORLD_LOCAL_SIZE", "1"), Set("OMPI_COMM_WORLD_LOCAL_RANK", "0");
   Set("SLURM_NTASKS", "4"), Set("SLURM_LOCALID", "3"), Set("SLURM_STEP_TASKS_PER_NODE", "2(x2)");
   EXPECT_EQ(NumStartedRanks(), 1);
   EXPECT_EQ(NumRanksOnThisMachine(), 1);
 }
 
-TEST_F(StartedRanks, AreSlurms) {
+TEST_F(StartedRanks, AreReadFromSlurm) {
   Set("PMIX_RANK", "5"), Set("SLURM_NTASKS", "7"), Set("SLURM_LOCALID", "1");
   for (const auto& [said, most] : {std::pair("2(x3),1", 2), std::pair("1,3(x2)", 3), std::pair("4", 4)}) {
     Set("SLURM_STEP_TASKS_PER_NODE", said);
@@ -73,7 +73,7 @@ TEST_F(StartedRanks, AreSlurms) {
   EXPECT_EQ(NumStartedRanks(), 7);
 }
 
-TEST_F(StartedRanks, AreNotWhatIsNoNumber) {
+TEST_F(StartedRanks, IgnoreVariablesThatAreNoNumber) {
   Set("OMPI_COMM_WORLD_SIZE", "many"), Set("OMPI_COMM_WORLD_LOCAL_RANK", "-3"), Set("OMPI_COMM_WORLD_LOCAL_SIZE", "");
   EXPECT_EQ(NumStartedRanks(), 1);
   EXPECT_EQ(NumRanksOnThisMachine(), 1);

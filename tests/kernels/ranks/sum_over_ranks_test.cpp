@@ -34,7 +34,7 @@ std::vector<float> Expected() {
   for (Index term = 0; term < kTerms; ++term) {
     std::vector<float> whole(kSize);
     const std::vector<float> compact = Term(term);
-    Spread<float>(SupportOf(term), {compact.data(), static_cast<Index>(compact.size())}, {whole.data(), kSize});
+    Expand<float>(SupportOf(term), {compact.data(), static_cast<Index>(compact.size())}, {whole.data(), kSize});
     dense.push_back(whole);
   }
   std::vector<float> sum;
@@ -104,7 +104,7 @@ TEST(SumOverRanks, GivesEachRankItsShare) {
   }
 }
 
-TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
+TEST(SumOverRanks, ReceivesAsManyValuesAsPlanned) {
   test::OnThreadRanks(3, [&](Communicator& ranks) {
     SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));
     const RankTraffic before = ranks.traffic();
@@ -116,7 +116,7 @@ TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
   });
 }
 
-TEST(SumOverRanks, OfDenseTermsOnPowersOfTwoMovesTheBytesOfAnAllReduce) {
+TEST(SumOverRanks, OfDenseTermsTransfersTheBytesOfAnAllReduce) {
   constexpr Index kDense = 1 << 12;
   test::OnThreadRanks(4, [&](Communicator& ranks) {
     SumOverRanks<float> sum(ranks, 64, kDense, std::vector<Support>(16, Support::All(kDense)));
@@ -154,7 +154,7 @@ TEST(Communicator, GathersAnyNumberOfValues) {
   test::OnThreadRanks(4, [](Communicator& ranks) {
     const std::vector<int> mine(static_cast<std::size_t>(ranks.rank()), ranks.rank());
     EXPECT_THAT(GatherValues(ranks, mine), testing::ElementsAre(1, 2, 2, 3, 3, 3));
-    EXPECT_THAT(GatherWords(ranks, std::string(static_cast<std::size_t>(ranks.rank()), 'a')),
+    EXPECT_THAT(GatherStrings(ranks, std::string(static_cast<std::size_t>(ranks.rank()), 'a')),
                 testing::ElementsAre("", "a", "aa", "aaa"));
     EXPECT_TRUE(OnAnyRank(ranks, ranks.rank() == 2));
     EXPECT_FALSE(OnAnyRank(ranks, false));

@@ -42,7 +42,7 @@ TEST(SumTree, IsTheSumOfHalves) {
   EXPECT_EQ(SumByTree({}), 0);
 }
 
-TEST(SumTree, RunsAreMadeOfFewNodes) {
+TEST(SumTree, RangesConsistOfFewNodes) {
   EXPECT_THAT(NodesOf(0, 8, 8), ElementsAre(TreeNode{0, 8}));
   EXPECT_THAT(NodesOf(3, 7, 8), ElementsAre(TreeNode{3, 4}, TreeNode{4, 6}, TreeNode{6, 7}));
   EXPECT_THAT(NodesOf(4, 6, 6), ElementsAre(TreeNode{4, 6}));
@@ -52,7 +52,7 @@ TEST(SumTree, RunsAreMadeOfFewNodes) {
   }
 }
 
-TEST(SumTree, AnyRunsAddUpToTheSameBits) {
+TEST(SumTree, AnyRangesGiveBitIdenticalSums) {
   for (const Index count : {1, 5, 37, 64}) {
     const std::vector<double> terms = Terms(count);
     const auto add = [](const TreeNode&, double& a, const TreeNode&, double b) { a += b; };
@@ -107,7 +107,7 @@ TEST(SumTree, TermsComeInAnyOrder) {
   }
 }
 
-TEST(SumTree, HoldsFewTerms) {
+TEST(SumTree, StoresFewValues) {
   TreeSum<int> tree(128);
   std::size_t most = 0;
   for (Index k = 0; k < 128; ++k) {

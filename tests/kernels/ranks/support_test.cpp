@@ -13,7 +13,7 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST(Support, JoinsWhatTouchesOrOverlaps) {
+TEST(Support, MergesAdjacentAndOverlappingRanges) {
   const Support support({{5, 7}, {0, 2}, {7, 9}, {1, 3}, {4, 4}});
   EXPECT_THAT(support.ranges(), ElementsAre(EntryRange{0, 3}, EntryRange{5, 9}));
   EXPECT_EQ(support.size(), 7);
@@ -21,7 +21,7 @@ TEST(Support, JoinsWhatTouchesOrOverlaps) {
   EXPECT_EQ(Support().size(), 0);
 }
 
-TEST(Support, CountsAndCuts) {
+TEST(Support, CountsAndIntersects) {
   const Support support({{0, 3}, {5, 9}});
   EXPECT_EQ(support.CountBefore(0), 0);
   EXPECT_EQ(support.CountBefore(4), 3);
@@ -46,18 +46,18 @@ TEST(Support, CompactVectorsAddUp) {
   AddCompact(Union(a, b), left, a, three.view(), Union(a, b), spare);
   EXPECT_THAT(std::vector<double>(left.begin(), left.end()), ElementsAre(2, 13, 20, 4));
   std::vector<double> whole(8, -1);
-  Spread<double>(Union(a, b), left.view(), {whole.data(), 8});
+  Expand<double>(Union(a, b), left.view(), {whole.data(), 8});
   EXPECT_THAT(whole, ElementsAre(0, 2, 13, 20, 0, 0, 4, 0));
 }
 
-TEST(Support, IntersectionAndPlaces) {
+TEST(Support, IntersectionAndPositions) {
   const Support a({{0, 10}, {20, 30}, {40, 50}}), b({{5, 22}, {24, 26}, {45, 60}});
   const Support both = Intersection(a, b);
   EXPECT_EQ(both, Support({{5, 10}, {20, 22}, {24, 26}, {45, 50}}));
   EXPECT_EQ(Intersection(b, a), both);
   // Ten entries precede the second range in a compact vector of a, and twenty precede the third.
-  EXPECT_EQ(PlacesIn(b, a), (std::vector<EntryRange>{{5, 12}, {14, 16}, {25, 30}}));
-  EXPECT_TRUE(PlacesIn(Support({{10, 20}}), a).empty());
+  EXPECT_EQ(PositionsIn(b, a), (std::vector<EntryRange>{{5, 12}, {14, 16}, {25, 30}}));
+  EXPECT_TRUE(PositionsIn(Support({{10, 20}}), a).empty());
 }
 
 }  // namespace

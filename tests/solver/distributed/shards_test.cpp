@@ -48,7 +48,7 @@ TEST(Shards, HoldEachEntryOnceAndGiveItBack) {
 }
 
 TEST(Shards, AreAllOfItForOneProcess) {
-  SoloRank alone;
+  SingleRankCommunicator alone;
   const std::vector<BlockGroup> groups = Groups();
   const Shards shards(alone, kSize, groups, kPieces);
   EXPECT_TRUE(shards.is_whole());

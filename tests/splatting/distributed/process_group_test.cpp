@@ -14,7 +14,7 @@ namespace {
 using testing::ElementsAre;
 
 TEST(ProcessGroup, OneAloneDecidesByItself) {
-  SoloRank solo;
+  SingleRankCommunicator solo;
   for (Communicator* ranks : {static_cast<Communicator*>(nullptr), static_cast<Communicator*>(&solo)}) {
     const ProcessGroup processes(ranks);
     EXPECT_TRUE(processes.is_alone());

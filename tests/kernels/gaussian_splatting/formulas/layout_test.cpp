@@ -11,7 +11,7 @@ namespace {
 TEST(Layout, OfOneDegreeIsAttributeByAttribute) {
   for (int degree = 0; degree <= kMaxShDegree; ++degree) {
     const ModelLayout layout{.count = 7, .sh_degree = degree};
-    EXPECT_TRUE(layout.is_uniform() && layout.IsOfModel());
+    EXPECT_TRUE(layout.is_uniform() && layout.IsValid());
     EXPECT_EQ(layout.Size(), 7 * NumAttributes(degree));
     for (int a = 0; a < NumAttributes(degree); ++a) {
       EXPECT_EQ(layout.Offset(a), 7 * a);
@@ -21,7 +21,7 @@ TEST(Layout, OfOneDegreeIsAttributeByAttribute) {
   }
 }
 
-TEST(Layout, LeavesOutWhatGaussiansLack) {
+TEST(Layout, StoresNoBandsThatGaussiansLack) {
   const ModelLayout layout = LayoutOfBands({10, 7, 4, 1});
   std::int64_t offset = 0;
   for (int a = 0; a < kMaxAttributes; ++a) {
@@ -38,16 +38,16 @@ TEST(Layout, LeavesOutWhatGaussiansLack) {
   EXPECT_EQ(LayoutOfBands({10, 10, 10, 0}), (ModelLayout{.count = 10, .sh_degree = 2}));
 }
 
-TEST(Layout, ImpossibleOnesAreNone) {
-  EXPECT_TRUE(LayoutOfBands({10, 7, 4, 1}).IsOfModel());
+TEST(Layout, ImpossibleLayoutsAreInvalid) {
+  EXPECT_TRUE(LayoutOfBands({10, 7, 4, 1}).IsValid());
   for (const ModelLayout& layout :
        {ModelLayout{.count = 0}, ModelLayout{.count = -1}, ModelLayout{.count = std::int64_t{1} << 60},
         ModelLayout{.count = 5, .sh_degree = 4}, ModelLayout{.count = 5, .sh_degree = -1},
-        ModelLayout{.count = 5, .sh_degree = 1, .lacking = {5}},
-        ModelLayout{.count = 5, .sh_degree = 1, .lacking = {-1}},
-        ModelLayout{.count = 5, .sh_degree = 2, .lacking = {2, 1}},
-        ModelLayout{.count = 5, .sh_degree = 1, .lacking = {1, 2}}}) {
-    EXPECT_FALSE(layout.IsOfModel());
+        ModelLayout{.count = 5, .sh_degree = 1, .without_band = {5}},
+        ModelLayout{.count = 5, .sh_degree = 1, .without_band = {-1}},
+        ModelLayout{.count = 5, .sh_degree = 2, .without_band = {2, 1}},
+        ModelLayout{.count = 5, .sh_degree = 1, .without_band = {1, 2}}}) {
+    EXPECT_FALSE(layout.IsValid());
   }
 }
 
@@ -70,7 +70,7 @@ class Degrees : public testing::TestWithParam<Bands> {
     const ModelLayout all{
         .count = with_band[0],
         .sh_degree = kMaxShDegree,
-        .lacking = {with_band[0] - with_band[1], with_band[0] - with_band[2], with_band[0] - with_band[3]}};
+        .without_band = {with_band[0] - with_band[1], with_band[0] - with_band[2], with_band[0] - with_band[3]}};
     zeros.x = test::WithZeros(test::RemoveMissingBands(zeros.x, all), all);
     return {zeros, mixed};
   }

@@ -144,7 +144,7 @@ Scene OneGaussianOnTheAxis() {
 
 // A large Gaussian whose mean moves sideways out of the image at constant depth. It is visible up to the guard band but
 // not beyond, although its linearised ellipse still covers the image.
-TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
+TEST(Rendering, MeansBeyondTheGuardBandAreInvisible) {
   Scene scene = OneGaussianOnTheAxis();
   // Flat along the axis, because a deep Gaussian would be culled for another reason.
   for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 2 ? 0.01 : 20.0);
@@ -169,7 +169,7 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
 
 // A Gaussian that is deep relative to its distance is rendered inside the image and up to the clamp, but not farther
 // out, on any side. One that is slightly shallower is rendered there too.
-TEST(Rendering, DeepGaussiansBesideTheImageAreNotSeen) {
+TEST(Rendering, DeepGaussiansBesideTheImageAreInvisible) {
   Scene scene = OneGaussianOnTheAxis();
   scene.At(kOpacity, 0) = 3;
   // Rotated by 45 degrees about y, so that two of the axes share the depth.
@@ -242,8 +242,8 @@ void CheckPoison() {
   }
 }
 
-TEST(Rendering, BadNumbersStayOutInFloat) { CheckPoison<float>(); }
-TEST(Rendering, BadNumbersStayOutInDouble) { CheckPoison<double>(); }
+TEST(Rendering, NonFiniteGaussiansAreInvisibleInFloat) { CheckPoison<float>(); }
+TEST(Rendering, NonFiniteGaussiansAreInvisibleInDouble) { CheckPoison<double>(); }
 
 }  // namespace
 }  // namespace vesta::splat

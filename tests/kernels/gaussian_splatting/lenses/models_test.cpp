@@ -87,7 +87,7 @@ TYPED_TEST(Lenses, RayAndProjectionAgree) {
     this->camera_.lens.Project(this->t_, u, v, at);
     EXPECT_NEAR(u, this->u_, 1e-10);
     EXPECT_NEAR(v, this->v_, 1e-10);
-    EXPECT_TRUE(this->camera_.lens.Shows(this->t_, at));
+    EXPECT_TRUE(this->camera_.lens.IsInRange(this->t_, at));
   }
 }
 
@@ -179,7 +179,7 @@ TEST(LensModels, AreFoundByName) {
 }
 
 // A Gaussian that moves along the optical axis of a telecentric lens looks the same.
-TEST(Telecentric, DepthHasNoPartInTheProjection) {
+TEST(Telecentric, ProjectionIgnoresTheDepth) {
   PosedCamera pose{};
   for (int i = 0; i < 9; ++i) pose.R[i] = i % 4 == 0 ? 1 : 0;
   pose.lens = {.fx = 20, .fy = 20, .cx = 30, .cy = 30};

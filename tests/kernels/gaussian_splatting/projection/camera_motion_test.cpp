@@ -34,7 +34,7 @@ void InCamera(const PosedCamera& camera, const double mu[3], double t[3]) {
   }
 }
 
-TEST(CameraMotion, CarriesPointsAsItsTangentsSay) {
+TEST(CameraMotion, MovesPointsAlongItsTangents) {
   test::Random random(90);
   for (int trial = 0; trial < 30; ++trial) {
     const PosedCamera camera = test::RandomView(random, 64, 48);
@@ -63,7 +63,7 @@ TEST(CameraMotion, OfDefaultKeepsEveryBit) {
   EXPECT_EQ(CameraMotion().Angle(), 0);
 }
 
-TEST(CameraMotion, BetweenTwoPosesBringsOneToTheOther) {
+TEST(CameraMotion, BetweenTwoPosesMapsOneToTheOther) {
   test::Random random(21);
   for (int k = 0; k < 10; ++k) {
     double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, T[3] = {0.1, -2, 3};
@@ -79,7 +79,7 @@ TEST(CameraMotion, BetweenTwoPosesBringsOneToTheOther) {
   }
 }
 
-TEST(CameraMotion, KnowsItsAngle) {
+TEST(CameraMotion, ReturnsItsAngle) {
   PoseTangent xi;
   xi.v[0] = 0.3, xi.v[2] = -0.4, xi.v[4] = 7;
   EXPECT_NEAR(Compose(xi, {}).Angle(), 0.5, 1e-15);

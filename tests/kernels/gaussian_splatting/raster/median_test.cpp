@@ -61,7 +61,7 @@ class Median : public testing::TestWithParam<test::SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Median, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-TEST_P(Median, IsTheSplatWhereHalfIsGone) {
+TEST_P(Median, IsTheSplatAtWhichTransmittanceFallsBelowHalf) {
   const Scene scene = test::RandomScene(GetParam(), 2);
   const RenderedView<double> rendered(scene);
   const RenderedView<float> in_float(scene);

@@ -129,7 +129,7 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
 }
 
 // For every splat and tile, each warp with a pixel that the splat reaches is marked, and most other warps are not.
-TEST_P(RasterBlocks, SplatsConcernTheWarpsOfTheirPixels) {
+TEST_P(RasterBlocks, SplatsTouchTheWarpsOfTheirPixels) {
   Index concerned = 0, reached = 0;
   for (const std::uint64_t seed : {9, 10, 11}) {
     const RasterScene<float> of{test::RandomScene(GetParam(), seed)};

@@ -49,7 +49,7 @@ Scene Bright(int count, std::uint64_t seed) {
   return scene;
 }
 
-TEST(Recolor, IsExactForALossOfPixelsByThemselves) {
+TEST(Recolor, IsExactForALossWithoutSsim) {
   const Scene scene = Bright(7, 3);
   const std::vector<double> truth = TruthOf(scene);
   for (const auto pixel : {PixelLinearization::kIrls, PixelLinearization::kL2}) {

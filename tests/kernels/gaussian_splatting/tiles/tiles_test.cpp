@@ -113,7 +113,7 @@ TEST_P(Tiles, ListASplatExactlyWhereItsSupportMeetsTheCentres) {
   CheckLists<float>(GetParam(), 1e-4);
 }
 
-TEST_P(Tiles, ListsAreAscendingAndLeadBack) {
+TEST_P(Tiles, ListsAreAscendingAndInvertible) {
   const RenderedView<float> rendered(test::RandomScene(GetParam(), 54));
   const TileBins bins = BinsOf(rendered);
   ASSERT_EQ(bins.tile_begin()[0], 0);

@@ -38,7 +38,7 @@ Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& sha
   project.project(model, scene.view, 0, model.count, r.keys.data(), projected.data());
   for (std::size_t i = 0; i < r.keys.size(); ++i) {
     const Splat<float>& s = projected[i];
-    if (r.keys[i] == kNotSeen) continue;
+    if (r.keys[i] == kInvisible) continue;
     r.splats.insert(r.splats.end(), {s.u, s.v, s.r, s.s, s.beta, s.log2_opacity, s.support, s.color[0], s.color[1],
                                      s.color[2], s.inv_r});
   }

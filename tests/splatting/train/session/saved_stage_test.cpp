@@ -50,7 +50,7 @@ TEST(SavedStage, RefusesWhatCannotBeReadByName) {
               ThrowsError(kBadFile, "some/checkpoint"));
   EXPECT_THAT([&] { saved.Refuse(); }, ThrowsError(kBadFile, "some/checkpoint"));
   EXPECT_THROW(saved.Validate([]() -> int { throw OutOfDeviceMemory("full"); }), OutOfDeviceMemory);
-  EXPECT_THROW(saved.Validate([]() -> int { throw OthersGaveUp("gone"); }), OthersGaveUp);
+  EXPECT_THROW(saved.Validate([]() -> int { throw OtherRankFailed("gone"); }), OtherRankFailed);
 }
 
 }  // namespace
