@@ -36,7 +36,7 @@ class ArchiveWriter {
   void operator()(Ts&... values) {
     (Write(values), ...);
   }
-  // Writes the bytes without their number.
+  // Writes only the bytes; their count is not stored.
   void Bytes(const void* data, std::size_t size) { sink_({static_cast<const char*>(data), size}); }
 
  private:

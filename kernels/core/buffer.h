@@ -21,7 +21,7 @@ class Buffer;
 inline void* AllocateAligned(std::size_t bytes) {
   constexpr std::size_t kAlignment = 64;
   auto* const start = static_cast<std::byte*>(::operator new(bytes + kAlignment));
-  // operator new aligns to 16 bytes, so at least one byte before the result is free for the distance to the start.
+  // The distance is 1 to 64, so there is always a byte before the result. It stores the distance.
   const std::size_t distance = kAlignment - reinterpret_cast<std::uintptr_t>(start) % kAlignment;
   start[distance - 1] = static_cast<std::byte>(distance);
   return start + distance;

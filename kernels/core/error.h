@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The library's exception type, without fmt. Files for nvcc include this header, all others check.h.
+// The library's exception type. This header does not include fmt, so that nvcc can compile it. Sources that nvcc does
+// not compile include check.h instead.
 #pragma once
 
 #include <stdexcept>
@@ -18,8 +19,8 @@ enum class ErrorCode {
 };
 using enum ErrorCode;
 
-// The only exception type of the library. Programs decide by code(). what() is a single line that can be shown to a
-// user; its wording may change.
+// The only exception type of the library. Programs choose their reaction by code(), not by what(). what() is
+// a single line for the user; its wording may change.
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

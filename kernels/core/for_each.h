@@ -15,15 +15,16 @@ struct ForEachIn<Host, F> {
   static void Run(Index count, Index grain, const F& f) { ParallelFor(count, grain, f); }
 };
 
-// Defined where nvcc compiles F: by VESTA_DEVICE_FOR_EACH (kernels/core/for_each.cuh).
+// The macro VESTA_DEVICE_FOR_EACH (kernels/core/for_each.cuh) defines Run. Use it in the .cu file that needs F.
 template <class F>
 struct ForEachIn<Device, F> {
   static void Run(Index count, Index grain, const F& f);
 };
 
-// Calls f(i) for each i in [0, count), in parallel, where the data of f are stored: on the host or on a device (Space).
-// F is a named functor that is cheap to copy. Its operator() is VESTA_HD, and calls with different i must not write the
-// same data. grain: number of indices per task on the host. On a device the call does not wait for the result.
+// Calls f(i) for each i in [0, count), in parallel, on the host or on a device (Space). The data that f reads and
+// writes must be in the memory of Space. F is a named functor that is cheap to copy. Its operator() is VESTA_HD, and
+// calls with different i must not write the same data. grain: number of indices per task on the host. On a device,
+// ForEach returns before the calls have finished.
 template <class Space, class F>
 void ForEach(Index count, Index grain, const F& f) {
   ForEachIn<Space, F>::Run(count, grain, f);

@@ -64,19 +64,19 @@ class PartialVector<float> {
 };
 #endif
 
-// Rows of a block: 4, or the number of lanes if a vector has fewer than 4. The number of lanes is then a multiple of
-// it, as Transposed requires.
+// Rows of a block: 4, or the number of lanes if a vector has fewer than 4 lanes. The number of lanes is therefore a
+// multiple of kBlockRows, as Transposed requires.
 template <class S>
 inline constexpr int kBlockRows = xsimd::batch<S>::size < 4 ? static_cast<int>(xsimd::batch<S>::size) : 4;
 
 // Access to a complete block of kRows rows. Rows are `stride` values apart. The type T of a block has one vector per
 // row.
 template <class S, int kRows>
-class WholeBlock {
+class WholeBlockAccess {
  public:
   using V = xsimd::batch<S>;
   using T = Several<V, kRows>;
-  explicit WholeBlock(Index stride) : stride_(stride) {}
+  explicit WholeBlockAccess(Index stride) : stride_(stride) {}
 
   static constexpr int rows() { return kRows; }
   T Load(const S* p) const {
@@ -96,11 +96,11 @@ class WholeBlock {
 // Access to a block at the right or lower edge of the image. Only its first `rows` rows and the first `pixels` pixels
 // of each row exist. Load and ZeroOutside set the other pixels to zero; Store does not write them.
 template <class S, int kRows>
-class EdgeBlock {
+class EdgeBlockAccess {
  public:
   using V = xsimd::batch<S>;
   using T = Several<V, kRows>;
-  EdgeBlock(Index stride, int rows, int pixels) : stride_(stride), rows_(rows), part_(pixels) {}
+  EdgeBlockAccess(Index stride, int rows, int pixels) : stride_(stride), rows_(rows), part_(pixels) {}
 
   int rows() const { return rows_; }
   T Load(const S* p) const {
@@ -129,22 +129,24 @@ class EdgeBlock {
   PartialVector<S> part_;
 };
 
-// Calls f(column, access) for all blocks of kRows rows, from left to right, in an image of this width. Only the first
-// `rows` rows exist. column: the first column of the block.
+// Calls f(column, access) for the blocks of one strip of kRows rows of an image, from left to right. `width` is the
+// width of the image, in pixels. Only the first `rows` rows of the strip are in the image. column: the first column of
+// the block. access: a WholeBlockAccess or an EdgeBlockAccess.
 template <class S, int kRows, class F>
 inline void ForBlocks(int width, int rows, const F& f) {
   constexpr int kLanes = static_cast<int>(xsimd::batch<S>::size);
   int column = 0;
   if (rows == kRows) {
-    const WholeBlock<S, kRows> whole(width);
+    const WholeBlockAccess<S, kRows> whole(width);
     for (; column + kLanes <= width; column += kLanes) f(column, whole);
   }
   for (; column < width; column += kLanes) {
-    f(column, EdgeBlock<S, kRows>(width, rows, width - column < kLanes ? width - column : kLanes));
+    f(column, EdgeBlockAccess<S, kRows>(width, rows, width - column < kLanes ? width - column : kLanes));
   }
 }
 
-// Transposes each group g of kRows x kRows pixels: lane kRows g + r of vector j becomes lane kRows g + j of vector r.
+// Transposes each group g of kRows x kRows pixels: lane kRows * g + r of vector j becomes lane kRows * g + j of
+// vector r.
 // The function is its own inverse.
 template <class V, int kRows>
 inline Several<V, kRows> Transposed(const Several<V, kRows>& rows) {

@@ -33,10 +33,11 @@ struct QuantizeOne {
 }  // namespace
 
 Index NumPartialSums(const ImageShape& shape) {
-  return WindowsOperator<float>::kSums * BlurBlock<float, WindowsOperator<float>>::NumBlocks(shape.width, shape.height);
+  return LossSumsOperator<float>::kSums *
+         BlurBlock<float, LossSumsOperator<float>>::NumBlocks(shape.width, shape.height);
 }
 
-void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums) {
+void LossSums(const ImageShape& shape, const LossSumsOperator<float>& op, double* partial_sums, double* sums) {
   RunWithSums(shape, op, partial_sums, sums, "SSIM windows");
 }
 void Center(const ImageShape& shape, const CenterOperator<float>& op, double* partial_sums, double* sums) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Operators of the photometric loss on a GPU, as block kernels (kernels/core/block_kernel.h). A field is an array with
-// one value per pixel, computed from the images. A block of threads blurs N fields with the SSIM window in 32 x 16
-// pixels of one plane, and passes the result to an operator. For the blur it also loads a border of five pixels. The
-// formulas and symbols (e, G, p, q, s) are in photometric_formula.h; `o` is the elementwise product.
+// one value per pixel and colour channel, computed from the images. Each block of threads processes 32 x 16 pixels of
+// one channel. It loads the fields of an operator in these pixels and in a border of five pixels, blurs them with the
+// SSIM window, and passes the blurred values to the operator. The formulas and symbols (e, p, q, s, the blur G) are in
+// photometric_formula.h. Products of fields are elementwise.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -44,13 +45,13 @@ template <class S, class Operator>
 struct BlurBlock {
   static constexpr int kThreads = 256, kWidth = 32, kHeight = 16;
   static constexpr int kFields = Operator::kFields, kSums = Operator::kSums;
-  static constexpr int kWide = kWidth + 2 * kWindowRadius, kHigh = kHeight + 2 * kWindowRadius;
+  static constexpr int kPaddedWidth = kWidth + 2 * kWindowRadius, kPaddedHeight = kHeight + 2 * kWindowRadius;
   struct Shared {
     union {
-      S field[kFields][kHigh][kWide];
+      S field[kFields][kPaddedHeight][kPaddedWidth];
       double lanes[kThreads];  // for the reductions, after the fields are no longer needed
     };
-    S column[kFields][kHeight][kWide];  // blurred along the columns
+    S column[kFields][kHeight][kPaddedWidth];  // blurred along the columns
   };
   int width, height;
   WindowTaps<S> taps;
@@ -67,15 +68,15 @@ struct BlurBlock {
     const Index plane = block.id() / in_plane * (static_cast<Index>(width) * height), piece = block.id() % in_plane;
     const int left = static_cast<int>(piece % across) * kWidth, top = static_cast<int>(piece / across) * kHeight;
     const int thread = block.thread();
-    for (int k = thread; k < kHigh * kWide; k += kThreads) {
-      const int r = k / kWide, c = k % kWide, y = top + r - kWindowRadius, x = left + c - kWindowRadius;
+    for (int k = thread; k < kPaddedHeight * kPaddedWidth; k += kThreads) {
+      const int r = k / kPaddedWidth, c = k % kPaddedWidth, y = top + r - kWindowRadius, x = left + c - kWindowRadius;
       PixelFields<kFields, S> value = {};
       if (x >= 0 && x < width && y >= 0 && y < height) value = op.Load(plane + static_cast<Index>(y) * width + x);
       for (int n = 0; n < kFields; ++n) shared.field[n][r][c] = value.f[n];
     }
     block.Sync();
-    for (int k = thread; k < kHeight * kWide; k += kThreads) {
-      const int r = k / kWide, c = k % kWide;
+    for (int k = thread; k < kHeight * kPaddedWidth; k += kThreads) {
+      const int r = k / kPaddedWidth, c = k % kPaddedWidth;
       for (int n = 0; n < kFields; ++n) {
         S sum(0);
         for (int t = 0; t < kWindowTaps; ++t) sum = Fma(taps.tap[t], shared.field[n][r + t][c], sum);
@@ -137,11 +138,12 @@ VESTA_HD inline void AddLoss(const PixelPenalty<S>& pixel, const S& dissimilarit
 // Computes the sums of |e|, of the pixel penalty and of 1 - SSIM. Optionally stores the slopes p, q, s of 1 - SSIM
 // (SsimSlopes) and the window curvature (SsimWindowCurvature).
 template <class S>
-struct WindowsOperator {
+struct LossSumsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
-  S *p, *q, *s, *curvature;  // null if not wanted: p, q and s together, or only curvature
+  // Null if not wanted. p, q and s are either all null, and then curvature too, or all set.
+  S *p, *q, *s, *curvature;
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
     const S u = rendered[i] + truth[i], e = rendered[i] - truth[i];
@@ -159,13 +161,14 @@ struct WindowsOperator {
   }
 };
 
-// gradient = ssim * J^T 1 + l1 * derivative of the penalty, where J is the Jacobian of 1 - SSIM of all windows.
-// diagonal (may be null) = ssim * G s + l1 * curvature of the penalty.
+// gradient = ssim_weight * (J^T times a vector of ones) + l1_weight * (derivative of the penalty), where J is the
+// Jacobian of 1 - SSIM of all windows. diagonal (may be null) = ssim_weight * G(s) + l1_weight * (curvature of the
+// penalty).
 template <class S>
 struct GradientOperator {
   static constexpr int kFields = 3, kSums = 0;
   const S *rendered, *truth, *p, *q, *s;
-  S l1, ssim;
+  S l1_weight, ssim_weight;
   PenaltyCoefficients<S> penalty;
   S *gradient, *diagonal;
 
@@ -173,17 +176,19 @@ struct GradientOperator {
   VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
     const S x = rendered[i], e = x - truth[i];
     const PixelPenalty<S> pixel(e, penalty);
-    gradient[i] = Fma(ssim, SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]), l1 * pixel.derivative);
-    if (diagonal != nullptr) diagonal[i] = Fma(ssim, blurred.f[2], l1 * pixel.Curvature(penalty));
+    gradient[i] =
+        Fma(ssim_weight, SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]), l1_weight * pixel.derivative);
+    if (diagonal != nullptr) diagonal[i] = Fma(ssim_weight, blurred.f[2], l1_weight * pixel.Curvature(penalty));
   }
 };
 
-// Computes the sums of WindowsOperator, and the gradient and diagonal (may be null) for kRootCenter (loss_options.h).
+// For SsimLinearization::kRootCenter (loss_options.h): computes the sums of LossSumsOperator, the gradient, and the
+// diagonal of the curvature operator W (diagonal may be null).
 template <class S>
 struct CenterOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
-  S l1, ssim;
+  S l1_weight, ssim_weight;
   PenaltyCoefficients<S> penalty;
   S centre;  // weight of the window's centre pixel (both axes)
   S *gradient, *diagonal;
@@ -199,13 +204,13 @@ struct CenterOperator {
     const PixelPenalty<S> pixel(e, penalty);
     AddLoss(pixel, dissimilarity, sums);
     const S by_center = SsimCenterSlope(centre, x, e, slopes);
-    gradient[i] = Fma(ssim, by_center, l1 * pixel.derivative);
+    gradient[i] = Fma(ssim_weight, by_center, l1_weight * pixel.derivative);
     if (diagonal == nullptr) return;
-    diagonal[i] = Fma(l1, pixel.Curvature(penalty), SsimCenterCurvature(ssim, by_center, dissimilarity));
+    diagonal[i] = Fma(l1_weight, pixel.Curvature(penalty), SsimCenterCurvature(ssim_weight, by_center, dissimilarity));
   }
 };
 
-// out = c o (G in): the first step of a product with the curvature operator W.
+// out = c * G(in), elementwise: the first step of a product with the curvature operator W.
 template <class S>
 struct WeightedBlurOperator {
   static constexpr int kFields = 1, kSums = 0;
@@ -216,7 +221,7 @@ struct WeightedBlurOperator {
   VESTA_HD void Store(Index i, const PixelFields<1, S>& blurred, double*) const { out[i] = c[i] * blurred.f[0]; }
 };
 
-// out = scale * G in + d o v: the second step of a product with W.
+// out = scale * G(in) + d * v, elementwise: the second step of a product with W.
 template <class S>
 struct BlurAddOperator {
   static constexpr int kFields = 1, kSums = 0;
@@ -239,12 +244,12 @@ namespace vesta::device_image {
 // Kernel launches of DevicePhotometricLoss, compiled by nvcc. All pointers are to GPU memory. No function waits for its
 // result.
 //
-// Number of partial sums that Windows needs.
+// Number of elements of partial_sums for LossSums and Center.
 Index NumPartialSums(const ImageShape& shape);
-// sums: the 3 sums of WindowsOperator.
-void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums);
+// sums: the 3 sums of LossSumsOperator.
+void LossSums(const ImageShape& shape, const LossSumsOperator<float>& op, double* partial_sums, double* sums);
 void Gradient(const ImageShape& shape, const GradientOperator<float>& op);
-// partial_sums, sums: see Windows.
+// partial_sums, sums: see LossSums.
 void Center(const ImageShape& shape, const CenterOperator<float>& op, double* partial_sums, double* sums);
 void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op);
 void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op);

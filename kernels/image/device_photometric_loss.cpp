@@ -32,18 +32,18 @@ void DevicePhotometricLoss::Run(ConstVectorView rendered, ConstVectorView truth,
   if (gradient != nullptr && weights_.structure == SsimLinearization::kRootCenter) {
     return RunCenter(rendered, truth, shape, gradient, linearization);
   }
-  WindowsOperator<float> windows{rendered.data(), truth.data(), penalty_, nullptr, nullptr, nullptr, nullptr};
+  LossSumsOperator<float> loss_sums{rendered.data(), truth.data(), penalty_, nullptr, nullptr, nullptr, nullptr};
   float* diagonal = nullptr;
   if (gradient != nullptr) {
     for (auto* slopes : {&p_, &q_, &s_}) ResizeIfNeeded(*slopes, n);
-    windows.p = p_.data(), windows.q = q_.data(), windows.s = s_.data();
+    loss_sums.p = p_.data(), loss_sums.q = q_.data(), loss_sums.s = s_.data();
   }
   if (linearization != nullptr) {
     ResizeIfNeeded(linearization->curvature, n);
-    windows.curvature = linearization->curvature.data();
+    loss_sums.curvature = linearization->curvature.data();
     diagonal = linearization->diagonal.data();
   }
-  device_image::Windows(shape, windows, partial_sums_.data(), sums_.data());
+  device_image::LossSums(shape, loss_sums, partial_sums_.data(), sums_.data());
   if (gradient == nullptr) return;
   const auto l1 = static_cast<float>(weights_.l1), ssim = static_cast<float>(weights_.ssim);
   device_image::Gradient(

@@ -114,7 +114,7 @@ ShRemovalCost::ShRemovalCost(const splat::Model<float>& model, const ScoringView
       }
       return to;
     };
-    rendered.view().AddRecolors(loss.Linearize(rendered.image(), view), recolor, rows, rendered.workspace());
+    rendered.view().AddRecolorRises(loss.Linearize(rendered.image(), view), recolor, rows, rendered.workspace());
   };
   rendered.ForEachGathered<Rises>(compute, [&](const View&) {
     return [&](Index i, const Rises& row) {

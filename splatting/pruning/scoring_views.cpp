@@ -21,7 +21,7 @@ RemovalCost MeasureRemovalCost(const splat::Model<float>& model, const ScoringVi
   ScoringLoss loss;
   rendered.ForEachGathered<double>(
       [&](const View& view, double* rises) {
-        rendered.view().AddRemovals(loss.Linearize(rendered.image(), view), rises, rendered.workspace());
+        rendered.view().AddRemovalRises(loss.Linearize(rendered.image(), view), rises, rendered.workspace());
       },
       [&](const View&) { return [&](Index i, double rise) { removal.rise[static_cast<std::size_t>(i)] += rise; }; });
   removal.loss = loss.Cost(scoring_views), removal.values = loss.Values(scoring_views);

@@ -153,7 +153,7 @@ template <class S, class E>
 struct FillBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
   struct Shared {
-    ListedSplatBatch<S, kBatch> splats;
+    MaskedSplatBatch<S, kBatch> splats;
     StagedMasks<kBatch> masks;
   };
   TileLists<S> lists;

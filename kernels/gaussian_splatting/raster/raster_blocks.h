@@ -20,7 +20,7 @@ template <class S>
 struct ForwardBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
   struct Shared {
-    ListedSplatBatch<S, kBatch> splats;
+    MaskedSplatBatch<S, kBatch> splats;
   };
   TileLists<S> lists;
   S* image;
@@ -46,7 +46,7 @@ template <class S>
 struct TangentBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
   struct Shared {
-    ListedSplatBatch<S, kBatch> splats;
+    MaskedSplatBatch<S, kBatch> splats;
     SplatTangent<S> tangents[kBatch];
   };
   TileLists<S> lists;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Common parts of the block kernels over tiles (kernels/core/block_kernel.h). A tile is one block of threads and a
-// pixel one thread; the tile's splats are visited in batches in shared memory. The host's counterparts are
-// traverse_rows.h and traverse_splats.h.
+// pixel one thread; the tile's splats are visited in batches in shared memory. A pair is a splat and a tile
+// that it touches (TileLists). The host's counterparts are traverse_rows.h and traverse_splats.h.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -25,10 +25,10 @@ VESTA_HD inline int TileOf(const Block& block) {
 
 // The pixel of a thread.
 struct BlockPixel {
-  int x, y;            // position in the tile
-  bool inside;         // whether it is inside the image
-  std::int64_t place;  // index in a plane of the image
-  std::int64_t plane;  // pixels in a plane
+  int x, y;                 // position in the tile
+  bool inside;              // whether it is inside the image
+  std::int64_t index;       // in a plane (one colour channel) of the image
+  std::int64_t plane_size;  // pixels of a plane
 
   template <class S>
   VESTA_HD BlockPixel(const TileLists<S>& lists, int tile, int thread) {
@@ -37,18 +37,18 @@ struct BlockPixel {
     y = warp / 2 * kWarpRows + lane / kWarpColumns;
     const int column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
     inside = column < lists.width && row < lists.height;
-    place = std::int64_t{row} * lists.width + column;
-    plane = std::int64_t{lists.width} * lists.height;
+    index = std::int64_t{row} * lists.width + column;
+    plane_size = std::int64_t{lists.width} * lists.height;
   }
   VESTA_HD int in_tile() const { return y * kTileSize + x; }
   // Value of channel c of an image; 0 outside the image. Store ignores pixels outside.
   template <class S>
   VESTA_HD S Load(const S* image, int c) const {
-    return inside ? image[c * plane + place] : S(0);
+    return inside ? image[c * plane_size + index] : S(0);
   }
   template <class S>
   VESTA_HD void Store(S* image, int c, const S& value) const {
-    if (inside) image[c * plane + place] = value;
+    if (inside) image[c * plane_size + index] = value;
   }
 };
 
@@ -59,8 +59,9 @@ struct PixelBlending {
   bool open;
 
   VESTA_HD explicit PixelBlending(const BlockPixel& pixel) : open(pixel.inside) {}
-  // Blends the next splat (from InTile). Calls hit(p, q, blend) if its alpha at the pixel is at least 1/255. (If the
-  // splat closes the pixel, blend.alpha is 0.)
+  // Blends the next splat (from InTile). Calls hit(p, q, blend) if its alpha at the pixel is at least 1/255; (p, q) are
+  // the whitened coordinates of the pixel (row_span.h). A splat that would reduce the transmittance below 1e-4 closes
+  // the pixel: blend.alpha is then 0, and no later splat is blended.
   template <class Hit>
   VESTA_HD void BlendNext(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
     const RowSpan<S> row = RowInTile(splat, pixel.y);
@@ -111,22 +112,23 @@ struct SplatBatch {
   }
 };
 
-// The same, with a list for each warp of the splats that touch it, so that a warp does not visit other splats.
+// A SplatBatch with a mask per warp: its bits select the splats that touch the warp, so that the warp visits only
+// these.
 template <class S, int kBatch>
-struct ListedSplatBatch : SplatBatch<S, kBatch> {
+struct MaskedSplatBatch : SplatBatch<S, kBatch> {
   static constexpr int kWords = (kBatch + 31) / 32;
-  std::uint32_t lists[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
+  std::uint32_t masks[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
 
-  // Computes the lists. The caller must call Sync between Stage and List, and after List.
+  // Computes the masks. The caller must call Sync between Stage and ComputeMasks, and after ComputeMasks.
   template <class Block>
-  VESTA_HD void List(Block& block, int count) {
+  VESTA_HD void ComputeMasks(Block& block, int count) {
     if (block.thread() >= kRasterWarps * kWords) return;
     const int warp = block.thread() % kRasterWarps, word = block.thread() / kRasterWarps;
     std::uint32_t bits = 0;
     for (int k = 32 * word; k < count && k < 32 * (word + 1); ++k) {
       bits |= (this->Touches(k, warp) ? 1U : 0U) << k % 32;
     }
-    lists[warp][word] = bits;
+    masks[warp][word] = bits;
   }
 };
 
@@ -154,7 +156,7 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
 // pixel, front to back until the pixel is closed. stage(first, count) is called for each batch, to load further data.
 template <int kBatch, class S, class Block, class Stage, class Hit>
 VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
-                                PixelBlending<S>& blending, ListedSplatBatch<S, kBatch>& splats, const Stage& stage,
+                                PixelBlending<S>& blending, MaskedSplatBatch<S, kBatch>& splats, const Stage& stage,
                                 const Hit& hit) {
   ForEachBatch<kBatch>(
       block, lists, [&] { return block.Count(blending.open) != 0; },
@@ -162,9 +164,9 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
         stage(first, count);
         splats.Stage(block, lists, first, count);
         block.Sync();
-        splats.List(block, count);
+        splats.ComputeMasks(block, count);
         block.Sync();
-        const std::uint32_t* mine = splats.lists[block.thread() / 32];
+        const std::uint32_t* mine = splats.masks[block.thread() / 32];
         for (int word = 0; 32 * word < count; ++word) {
           for (std::uint32_t bits = mine[word]; bits != 0 && blending.open; bits &= bits - 1) {
             const int k = 32 * word + LowestBit(bits);

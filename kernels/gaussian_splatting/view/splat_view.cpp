@@ -198,7 +198,7 @@ void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega
 }
 
 template <class S>
-void SplatView<S>::AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const {
+void SplatView<S>::AddRemovalRises(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const {
   const ScopedPhase phase("removal pass");
   const TileLists<S> lists = Lists();
   const S* of_view = SumTiles<S>(
@@ -222,8 +222,8 @@ const ColorCurvature<S>* SplatView<S>::ColorCurvatures(const LinearizedLoss<S>& 
 }
 
 template <class S>
-void SplatView<S>::SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises,
-                               ViewWorkspace<S>& workspace) const {
+void SplatView<S>::SumRecolorRises(const LinearizedLoss<S>& loss, RecolorRises<double>* rises,
+                                   ViewWorkspace<S>& workspace) const {
   const ScopedPhase phase("recolour pass");
   const TileLists<S> lists = Lists();
   const RecolorRises<S>* of_view = SumTiles<S>(bins_, num_splats(), workspace.pair_recolors, workspace.splat_recolors,

@@ -30,15 +30,17 @@ struct ViewWorkspace {
   HostBuffer<RecolorRises<S>> pair_recolors, splat_recolors;
   HostBuffer<S> u_tiles;
 
-  // Bytes of this memory that a view needs: for Build; for products with J and J^T; for such products with a cached
-  // Jacobian, in addition; and for Gram matrices.
+  // Bytes of this memory that SplatView::Build needs for a view.
   static double BuildBytes(const ViewCounts& view, double gaussians) {
     return kSpareCapacity * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
   }
+  // Bytes for products with J and J^T.
   static double ProductBytes(const ViewCounts& view) {
     return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatTangent<S>);
   }
+  // Additional bytes for these products if the Jacobian is cached.
   static double CacheBytes(const ViewCounts& view) { return 3 * sizeof(S) * kTileSize * kTileSize * view.tiles; }
+  // Bytes for AddGram.
   static double GramBytes(const ViewCounts& view) {
     return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatGram<S>);
   }
@@ -96,29 +98,32 @@ class SplatView {
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
   // Returns J_raster^T u: the cotangents of the splats, by rank, stored in workspace.splat_sums. image: from Render.
   const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
-  // blocks and sh_diagonal += the diagonal blocks and diagonal entries of J^T diag(omega) J (ProjectKernels::gram).
-  // omega: 3 planes like the image, >= 0. image: from Render.
+  // Adds parts of J^T diag(omega) J: to `blocks` its diagonal block of each Gaussian for the geometric attributes, to
+  // `sh_diagonal` its diagonal for the SH attributes (layouts: ProjectKernels::gram). omega: 3 planes like the image,
+  // >= 0. image: from Render.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace) const;
-  // For each visible Gaussian i: rises[i] += rise of the loss without it (loss_passes.h). loss.rendered: from Render.
-  void AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
+  // For each visible Gaussian i: adds to rises[i] how much the loss would grow if only Gaussian i were removed
+  // (loss_passes.h). loss.rendered: from Render.
+  void AddRemovalRises(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
   // Returns the second derivative of the loss with respect to the colour of each splat, by rank. It is stored in the
   // workspace until the next call.
   const ColorCurvature<S>* ColorCurvatures(const LinearizedLoss<S>& loss, ViewWorkspace<S>& workspace) const;
-  // For each visible Gaussian i: rises[i] += rises of the loss if it has the colours recolor(i), a Recolors<S>.
+  // recolor(i): kRecolors other colours for Gaussian i. For each visible Gaussian i and each of these colours: adds to
+  // rises[i] how much the loss would grow if only Gaussian i changed to this colour.
   template <class Recolor>
-  void AddRecolors(const LinearizedLoss<S>& loss, const Recolor& recolor, RecolorRises<double>* rises,
-                   ViewWorkspace<S>& workspace) const {
+  void AddRecolorRises(const LinearizedLoss<S>& loss, const Recolor& recolor, RecolorRises<double>* rises,
+                       ViewWorkspace<S>& workspace) const {
     workspace.recolors.ResizeForOverwrite(num_splats());
     ParallelFor(rank_of_.size(), 1024, [&](Index i) {
       if (rank_of_[i] >= 0) workspace.recolors[rank_of_[i]] = recolor(i);
     });
-    SumRecolors(loss, rises, workspace);
+    SumRecolorRises(loss, rises, workspace);
   }
 
  private:
   // Uses workspace.recolors.
-  void SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises, ViewWorkspace<S>& workspace) const;
+  void SumRecolorRises(const LinearizedLoss<S>& loss, RecolorRises<double>* rises, ViewWorkspace<S>& workspace) const;
 
   PosedCamera camera_{};
   S background_[3]{};

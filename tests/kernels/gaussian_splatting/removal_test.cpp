@@ -23,7 +23,7 @@ struct Foretold {
   Foretold(const Scene& scene, const std::vector<double>& truth, const PhotometricWeights& weights)
       : rises(static_cast<std::size_t>(scene.count)) {
     test::LinearizedScene<S> linearized(scene, truth, weights);
-    linearized.rendered.view.AddRemovals(linearized.loss(), rises.data(), linearized.rendered.workspace);
+    linearized.rendered.view.AddRemovalRises(linearized.loss(), rises.data(), linearized.rendered.workspace);
     cost = linearized.cost;
   }
 };

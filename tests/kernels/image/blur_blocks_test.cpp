@@ -93,8 +93,8 @@ TEST_P(BlurBlocks, LossGradientAndCurvatureAreThoseOfTheHost) {
   const auto penalty = PenaltyCoefficientsOf<double>(weights);
   const std::vector<double> sums =
       RunBlocks(images.shape,
-                WindowsOperator<double>{images.rendered.data(), images.truth.data(), penalty, p.data(), q.data(),
-                                        s.data(), curvature.data()},
+                LossSumsOperator<double>{images.rendered.data(), images.truth.data(), penalty, p.data(), q.data(),
+                                         s.data(), curvature.data()},
                 GetParam());
   host.ExpectSums(sums);
   RunBlocks(images.shape,

@@ -37,7 +37,7 @@ std::vector<RecolorRises<double>> MakeForecast(test::LinearizedScene<S>& lineari
     }
     return to;
   };
-  view.AddRecolors(linearized.loss(), recolor, rises.data(), linearized.rendered.workspace);
+  view.AddRecolorRises(linearized.loss(), recolor, rises.data(), linearized.rendered.workspace);
   return rises;
 }
 
