@@ -46,10 +46,10 @@ struct Four {
 
 inline void SquaredNorms(const Camera<double>& camera, const double* points, const CameraSlice& slice,
                          double* squared) {
-  const Camera<Quad> cameras = Broadcast(camera);
+  const Camera<Quad> camera4 = Broadcast(camera);
   for (Index first = 0; first < slice.count; first += 4) {
     const Four four(slice, points, first);
-    const Projection<Quad> at = Project(cameras, four.X);
+    const Projection<Quad> at = Project(camera4, four.X);
     const Quad r0 = at.predicted[0] - four.observed[0], r1 = at.predicted[1] - four.observed[1];
     (r0 * r0 + r1 * r1).Store(squared + first);
   }
@@ -67,8 +67,8 @@ struct LinearizedFour {
   Quad jacobian[kRecordSize];
 };
 
-// Corrects four observations for the loss (null: none). Sets the lanes from `count` on to zero, so that they add
-// nothing to sums.
+// Applies the robust loss (null: none) to the residuals and Jacobians of four observations. Sets the lanes from `count`
+// on to zero, so that they add nothing to sums.
 inline void CorrectAndClear(const Loss* loss, CorrectLanes correct, int count, LinearizedFour& four) {
   if (loss == nullptr && count == 4) return;
   double lanes[4 * (2 + kRecordSize)];
@@ -142,14 +142,14 @@ void StoreFour(const CameraSlice& slice, const Four& four, const LinearizedFour&
 template <class S>
 void Linearize(const Camera<double>& camera, const double* points, const CameraSlice& slice, const Loss* loss,
                CorrectLanes correct, const LinearizedSlice<S>& out) {
-  const Camera<Quad> cameras = Broadcast(camera);
+  const Camera<Quad> camera4 = Broadcast(camera);
   LaneSums sums;
   for (Index first = 0; first < slice.count; first += 4) {
     const Four four(slice, points, first);
-    const Projection<Quad> at = Project(cameras, four.X);
+    const Projection<Quad> at = Project(camera4, four.X);
     LinearizedFour linearized;
     for (int i = 0; i < 2; ++i) linearized.residual[i] = at.predicted[i] - four.observed[i];
-    ProjectionJacobian(cameras, at, linearized.jacobian);
+    ProjectionJacobian(camera4, at, linearized.jacobian);
     CorrectAndClear(loss, correct, four.count, linearized);
     sums.AddGradient(linearized);
     StoreFour(slice, four, linearized, out);

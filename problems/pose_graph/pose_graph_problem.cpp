@@ -43,13 +43,13 @@ void CheckSizes(const PoseGraph& graph) {
   }
 }
 
-EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphModel& model) {
+EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphProblemOptions& options) {
   const int d = TangentSize(graph.space);
   EdgeTerms terms{.space = graph.space,
                   .edges = graph.edges,
                   .measurements = graph.measurements,
                   .whitening = std::vector<double>(graph.edges.size() * static_cast<std::size_t>(d * d)),
-                  .loss = model.loss};
+                  .loss = options.loss};
   for (Index e = 0; e < graph.num_edges(); ++e) {
     double* root = terms.whitening.data() + e * d * d;
     const double* information = graph.information.data() + e * InformationSize(graph.space);
@@ -61,7 +61,7 @@ EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphModel& model) {
              spectrum.least, spectrum.largest);
       }
     }
-    if (model.whitening == Whitening::kLower) continue;
+    if (options.whitening == Whitening::kLower) continue;
     for (int i = 0; i < d; ++i) {
       for (int k = 0; k < i; ++k) std::swap(root[i * d + k], root[k * d + i]);
     }
@@ -69,11 +69,11 @@ EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphModel& model) {
   return terms;
 }
 
-PoseGraphLayout LayOut(const PoseGraph& graph, const PoseGraphModel& model) {
+PoseGraphLayout LayOut(const PoseGraph& graph, const PoseGraphProblemOptions& options) {
   CheckSizes(graph);
   std::vector<Index> held = graph.fixed;
-  if (held.empty() && model.hold_first && graph.num_poses() > 0) held.push_back(0);
-  return MakeLayout(MakeTerms(graph, model), graph.num_poses(), held);
+  if (held.empty() && options.hold_first && graph.num_poses() > 0) held.push_back(0);
+  return MakeLayout(MakeTerms(graph, options), graph.num_poses(), held);
 }
 
 template <class Space>
@@ -94,8 +94,8 @@ void MovePoses(const PoseGraphLayout& layout, const double* x, const double* del
 
 class PoseGraphProblem::Impl {
  public:
-  Impl(const PoseGraph& graph, const PoseGraphModel& model)
-      : start(graph.poses), layout(LayOut(graph, model)), max_factor_gib(model.max_factor_gib) {
+  Impl(const PoseGraph& graph, const PoseGraphProblemOptions& options)
+      : start(graph.poses), layout(LayOut(graph, options)), max_factor_gib(options.max_factor_gib) {
     if (!(max_factor_gib > 0))
       Fail(kBadArgument, "pose graph: max_factor_gib is {}; it must be positive", max_factor_gib);
   }
@@ -116,8 +116,8 @@ class PoseGraphProblem::Impl {
   std::shared_ptr<SparseCholesky> cholesky;
 };
 
-PoseGraphProblem::PoseGraphProblem(const PoseGraph& graph, const PoseGraphModel& model)
-    : impl_(std::make_unique<Impl>(graph, model)) {}
+PoseGraphProblem::PoseGraphProblem(const PoseGraph& graph, const PoseGraphProblemOptions& options)
+    : impl_(std::make_unique<Impl>(graph, options)) {}
 
 PoseGraphProblem::~PoseGraphProblem() = default;
 

@@ -13,13 +13,15 @@
 
 namespace vesta::pose_graph {
 
-// The residual of an edge is e (poses.h), multiplied by a square root of its information matrix Lambda = L L^T.
+// The residual of an edge is e (poses.h), multiplied by a square root L of its information matrix Lambda = L L^T. L is
+// the Cholesky factor. If Lambda is singular, so that the edge does not constrain some direction, L is the symmetric
+// square root.
 enum class Whitening {
   kUpper,  // L^T e: the cost is 1/2 e^T Lambda e
   kLower,  // L e, as in Ceres's pose-graph example; the same if Lambda is diagonal
 };
 
-struct PoseGraphModel {
+struct PoseGraphProblemOptions {
   Whitening whitening = Whitening::kUpper;
   // Robust loss of the squared norm of each edge's residual; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
@@ -42,10 +44,9 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
  public:
   using B = CpuBackend<double>;
 
-  // Copies the graph. Throws Error with one line for inconsistent sizes, edges or fixed poses out of range, edges from
-  // a pose to itself, and indefinite information matrices. A singular information matrix, which does not constrain some
-  // direction, has the symmetric square root as L.
-  explicit PoseGraphProblem(const PoseGraph& graph, const PoseGraphModel& model = {});
+  // Copies the graph. Throws Error if the sizes are inconsistent, if an edge or fixed pose has an index out of range,
+  // if an edge joins a pose to itself, or if an information matrix is indefinite.
+  explicit PoseGraphProblem(const PoseGraph& graph, const PoseGraphProblemOptions& options = {});
   ~PoseGraphProblem() override;
 
   Index num_parameters() const override;
@@ -55,7 +56,7 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
   // A sparse Cholesky factor of the whole damped matrix H + lambda D; PCG then needs one or two iterations. Null if the
-  // factor would exceed PoseGraphModel::max_factor_gib; the solver then uses the diagonal blocks of H.
+  // factor would exceed PoseGraphProblemOptions::max_factor_gib; the solver then uses the diagonal blocks of H.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   // The same, but throws Error if the factor would be too large.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;

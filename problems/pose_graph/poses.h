@@ -66,8 +66,9 @@ struct Se3 {
   static constexpr int kPose = 7;
   static constexpr int kTangent = 6;
 
-  // out = x (+) delta: adds delta[0..3) to the position. Rotates the orientation in the world frame by the angle 2 |d|
-  // about the axis d, which is delta[3..6): q' = (cos |d|, d sin |d| / |d|) q, then normalises q' because of rounding.
+  // out = x (+) delta. The position grows by delta[0..3). The orientation q is rotated in the world frame. The axis of
+  // this rotation is d = delta[3..6), and its angle is 2 |d|: q' = (cos |d|, d sin |d| / |d|) q. Because of rounding,
+  // q' is then normalised.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     for (int i = 0; i < 3; ++i) out[i] = x[i] + delta[i];
@@ -86,26 +87,27 @@ struct Se3 {
     for (int i = 0; i < 3; ++i) {
       r[i] = rotation[i] * d[0] + rotation[3 + i] * d[1] + rotation[6 + i] * d[2] - T(m[i]);
     }
-    T p[4], error[4];
-    MeasuredTimesInverse(b, m, p);
-    QuaternionProduct(p, a + 3, error);
+    T g[4], error[4];
+    MeasuredTimesInverse(b, m, g);
+    QuaternionProduct(g, a + 3, error);
     for (int i = 0; i < 3; ++i) r[3 + i] = T(2) * error[1 + i];
   }
 
   // Row-major 6 x 12: derivative of the residual with respect to the steps of a, then of b.
-  // Let d = p_b - p_a and p = q_m q_b^-1, and let da, db be the position steps and ta, tb the orientation steps. Then
-  //   dr_p = R_a^T (db - da + 2 [d]x ta),   dr_q = 2 vec(p (0, ta - tb) q_a) = 2 M (ta - tb),
-  //   M = (p_w q_w + p_v.q_v) I + [q_w p_v - p_w q_v]x - (p_v q_v^T + q_v p_v^T).
+  // Let d = p_b - p_a, g = q_m q_b^-1 and q = q_a, with the real part g_w and the vector part g_v of g. Let da, db be
+  // the position steps and ta, tb the orientation steps. Then
+  //   dr_p = R_a^T (db - da + 2 [d]x ta),   dr_q = 2 vec(g (0, ta - tb) q) = 2 M (ta - tb),
+  //   M = (g_w q_w + g_v.q_v) I + [q_w g_v - g_w q_v]x - (g_v q_v^T + q_v g_v^T).
   template <class T>
   static void Jacobian(const T* a, const T* b, const double* m, T* jacobian) {
-    T rotation[9], p[4];
+    T rotation[9], g[4];
     RotationFromQuaternion(a + 3, rotation);
-    MeasuredTimesInverse(b, m, p);
+    MeasuredTimesInverse(b, m, g);
     const T d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     const T* q = a + 3;
-    const T trace = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+    const T dot = g[0] * q[0] + g[1] * q[1] + g[2] * q[2] + g[3] * q[3];
     T cross[3];
-    for (int i = 0; i < 3; ++i) cross[i] = q[0] * p[1 + i] - p[0] * q[1 + i];
+    for (int i = 0; i < 3; ++i) cross[i] = q[0] * g[1 + i] - g[0] * q[1 + i];
     for (int i = 0; i < 72; ++i) jacobian[i] = T(0);
     for (int i = 0; i < 3; ++i) {
       T* position = jacobian + 12 * i;
@@ -116,8 +118,8 @@ struct Se3 {
         position[k] = -rotation[3 * k + i];
         position[6 + k] = rotation[3 * k + i];
         position[3 + k] = T(2) * (rotation[3 * next + i] * d[last] - rotation[3 * last + i] * d[next]);
-        T entry = -(p[1 + i] * q[1 + k] + q[1 + i] * p[1 + k]);
-        if (i == k) entry += trace;
+        T entry = -(g[1 + i] * q[1 + k] + q[1 + i] * g[1 + k]);
+        if (i == k) entry += dot;
         if (i == next) entry += cross[last];
         if (i == last) entry -= cross[next];
         turn[3 + k] = T(2) * entry;

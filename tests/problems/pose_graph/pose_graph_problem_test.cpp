@@ -19,10 +19,10 @@ using B = CpuBackend<double>;
 template <class Space>
 class PoseGraphDerivatives : public testing::Test {
  protected:
-  void Check(const PoseGraphModel& model, std::vector<Index> fixed) {
+  void Check(const PoseGraphProblemOptions& options, std::vector<Index> fixed) {
     PoseGraph graph = test::RingGraph<Space>(14, 0.2, 1);
     graph.fixed = std::move(fixed);
-    PoseGraphProblem problem(graph, model);
+    PoseGraphProblem problem(graph, options);
     const Index held = std::max<Index>(1, static_cast<Index>(graph.fixed.size()));
     EXPECT_EQ(problem.num_tangent(), (graph.num_poses() - held) * Space::kTangent);
     B backend;
@@ -42,7 +42,7 @@ class PoseGraphDerivatives : public testing::Test {
     for (Index k = 0; k < v.size(); ++k) EXPECT_NEAR(Hv[k], expected[k], 1e-10 * scale);
     EXPECT_LE(GradientError(backend, problem, x, v, 1e-5), 1e-7);
     // If there is a loss, the corrected Jacobian is not the derivative of the corrected residuals.
-    if (!model.loss) {
+    if (!options.loss) {
       EXPECT_LE(TangentError(backend, problem, x, 0, v, 1e-5), 1e-7);
     }
   }
