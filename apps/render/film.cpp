@@ -126,7 +126,7 @@ void Film::Start(const std::string& program, double frames_per_second) {
   posix_spawn_file_actions_adddup2(actions.get(), ::fileno(output_.get()), STDERR_FILENO);
   const int error = ::posix_spawn(&process_, program.c_str(), actions.get(), nullptr, arguments.data(), environ);
   ::close(ends[1]);
-  frames_ = ends[0];
+  frames_socket_ = ends[0];
   if (error != 0) {
     process_ = -1;
     Wait();
@@ -141,7 +141,7 @@ void Film::Add(const gs::Image& frame) {
               size_.height);
   const std::vector<std::uint8_t> bytes = gs::InterleavedBytes(frame);
   for (std::size_t sent = 0; sent < bytes.size();) {
-    const ssize_t now = ::send(frames_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    const ssize_t now = ::send(frames_socket_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
     if (now < 0 && errno == EINTR) continue;
     if (now < 0) FailWithReason();
     sent += static_cast<std::size_t>(now);
@@ -154,7 +154,7 @@ void Film::Finish() {
 }
 
 int Film::Wait() {
-  if (frames_ >= 0) ::close(std::exchange(frames_, -1));
+  if (frames_socket_ >= 0) ::close(std::exchange(frames_socket_, -1));
   int status = 0;
   const pid_t process = std::exchange(process_, -1);
   while (process > 0 && ::waitpid(process, &status, 0) < 0 && errno == EINTR) {

@@ -16,8 +16,8 @@
 
 namespace vesta::app {
 
-// Checks the value of --film. Throws Error (one line with --film) if the name does not end in .mp4, if ffmpeg is not
-// installed, or if the file cannot be written.
+// Checks the value of --film. Throws Error, with a message that names --film, if the file name does not end in .mp4,
+// if ffmpeg is not installed, or if the file cannot be written.
 void CheckFilm(const std::string& file);
 
 // A video with ffmpeg's default codec for .mp4 (H.264 in usual builds). The file appears only when Finish is called;
@@ -43,15 +43,15 @@ class Film {
 
   AtomicFile file_;
   gs::ImageSize size_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> output_;  // output of ffmpeg
-  int frames_ = -1;                                         // socket that ffmpeg reads from
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> output_;  // what ffmpeg prints (stdout, stderr)
+  int frames_socket_ = -1;                                  // ffmpeg reads the frames from it
   pid_t process_ = -1;
 };
 
-// Returns a unique .png file name for each view. It is View::name without the extension, with "_" for "/". If two names
-// would then be equal, all names keep the extension. If some are still equal ("a/b.jpg" and "a_b.jpg"), all but the
-// first get a number. files_of(name): the files that will be written for the name, starting with the name itself; each
-// must be unique too.
+// Returns a .png file name for each view: View::name with "_" for "/", and with ".png" instead of its extension.
+// files_of(name): all files that the caller will write for this name, beginning with the name itself. No two views get
+// the same file: if some would, all names keep their extension ("a.jpg.png"); if some still would ("a/b.jpg" and
+// "a_b.jpg"), all of these but the first get a number.
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
                                    const std::function<std::vector<std::string>(const std::string&)>& files_of);
 

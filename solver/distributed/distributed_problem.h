@@ -3,11 +3,11 @@
 // parts, with their data and Jacobians, and evaluates them. It also stores its shard (its entries) of the PCG vectors
 // and of the preconditioner. x, gradient and step are stored on every process.
 //
-// All processes call SolveLm with the same options and the same x. Costs, gradients, and products, diagonal and blocks
-// of H are sums over the parts of all processes. The order of each sum is a fixed tree over the parts
-// (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, and for any number of
-// processes and threads, so all processes make the same decisions. Time limits and callbacks stop all processes
-// together (Collective).
+// All processes call SolveLm with the same options and the same x. The cost, the gradient,
+// products with H (the Gauss-Newton matrix), and the diagonal and blocks of H are sums over the parts of all processes.
+// The order of each sum is a fixed tree over the parts (kernels/ranks/sum_over_ranks.h). Results are therefore
+// bit-identical on all processes, and for any number of processes and threads, so all processes make the same
+// decisions. Time limits and callbacks stop all processes together (Collective).
 #pragma once
 
 #include <memory>
@@ -33,7 +33,7 @@ struct OwnPart {
   ProblemAdaptor<B> problem;
   PartMap parameters, tangent;  // positions of the part's parameters in x, and of its step entries in a step
   Index first_unit = 0;         // index of the part's first unit among the units of the whole problem
-  typename B::Vector x;         // work memory: the part's parameters at the x of an evaluation
+  typename B::Vector x;         // scratch memory: the part's entries of the x to evaluate
 };
 
 // For host memory. It supports the linear solvers that use H alone: PCG with block Jacobi, and PCG on the Schur
@@ -94,7 +94,7 @@ class DistributedProblem final : public Problem<B>,
   ProblemParts<B>& parts() { return parts_; }
   // The parts of this process.
   std::span<OwnPart<B>> own() { return own_; }
-  // Their indices among all parts. Part k is term k of each sum.
+  // Indices of the parts of this process among the parts of all processes. Part k is term k of each sum.
   TreeNode own_terms() const { return TermsOf(parts_.num_parts(), ranks_, ranks_.rank()); }
   OwnPart<B>& part(Index term) { return own_[static_cast<std::size_t>(term - own_terms().begin)]; }
   // Sums vectors of num_tangent() entries over all parts.
@@ -111,11 +111,12 @@ class DistributedProblem final : public Problem<B>,
   }
 
  private:
-  // These two throw Error if the processes have problems of different size, or different start values x. CheckSameStart
-  // only checks at its first call.
+  // Throws Error if the problems of the processes have different sizes.
   void CheckSameProblem();
-  std::vector<Support> TangentSupports() const;
+  // At its first call: throws Error if the processes have different start values x. Later calls do nothing.
   void CheckSameStart(ConstVectorView x);
+  // The entries of a step that each part of this process has.
+  std::vector<Support> TangentSupports() const;
 
   Communicator& ranks_;
   ProblemParts<B>& parts_;

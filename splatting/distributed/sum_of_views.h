@@ -147,12 +147,12 @@ class ViewGradientPool {
  private:
   static constexpr Index kGrain = 1024, kRowGrain = 4096;
 
-  // Makes a term with the blocks and rows in counts_ (term::Counted). Its numbers are not initialised.
+  // Makes a term with the blocks and rows in counts_ (term::PackCounts). Its numbers are not initialised.
   Term TermOfCounted(const term::Layout& layout) {
     sums_.ResizeForOverwrite(layout.Blocks() + 1);
     const Index all = Sorting<Space>::RunningSum(counts_, sums_);
     Term term = TakeSpare();
-    term.Allocate(term::BlocksOf(all), term::RowsOf(all));
+    term.Allocate(term::UnpackBlocks(all), term::UnpackRows(all));
     ForEach<Space>(layout.Blocks(), kGrain, term::ListBlocks{counts_.data(), sums_.data(), term.block(), term.begin()});
     return term;
   }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over terms: block-sparse gradients of views (sum_of_views.h). All pointers of a loop are in one memory space.
+// Loops over the terms of a sum of view gradients. A term is the gradient of one view, or the sum of several. It has
+// only those blocks of 16 Gaussians that its views see (sum_of_views.h). All pointers of a loop are in one memory
+// space.
 #pragma once
 
 #include <cstdint>
@@ -47,11 +49,11 @@ struct Arrays {
 // Packs a block count of 1 and a number of rows into one integer. A running sum of these integers then counts blocks
 // and rows at once.
 inline constexpr int kRowBits = 40;
-VESTA_HD constexpr Index Counted(Index rows) { return (Index{1} << kRowBits) + rows; }
-VESTA_HD constexpr Index BlocksOf(Index sum) { return sum >> kRowBits; }
-VESTA_HD constexpr Index RowsOf(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
+VESTA_HD constexpr Index PackCounts(Index rows) { return (Index{1} << kRowBits) + rows; }
+VESTA_HD constexpr Index UnpackBlocks(Index sum) { return sum >> kRowBits; }
+VESTA_HD constexpr Index UnpackRows(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
 
-// counts[b] = Counted(rows of block b) if a Gaussian of block b is visible, else 0. Also called for the block number
+// counts[b] = PackCounts(rows of block b) if a Gaussian of block b is visible, else 0. Also called for the block number
 // after the last one, which gets 0.
 struct CountVisible {
   Layout layout;
@@ -61,7 +63,7 @@ struct CountVisible {
   VESTA_HD void operator()(Index block) const {
     counts[block] = 0;
     for (Index i = block * kLanes; i < (block + 1) * kLanes && i < layout.model.count; ++i) {
-      if (rank_of[i] >= 0) counts[block] = Counted(layout.RowsOf(block));
+      if (rank_of[i] >= 0) counts[block] = PackCounts(layout.RowsOf(block));
     }
   }
 };
@@ -73,7 +75,7 @@ struct PlaceBlocks {
   VESTA_HD void operator()(Index k) const { places[block[k]] = static_cast<std::uint32_t>(k + 1); }
 };
 
-// counts[b] = Counted(rows of block b) if at least one of two terms has block b, else 0. Also called for the block
+// counts[b] = PackCounts(rows of block b) if at least one of two terms has block b, else 0. Also called for the block
 // number after the last one.
 struct CountEither {
   Layout layout;
@@ -82,7 +84,7 @@ struct CountEither {
 
   VESTA_HD void operator()(Index block) const {
     const bool is_there = block < layout.Blocks() && (left[block] > 0 || right[block] > 0);
-    counts[block] = is_there ? Counted(layout.RowsOf(block)) : 0;
+    counts[block] = is_there ? PackCounts(layout.RowsOf(block)) : 0;
   }
 };
 
@@ -93,14 +95,14 @@ struct ListBlocks {
 
   VESTA_HD void operator()(Index b) const {
     if (counts[b] == 0) return;
-    const Index k = BlocksOf(sums[b]);
+    const Index k = UnpackBlocks(sums[b]);
     block[k] = static_cast<std::uint32_t>(b);
-    begin[k] = static_cast<std::uint32_t>(RowsOf(sums[b]));
+    begin[k] = static_cast<std::uint32_t>(UnpackRows(sums[b]));
   }
 };
 
-// Numbers the rows of a term for a parallel loop: row r of block k has the index k * layout.MostRows() + r. The indices
-// of rows that a block does not have are skipped.
+// Gives each row of a term an index, for a parallel loop: row r of block k has the index k * layout.MostRows() + r. The
+// indices of rows that a block does not have are skipped.
 struct RowOfBlock {
   Layout layout;
   const std::uint32_t* block;
@@ -134,11 +136,11 @@ struct ExtractRow {
   float *gradient, *rows;
 
   VESTA_HD void operator()(Index index) const {
-    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
+    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index length) {
       float *from = gradient + first, *to = rows + (begin[k] + row) * kLanes;
       for (Index lane = 0; lane < kLanes; ++lane) {
-        to[lane] = lane < there ? from[lane] : 0.0f;
-        if (lane < there) from[lane] = 0;
+        to[lane] = lane < length ? from[lane] : 0.0f;
+        if (lane < length) from[lane] = 0;
       }
     });
   }
@@ -191,9 +193,9 @@ struct CopyRow {
   float* values;
 
   VESTA_HD void operator()(Index index) const {
-    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
+    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index length) {
       const float* from = term.rows + (term.begin[k] + row) * kLanes;
-      for (Index lane = 0; lane < there; ++lane) values[first + lane] = from[lane];
+      for (Index lane = 0; lane < length; ++lane) values[first + lane] = from[lane];
     });
   }
 };

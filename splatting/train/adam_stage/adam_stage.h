@@ -168,7 +168,7 @@ class AdamStage {
     state_->span = plan.span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     rollback_point_.DropSnapshotIfMemoryLasts(it);
-    if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
+    if (state_->is_averaging && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
   // Adds the parameters to their average. If a device has too little memory for the average, the stage continues
@@ -177,7 +177,7 @@ class AdamStage {
     try {
       state_->model.Average();
     } catch (const OutOfDeviceMemory& error) {
-      state_->averages = false;
+      state_->is_averaging = false;
       session_.Note(notes::kAdamWithoutMean, error.what());
     }
   }

@@ -68,7 +68,7 @@ bool StageCameras::IsHeldOut(std::size_t view, const StageCamerasState& state) c
   return is_deciding(state) && IsHeldOutForDecision(view, session_.training_views().size());
 }
 
-bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state) const {
+bool StageCameras::IsDecisionDue(const StageSpan& span, const StageCamerasState& state) const {
   return is_deciding(state) && span.HasReached(kCamerasDecide);
 }
 

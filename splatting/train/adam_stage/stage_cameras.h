@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refines cameras and exposures of the training views during the Adam stage. Each time a view was processed, its camera
-// takes a step. The gradient for the step comes from the rendering passes that also compute the gradient of the
-// Gaussians. A lens, which several views share, takes a step after up to 16 of its views
-// (cameras/training/camera_steps.h). Rendering passes run in the memory of backend B (host or GPU); all other work is
-// on the host.
+// Refines cameras and exposures of the training views during the Adam stage. Each time Adam has processed a view, the
+// camera of that view takes a step. The gradient for the step comes from the rendering passes that also compute the
+// gradient of the Gaussians. A lens that several views share takes a step each time 16 of its views have been
+// processed, or all of them if it has fewer (cameras/training/camera_steps.h). Rendering passes run in the memory of
+// backend B (host or GPU); all other work is on the host.
 #pragma once
 
 #include <cstdint>
@@ -50,9 +50,9 @@ class StageCameras {
   bool moves(const StageSpan& span, const StageCamerasState& state) const;
   // True if the view is held out for now, because it will decide whether cameras are refined (CameraChoice::kAuto).
   bool IsHeldOut(std::size_t view, const StageCamerasState& state) const;
-  // Decides(): true if kAuto must be decided before this iteration. Decide(): makes the decision with the held-out
-  // views, stores it in `state` and adds a note.
-  bool Decides(const StageSpan& span, const StageCamerasState& state) const;
+  // IsDecisionDue(): true if kAuto must be decided before this iteration. Decide(): makes the decision with the
+  // held-out views, stores it in `state` and adds a note.
+  bool IsDecisionDue(const StageSpan& span, const StageCamerasState& state) const;
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
   // Call before the views of an iteration.
@@ -74,11 +74,12 @@ class StageCameras {
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
-    RescaleCurvature(pixels, &own);  // for an old curvature, or after a rollback
+    RescaleCurvature(pixels, &own);  // it may come from an image of another size, before a rollback too
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Call after the views of an iteration. Takes the lens steps that are due and, after each pass over all views, fixes
-  // the gauge (cameras/unknowns/gauge.h). Returns true if this may have moved views outside the iteration too.
+  // the gauge (cameras/unknowns/gauge.h). Returns true if this may have moved views that were not processed in this
+  // iteration.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
   // Copies the view's current camera to the full-size and half-size targets. `coarse` may be empty, here and below.
   template <class B>

@@ -75,7 +75,7 @@ class StageViews {
 
   // Decides whether cameras are refined (CameraChoice::kAuto), if the decision is due before this iteration.
   void DecideOnCamerasWhereDue(const StageSpan& span, AdamStageState<B>* state) {
-    if (!cameras_.Decides(span, state->cameras)) return;
+    if (!cameras_.IsDecisionDue(span, state->cameras)) return;
     const ScopedPhase phase("cameras");
     SplatModel model;  // SH bands not in use yet are 0
     state->model.DownloadParameters(model);

@@ -27,8 +27,8 @@ class TrainedModel {
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  // unit_views: the views from which each Gaussian's unit of length is computed (LengthUnitViews); its position
-  // learning rate is in that unit. unit: the unit for Gaussians outside all these views.
+  // The learning rate of a Gaussian's position is in its unit of length: half its depth in the nearest of unit_views,
+  // in world units (LengthUnit). unit: the unit of Gaussians that no view of unit_views shows, in world units.
   TrainedModel(const SplatModel& model, Adam<B> adam, DensityControl<Space> density,
                const std::vector<splat::PosedCamera>& unit_views, double unit)
       : layout_(model), adam_(std::move(adam)), density_(std::move(density)), unit_(unit) {
@@ -62,8 +62,8 @@ class TrainedModel {
 
   // Clones, splits and prunes. `iteration` determines the random offsets of split Gaussians. Resets the density
   // statistics and recomputes the length units. If Gaussians will be added, rollback_point() is called first. On a
-  // device it may throw OutOfDeviceMemory. Unless Gaussians were to be added, a model can then still be downloaded: the
-  // old or the new one.
+  // device it may throw OutOfDeviceMemory. If rollback_point() was not called, a model can then still be downloaded:
+  // the model before or after the change. Otherwise the caller must return to the rollback point.
   template <class RollbackPoint>
   void Densify(int iteration, const RollbackPoint& rollback_point) {
     average_.Clear();
@@ -80,9 +80,9 @@ class TrainedModel {
     SelectRows({source, LayoutOfRows(layout_, source)});
     ResetStatisticsAndUnits();
   }
-  // Sets the SH degree of each Gaussian, at most its current degree. Higher bands are removed with their moments and
-  // average. The Gaussians are sorted by degree (OrderByDegree). On a device it may throw OutOfDeviceMemory; the old or
-  // the new model can then still be downloaded.
+  // Sets the SH degree of Gaussian i to degrees[i], which must be at most its current degree. Higher bands are removed
+  // with their moments and average. The Gaussians are sorted by degree (OrderByDegree). On a device it may throw
+  // OutOfDeviceMemory; the old or the new model can then still be downloaded.
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     const DegreeOrder order = OrderByDegree(layout_, degrees);
     if (order.layout == layout_) return;
@@ -106,7 +106,7 @@ class TrainedModel {
   // Copies the parameters of result() to the host.
   void DownloadResult(SplatModel& model) const { Download(Result(), model); }
   void DownloadParameters(SplatModel& model) const { Download(x_, model); }
-  // The same, but frees all other data first; for the end of the stage.
+  // Frees the gradient and Adam's state, then does the same as DownloadResult. For the end of the stage.
   void Finish(SplatModel& model) {
     gradient_ = Vector();
     adam_.Free();
@@ -141,7 +141,8 @@ class TrainedModel {
     Rearrange(LayoutOf(plan.source), plan.source, plan.kept);
     density_.InitChildren(plan, iteration, x_.data());
   }
-  // The layout of a model with the Gaussians `source` of this one, which must be sorted by SH degree.
+  // Returns the layout of a model that consists of the Gaussians source[0], source[1], ... of this model. Their SH
+  // degrees must not increase along `source`.
   splat::ModelLayout LayoutOf(const Buffer<std::uint32_t, Space>& source) const {
     if (layout_.is_uniform()) return {.count = source.size(), .sh_degree = sh_degree()};
     return LayoutOfRows(layout_, OnHost(source));
@@ -155,8 +156,8 @@ class TrainedModel {
       return copy;
     }
   }
-  // Selects and reorders Gaussians with their moments and average: Gaussian i becomes order.source[i]. Returns the
-  // source.
+  // Selects and reorders Gaussians with their moments and average: the new Gaussian i is the old Gaussian
+  // order.source[i]. Returns order.source in the memory of B.
   Buffer<std::uint32_t, Space> SelectRows(const DegreeOrder& order) {
     gradient_ = Vector();
     const std::vector<std::uint8_t> all(order.source.size(), 1);
@@ -169,8 +170,8 @@ class TrainedModel {
     average_ = std::move(average);
     return rows;
   }
-  // Gaussian i becomes a copy of Gaussian source[i], with the SH bands of `layout`. Its moments are copied if kept[i]
-  // is 1; if 0, they become zero.
+  // The new Gaussian i is a copy of the old Gaussian source[i], with the SH bands of `layout`. Its moments are copied
+  // if kept[i] is 1; if 0, they become zero.
   void Rearrange(const splat::ModelLayout& layout, const Buffer<std::uint32_t, Space>& source,
                  const Buffer<std::uint8_t, Space>& kept) {
     adam_.Rearrange(layout_, layout, source, kept);
@@ -212,7 +213,7 @@ struct AdamStageState {
   int iteration = 0;         // iterations done
   StageSpan span{0, 0};      // of the last iteration
   double mean_cost = 0;      // running mean of the cost per pixel and channel
-  bool averages = true;      // false after the average ran out of memory
+  bool is_averaging = true;  // false after memory for the average was lacking
   Index before_pruning = 0;  // number of Gaussians before the first pruning; 0: not pruned yet
   StageCamerasState cameras = {};
   // Seconds spent on scoring, and number of scoring rounds skipped for lack of time (StagePruning).
@@ -227,7 +228,7 @@ struct AdamStageState {
   }
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning, cameras,
+    archive(model, order, iteration, span.before, span.after, mean_cost, is_averaging, before_pruning, cameras,
             scoring_seconds, scoring_skipped);
   }
 };
