@@ -50,7 +50,7 @@ const std::vector<CommandInfo>& Commands() {
       {kView, "view", {"SPLAT"}, "show a splat or checkpoint in a browser", nullptr, false, "SCENE"},
       {kConvert, "convert", {"SPLAT"}, "change the format, crop, remove floaters", "FILE"},
       {kDoctor, "doctor", {"SCENE"}, "check a scene, estimate training time"},
-      {kReport, "report", {"DIR"}, "write an HTML report of trainings", nullptr, true},
+      {kReport, "report", {"DIR"}, "write an HTML report of training runs", nullptr, true},
       {kConfig, "config", {}, "print the training options as JSON"},
       {kBundleAdjust, "bundle_adjust", {"FILE"}, "optimise the cameras and points of a BAL file", "FILE"},
   };
@@ -293,7 +293,7 @@ const std::vector<FlagRow>& ProgramFlags() {
        kTrains | kBundleAdjust},
       {kOther,
        kTrains | kBundleAdjust,
-       {"profile", &O::profile, "print the time of each phase at the end; a training also writes it to its files"},
+       {"profile", &O::profile, "print the time of each phase at the end; a training run also writes it to its files"},
        kTrains | kBundleAdjust},
   };
   return flags;

@@ -64,7 +64,7 @@ std::optional<gs::Prediction> Foresee(const gs::Scene& scene, const gs::TrainOpt
 
 void PrintWhatItTakes(const gs::Scene& scene, const TrainSettings& settings, Device device) {
   const gs::TrainOptions fitted = gs::FitToScene(settings.options, gs::NumTrainingViews(scene));
-  Print("A training with --preset={} takes {} iterations", settings.preset, fitted.adam.iterations.value_or(0));
+  Print("A training run with --preset={} takes {} iterations", settings.preset, fitted.adam.iterations.value_or(0));
   if (const std::optional<gs::Prediction> foreseen = Foresee(scene, settings.options, device)) {
     Print(": about {} on this machine, {:.0f} MiB of memory, at most about {:.0f} Gaussians (first estimate)",
           FormatDuration(foreseen->seconds), foreseen->mib, foreseen->gaussians);

@@ -46,7 +46,7 @@ int RunTrain(const CommandLine& given) {
   if (!flags.resume.empty()) {
     const std::string file = CheckpointFile(flags.resume);
     if (!FileExists(file))
-      Fail(kNotFound, "{}: no such file; a training writes it if --checkpoint_every is given", file);
+      Fail(kNotFound, "{}: no such file; a training run writes it if --checkpoint_every is given", file);
     checkpoint = gs::ReadCheckpoint(file);
     origin = ReadOrigin(*checkpoint);
     // A resumed training keeps the intervals of the first one, so that it is saved as often.

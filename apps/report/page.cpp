@@ -272,7 +272,7 @@ std::string Times(const Report& report) {
 
 std::string Title(const Report& report) {
   return report.runs.size() == 1 ? Escape(report.runs[0].source.record.name())
-                                 : fmt::format("{} trainings", report.runs.size());
+                                 : fmt::format("{} training runs", report.runs.size());
 }
 
 }  // namespace

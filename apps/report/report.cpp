@@ -151,7 +151,7 @@ using Json = nlohmann::ordered_json;
 
 RunRecord::RunRecord(std::string name, const std::string& metrics, std::int64_t splat_bytes)
     : name_(std::move(name)), json_(Json::parse(metrics, nullptr, false)), splat_bytes_(splat_bytes) {
-  if (!json_.is_object()) Fail(kBadFile, "{}: its metrics.json is not from a training", name_);
+  if (!json_.is_object()) Fail(kBadFile, "{}: its metrics.json is not from a training run", name_);
 }
 
 const Json* RunRecord::At(const std::string& path) const {

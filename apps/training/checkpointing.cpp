@@ -86,7 +86,7 @@ void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& befor
     Fail(kBadArgument, "{}: trained with {}={}, which cannot change to {}{} {}; keep it, or start a new training",
          checkpoint.path, field.name, old_value, new_value,
          before.preset == now.preset ? "" : fmt::format(" (from --preset={})", now.preset),
-         checkpoint.run.stage == gs::Stage::kLm ? "in the LM stage" : "during a training");
+         checkpoint.run.stage == gs::Stage::kLm ? "in the LM stage" : "during a training run");
   }
   const int done = checkpoint.run.stage == gs::Stage::kAdam ? checkpoint.iteration() : 0;
   const gs::AdamOptions& adam = now.options.adam;

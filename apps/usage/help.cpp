@@ -228,7 +228,7 @@ std::string ManPage() {
   for (const CommandInfo& command : Commands()) text += ManSection(command);
   text += ManOptions();
   text +=
-      ".SH FILES\nA training writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html.\n"
+      ".SH FILES\nA training run writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html.\n"
       ".SH ENVIRONMENT\n.TP\n.B VESTA_SIMD\nsse2, avx2 or avx512: the instruction set to use; by default the best one "
       "of this CPU.\n"
       ".SH EXIT STATUS\n0: success. 1: an input could not be used or a result could not be written. 2: error in the "

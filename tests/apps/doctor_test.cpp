@@ -153,7 +153,7 @@ TEST(Doctor, SaysWhatASceneIsAndTakes) {
   EXPECT_THAT(
       output.out,
       testing::ContainsRegex(
-          "A training with --preset=balanced takes 4000 iterations: about [0-9:]+ on this machine, [0-9]+ MiB"));
+          "A training run with --preset=balanced takes 4000 iterations: about [0-9:]+ on this machine, [0-9]+ MiB"));
   EXPECT_EQ(test::RunProgram({"doctor", folder / "nowhere"}).status, 1);
 }
 
