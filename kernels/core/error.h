@@ -19,8 +19,8 @@ enum class ErrorCode {
 };
 using enum ErrorCode;
 
-// The only exception type of the library. Programs choose their reaction by code(), not by what(). what() is
-// a single line for the user; its wording may change.
+// The only exception type of the library. Programs choose their reaction by code(), not by what(). what() is a
+// single line for the user; its wording may change.
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

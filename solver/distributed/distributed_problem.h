@@ -3,11 +3,11 @@
 // parts, with their data and Jacobians, and evaluates them. It also stores its shard (its entries) of the PCG vectors
 // and of the preconditioner. x, gradient and step are stored on every process.
 //
-// All processes call SolveLm with the same options and the same x. The cost, the gradient,
-// products with H (the Gauss-Newton matrix), and the diagonal and blocks of H are sums over the parts of all processes.
-// The order of each sum is a fixed tree over the parts (kernels/ranks/sum_over_ranks.h). Results are therefore
-// bit-identical on all processes, and for any number of processes and threads, so all processes make the same
-// decisions. Time limits and callbacks stop all processes together (Collective).
+// All processes call SolveLm with the same options and the same x. The cost, the gradient, products with H
+// (the Gauss-Newton matrix), and the diagonal and blocks of H are sums over the parts of all processes. The order of
+// each sum is a fixed tree over the parts (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all
+// processes, and for any number of processes and threads, so all processes make the same decisions. Time limits and
+// callbacks stop all processes together (Collective).
 #pragma once
 
 #include <memory>

@@ -74,7 +74,7 @@ class StageCameras {
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
-    RescaleCurvature(pixels, &own);  // it may come from an image of another size, before a rollback too
+    RescaleCurvature(pixels, &own);  // it may come from an image of another size: half size, or before a rollback
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Call after the views of an iteration. Takes the lens steps that are due and, after each pass over all views, fixes
