@@ -146,6 +146,7 @@ TEST(FixedCost, OfAProblemWithoutFreeBlocks) {
   EXPECT_TRUE(IsConverged(summary.status));
   EXPECT_EQ(summary.fixed_cost, cost);
   EXPECT_EQ(summary.final_cost, cost);
+  EXPECT_EQ(EstimateCovariance(fit.problem, fit.x).size, 0);
 }
 
 // A resumed solve evaluates the fixed cost again, and its iterations have the same bits.
