@@ -69,8 +69,8 @@ template <Backend B>
 class WithFixedCost {
  public:
   virtual ~WithFixedCost() = default;
-  // FixedCost(x) + VariableCost(x) = Problem::Cost(x), up to rounding. Both return NaN or infinity if they are undefined
-  // at x.
+  // FixedCost(x) + VariableCost(x) = Problem::Cost(x), up to rounding. Both return NaN or infinity if they are
+  // undefined at x.
   virtual double FixedCost(typename B::ConstVectorView x) = 0;
   virtual double VariableCost(typename B::ConstVectorView x) = 0;
   // Norm of the entries of x that steps can change, for LmOptions::parameter_tolerance.

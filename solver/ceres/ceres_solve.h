@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that solve a ceres::Problem with vesta, in place of ceres::Solve.
+// Functions that solve a ceres::Problem with vesta instead of ceres::Solve.
 #pragma once
 
 #include <ceres/ceres.h>
