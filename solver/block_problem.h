@@ -28,10 +28,13 @@ class BlockNormalMatrix;
 class SparseCholesky;
 
 // x holds all parameter blocks one after another, in the order in which they were added. Constant blocks are included
-// and keep their values. A step has entries only for the free blocks (blocks that are not constant), in an order that
-// the problem chooses (tangent_offset). The residual blocks are evaluated in parallel. Wrong arguments throw Error.
+// and keep their values; so do blocks that no residual block uses. A step has entries only for the other blocks, the
+// free blocks, in an order that the problem chooses (tangent_offset). Residual blocks without a free block have a fixed
+// cost, which a solve evaluates once, at its start. The residual blocks are evaluated in parallel. Wrong arguments
+// throw Error.
 class BlockProblem final : public Problem<CpuBackend<double>>,
                            public OnManifold<CpuBackend<double>>,
+                           public WithFixedCost<CpuBackend<double>>,
                            public InUnits<CpuBackend<double>>,
                            public WithBounds<CpuBackend<double>>,
                            public WithPreconditioner<CpuBackend<double>>,
@@ -65,8 +68,9 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   void SetManifold(int block, std::shared_ptr<const Manifold> manifold);
   // A constant block keeps its value during a solve.
   void SetConstant(int block, bool constant = true);
-  // Sets bounds of one entry of a block; lower < upper, and an infinity means no bound. If the block has a manifold,
-  // each step is first taken on the manifold, then the new values are clamped to the bounds.
+  // Sets bounds of one entry of a block; lower <= upper, and an infinity means no bound. Equal bounds keep the entry at
+  // that value. If the block has a manifold, each step is first taken on the manifold, then the new values are clamped
+  // to the bounds.
   void SetBounds(int block, int entry, double lower, double upper);
   // Adds the term 1/2 rho(s) to the cost, where s is the squared norm of the residuals. A null loss means rho(s) = s.
   // blocks: indices of the parameter blocks, without repeats. Their number and sizes must match cost->block_sizes().
@@ -89,15 +93,22 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   int parameter_block_size(int block) const { return Parameter(block).ambient_size; }
   // Position of the block's first number in x.
   Index offset(int block) const { return Parameter(block).ambient_offset; }
-  // Position of the block's first entry in a step, and its number of entries; -1 and 0 for constant blocks.
+  // Position of the block's first entry in a step, and its number of entries; -1 and 0 for constant blocks and for
+  // blocks that no residual block uses.
   Index tangent_offset(int block);
   int tangent_size(int block);
 
   Index num_parameters() const override { return num_parameters_; }
   Index num_tangent() const override { return Structure().num_tangent(); }
-  // Units are the terms of the cost that can be evaluated separately (InUnits). Here a unit is a residual block.
-  Index num_units() const override { return static_cast<Index>(residuals_.size()); }
+  // The cost of all residual blocks.
   double Cost(ConstVectorView x) override;
+  // The cost of the residual blocks without, and with, a free block.
+  double FixedCost(ConstVectorView x) override;
+  double VariableCost(ConstVectorView x) override;
+  double VariableNorm(ConstVectorView x) override;
+  double VariableMaxChange(ConstVectorView x, VectorView y) override;
+  // A unit is a residual block with a free block. They keep their order.
+  Index num_units() const override { return static_cast<Index>(Structure().rows().size()); }
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
   // Returns the caller's own preconditioner if Options::make_preconditioner is set. Otherwise returns the sparse
@@ -160,8 +171,12 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   double TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const;
   // Describes the first value of a residual block that is not finite; empty if all are finite.
   std::string DescribeTerm(ConstVectorView x, std::size_t term, bool jacobians, Scratch& scratch) const;
-  template <class UnitOf>
-  double SumCosts(ConstVectorView x, Index count, const UnitOf& unit_of) const;
+  // Sums the costs of the residual blocks term_of(0), ..., term_of(count - 1).
+  template <class TermOf>
+  double SumCosts(ConstVectorView x, Index count, const TermOf& term_of) const;
+  // Sums of(i) over the entries i of x that belong to free blocks.
+  template <class T, class Of>
+  T SumVariable(const Of& of) const;
   // Calls visit(index in x, index in the step) for each free entry without a manifold, if the problem has bounds.
   template <class Visit>
   void VisitEuclidean(const Visit& visit) const;

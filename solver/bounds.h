@@ -15,14 +15,15 @@ namespace vesta {
 
 namespace bounds_internal {
 
-// Functions for one entry x and its bounds, on the host. lower <= upper; an infinity means no bound.
+// Functions for one entry x and its bounds, on the host. lower <= upper; an infinity means no bound, and equal bounds
+// fix the entry.
 inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
 inline std::string Outside(double x, double lower, double upper) {
   return fmt::format("{} is not within [{}, {}]", x, lower, upper);
 }
-// True if x is at a bound and a step along -g would cross it.
+// True if x is at a bound and a step along -g would cross it, or if the bounds are equal.
 inline bool PushedOut(double x, double negative_gradient, double lower, double upper) {
-  return (x <= lower && negative_gradient < 0) || (x >= upper && negative_gradient > 0);
+  return lower == upper || (x <= lower && negative_gradient < 0) || (x >= upper && negative_gradient > 0);
 }
 // Returns the step, shortened to end at the bound that it would cross.
 inline double ClippedStep(double x, double step, double lower, double upper) {
@@ -36,6 +37,7 @@ inline double ClippedStep(double x, double step, double lower, double upper) {
 template <Backend B>
 class BoundedProblem final : public Problem<B>,
                              public OnManifold<B>,
+                             public WithFixedCost<B>,
                              public InUnits<B>,
                              public InBatches<B>,
                              public WithBounds<B>,
@@ -50,7 +52,7 @@ class BoundedProblem final : public Problem<B>,
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // lower, upper: one entry per parameter; an infinity means no bound. Throws Error unless lower_k < upper_k for every
+  // lower, upper: one entry per parameter; an infinity means no bound. Throws Error unless lower_k <= upper_k for every
   // k, or if a size is wrong.
   BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper);
 
@@ -60,6 +62,11 @@ class BoundedProblem final : public Problem<B>,
 
   Index num_tangent() const override { return inner_.num_tangent(); }
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
+
+  double FixedCost(ConstVectorView x) override { return inner_.FixedCost(x); }
+  double VariableCost(ConstVectorView x) override { return inner_.VariableCost(x); }
+  double VariableNorm(ConstVectorView x) override;
+  double VariableMaxChange(ConstVectorView x, VectorView y) override;
 
   Index num_units() const override { return inner_.num_units(); }
   double Cost(ConstVectorView x, std::span<const Index> units) override { return inner_.Cost(x, units); }

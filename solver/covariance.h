@@ -43,8 +43,8 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<d
 // Covariances of chosen blocks of a problem whose dense Jacobian would be too large.
 struct BlockCovariance {
   // Covariance of a pair of parameter blocks in their tangent spaces, row-major. The rows belong to the pair's first
-  // block, the columns to its second. Empty if a block is constant. If the variance of the residuals is not 1, multiply
-  // the values by it.
+  // block, the columns to its second. Empty if a block is constant or in no residual block. If the variance of the
+  // residuals is not 1, multiply the values by it.
   struct Block {
     int rows = 0, cols = 0;
     std::vector<double> values = {};

@@ -49,9 +49,9 @@ class LmStepper {
   void StopIfRequested(bool requested);
 
   // The x with the lowest cost so far (up to the rounding error of the cost), and this cost. The cost is the sum over
-  // all batches.
+  // all batches, and includes the fixed cost.
   typename B::ConstVectorView x() const { return x_.view(); }
-  double cost() const { return cost_; }
+  double cost() const { return summary_.final_cost; }
   // Damping of the next linear solve.
   double lambda() const { return control_->lambda(); }
   const LmSummary& summary() const { return summary_; }
@@ -76,9 +76,18 @@ class LmStepper {
     bool accepted = false;
     Zone zone = Zone::kCost;
   };
+  // The archive's summary has the variable costs; a resumed solve evaluates the fixed cost again.
   template <class Archive>
   void Visit(Archive& archive) {
+    summary_.initial_cost = initial_cost_, summary_.final_cost = cost_;
     archive(x_, *control_, consecutive_rejects_, doubt_, turn_, scale_, summary_);
+    initial_cost_ = summary_.initial_cost, cost_ = summary_.final_cost;
+    ReportCosts();
+  }
+  // Sets the costs of the summary, which include the fixed cost.
+  void ReportCosts() {
+    summary_.initial_cost = initial_cost_ + summary_.fixed_cost;
+    summary_.final_cost = cost_ + summary_.fixed_cost;
   }
   // Checks the options. The constructor that delegates to this one sets x_ and the summary.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
@@ -99,7 +108,7 @@ class LmStepper {
   bool PassesCheck();
   // Linearizes at x_ unless that is already done, and tests the gradient. Returns false if the solve ended.
   bool Linearize();
-  // The cost, summed over all batches.
+  // The variable cost, summed over all batches.
   double FullCost(typename B::ConstVectorView x);
   // PCG and the trials never run at the same time, so their work vectors share memory. AcquireTrialVectors moves the
   // memory from PCG's workspace to trial_x_ and scaled_step_. ShareTrialVectors moves it back to the workspace.
@@ -134,7 +143,8 @@ class LmStepper {
   std::optional<StepControl> control_;
   std::chrono::steady_clock::time_point start_;
   typename B::Vector x_, trial_x_, step_, scaled_step_;
-  double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;
+  double initial_cost_ = 0, cost_ = 0;  // variable costs (WithFixedCost) at the start and at x_
+  double x_norm_ = 0, gradient_norm_ = 0;
   int consecutive_rejects_ = 0;
   ConvergenceDoubt doubt_;
   int turn_ = 0;  // number of points linearized so far, passed to InBatches::OnNewPoint

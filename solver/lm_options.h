@@ -25,16 +25,18 @@ const char* ToString(BatchMode mode);
 struct LmOptions {
   // Stop after this many iterations, accepted or rejected; >= 0.
   int max_iterations = 50;
-  // Stop when |change of cost| <= function_tolerance * cost, where cost is the value before the step.
+  // Stop when |change of cost| <= function_tolerance * cost, where cost is the value before the step, without the fixed
+  // cost (WithFixedCost).
   double function_tolerance = 1e-6;
   // Stop when max |x - (x (+) -g)| <= gradient_tolerance. x (+) d is the point that the step d leads to from x
   // (OnManifold::Plus); without a manifold or bounds the test is max |g|.
   double gradient_tolerance = 1e-10;
-  // Stop when |step| <= parameter_tolerance * (|x| + parameter_tolerance).
+  // Stop when |step| <= parameter_tolerance * (|x| + parameter_tolerance). |x| is the norm of the variable entries of x
+  // (WithFixedCost).
   double parameter_tolerance = 1e-8;
   // Stop after this many rejected iterations in a row.
   int max_consecutive_rejects = 50;
-  // Wall-clock limit in seconds, checked before each iteration. No other decision depends on the clock.
+  // Wall-clock limit in seconds, >= 0, checked before each iteration. No other decision depends on the clock.
   double max_seconds = std::numeric_limits<double>::infinity();
 
   // Rule for changing lambda, and its parameters. Use SetStepRule, which sets both consistently.

@@ -72,6 +72,7 @@ class SubsetManifold final : public Manifold {
 // delta. Example: a pose, with a quaternion and a translation in R^3. No part may be null.
 class ProductManifold final : public Manifold {
  public:
+  // Throws Error if a part is null.
   explicit ProductManifold(std::vector<std::shared_ptr<const Manifold>> parts);
   int ambient_size() const override { return ambient_; }
   int tangent_size() const override { return tangent_; }

@@ -52,16 +52,35 @@ class WithBounds {
   virtual bool has_bounds() const { return true; }
   // True if x violates no bound.
   virtual bool IsFeasible(typename B::ConstVectorView x) = 0;
-  // Sets mask to 0 for each entry of x that is at a bound and that a step along -g would move across it. Does not
-  // change the other entries of mask. negative_gradient (-g) and mask have num_tangent() entries.
+  // Sets mask to 0 for each entry of x that is at a bound and that a step along -g would move across it, and for each
+  // entry whose bounds are equal. Does not change the other entries of mask. negative_gradient (-g) and mask have
+  // num_tangent() entries.
   virtual void MaskActiveBounds(typename B::ConstVectorView x, typename B::ConstVectorView negative_gradient,
                                 typename B::VectorView mask) = 0;
   // Shortens each entry of step that would cross a bound, so that x (+) step ends at the bound.
   virtual void ClipStep(typename B::ConstVectorView x, typename B::VectorView step) = 0;
 };
 
-// The cost is a sum over units (such as views or residual blocks), and can be evaluated for some units only. The line
-// search uses this.
+// Some entries of x are constant, and a part of the cost, the fixed cost, depends on them alone. The engine evaluates
+// it once per solve (LmSummary::fixed_cost). Stopping tests, gain ratios and the tests of rounding use the variable
+// cost, which is the rest. Linearizations and units (InUnits) belong to the variable cost.
+// Default: no fixed cost; every entry of x is variable.
+template <Backend B>
+class WithFixedCost {
+ public:
+  virtual ~WithFixedCost() = default;
+  // FixedCost(x) + VariableCost(x) = Problem::Cost(x), up to rounding. Both return NaN or infinity if they are
+  // undefined at x.
+  virtual double FixedCost(typename B::ConstVectorView x) = 0;
+  virtual double VariableCost(typename B::ConstVectorView x) = 0;
+  // Norm of the entries of x that steps can change, for LmOptions::parameter_tolerance.
+  virtual double VariableNorm(typename B::ConstVectorView x) = 0;
+  // max |y - x| over these entries, for LmOptions::gradient_tolerance; NaN if one is NaN. May overwrite y.
+  virtual double VariableMaxChange(typename B::ConstVectorView x, typename B::VectorView y) = 0;
+};
+
+// The variable cost (WithFixedCost) is a sum over units (such as views or residual blocks), and can be evaluated for
+// some units only. The line search uses this.
 // Default: one unit.
 template <Backend B>
 class InUnits {

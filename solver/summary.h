@@ -30,6 +30,7 @@ enum class LmStatus {
   kGradientInZeroColumn,  // converged, but a parameter whose DiagJTJ entry is zero has a nonzero gradient
   kDegenerateStart,       // no step can change a parameter block from its start (such as a quaternion of zeros)
   kCheckFailed,           // LmOptions::check_derivatives found a fault
+  kInvalidOptions,        // the Ceres bridge was given options out of range; SolveLm throws Error instead
 };
 const char* ToString(LmStatus status);
 // True if one of the three tolerances was met.
@@ -41,7 +42,7 @@ bool IsFailure(LmStatus status);
 // along its solution.
 struct LmIteration {
   int iteration = 0;             // 0 is the start
-  double cost = 0;               // cost of x after this iteration
+  double cost = 0;               // cost of x after this iteration, with the fixed cost
   double cost_change = 0;        // cost before minus cost of the trial; may be NaN or infinite
   double rho = 0;                // gain ratio of the trial: decrease of the cost / predicted decrease
   double lambda = 0;             // damping of the linear solve
@@ -57,12 +58,15 @@ struct LmIteration {
 
 struct LmSummary {
   LmStatus status = LmStatus::kRunning;
-  std::string message;  // one line: why the solve ended
-  double initial_cost = 0;
+  std::string message;      // one line: why the solve ended
+  double initial_cost = 0;  // NaN if it was not evaluated (kInvalidOptions)
   double final_cost = 0;
+  // The part of all costs in this summary that no step can change, such as the cost of residual blocks whose parameter
+  // blocks are all constant. Not saved, because a resumed solve evaluates it again.
+  double fixed_cost = 0;
   Index num_parameters = 0;  // number of entries of x
   Index num_tangent = 0;     // number of entries of a step
-  Index num_residuals = 0;   // summed over batches
+  Index num_residuals = 0;   // summed over batches, without the residuals of the fixed cost
   int num_batches = 0;
   Index num_zero_columns = 0;  // step entries whose DiagJTJ is not positive in any batch, at the last linearization
   int num_accepted = 0;

@@ -20,5 +20,4 @@ template <class... Args>
 }  // namespace vesta
 
 // Throws Error(kBadArgument) if a precondition does not hold: VESTA_CHECK(n > 0, "n is {}", n).
-#define VESTA_CHECK(condition, ...) \
-  ((condition) ? (void)0 : ::vesta::FailCheck(#condition, __FILE__, __LINE__, fmt::format(__VA_ARGS__)))
+#define VESTA_CHECK(condition, ...) ((condition) ? (void)0 : ::vesta::Fail(::vesta::kBadArgument, __VA_ARGS__))

@@ -174,25 +174,17 @@ double VectorBackend<S, Space>::WeightedDot(ConstVectorView w, ConstVectorView x
 
 template <class S, class Space>
 double VectorBackend<S, Space>::MaxAbs(ConstVectorView x) {
-  // A type whose += takes the maximum, so that MaxAbs can use the same reduction. NaN is kept.
-  struct Max {
-    double value = 0;
-    Max& operator+=(const Max& other) {
-      if (std::isnan(other.value) || other.value > value) value = other.value;
-      return *this;
-    }
-  };
-  return Sum<Max>(x.size(),
-                  [=](Index begin, Index end) {
-                    S largest = 0;
-                    bool nan = false;
-                    for (Index i = begin; i < end; ++i) {
-                      const S magnitude = std::abs(x[i]);
-                      largest = magnitude > largest ? magnitude : largest;
-                      nan |= magnitude != magnitude;
-                    }
-                    return Max{nan ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(largest)};
-                  })
+  return Sum<Largest>(x.size(),
+                      [=](Index begin, Index end) {
+                        S largest = 0;
+                        bool nan = false;
+                        for (Index i = begin; i < end; ++i) {
+                          const S magnitude = std::abs(x[i]);
+                          largest = magnitude > largest ? magnitude : largest;
+                          nan |= magnitude != magnitude;
+                        }
+                        return Largest{nan ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(largest)};
+                      })
       .value;
 }
 

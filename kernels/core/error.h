@@ -30,7 +30,4 @@ class Error : public std::runtime_error {
   ErrorCode code_;
 };
 
-// Throws Error(kBadArgument). Used by VESTA_CHECK (check.h).
-[[noreturn]] void FailCheck(const char* condition, const char* file, int line, const std::string& message);
-
 }  // namespace vesta

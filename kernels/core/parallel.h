@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -53,6 +54,15 @@ T ParallelSum(Index count, Index grain, const Body& body) {
   for (const T& value : partial) sum += value;
   return sum;
 }
+
+// For ParallelSum: += keeps the larger value, and NaN if there is one.
+struct Largest {
+  double value = 0;
+  Largest& operator+=(const Largest& other) {
+    if (std::isnan(other.value) || other.value > value) value = other.value;
+    return *this;
+  }
+};
 
 // A background thread that runs tasks one after the other, in the order of the calls. It starts with the first task.
 class Background {

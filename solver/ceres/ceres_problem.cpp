@@ -100,10 +100,17 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
       const double upper = problem.GetParameterUpperBound(values, entry);
       if (lower <= -kNone && upper >= kNone) continue;
       if (fixed) {
-        if (!bounds_internal::Inside(values[entry], lower, upper) && infeasible_constant_.empty()) {
-          infeasible_constant_ =
+        if (!bounds_internal::Inside(values[entry], lower, upper) && infeasible_.empty()) {
+          infeasible_ =
               fmt::format("parameter block {} is constant, and its entry {} is {}, outside of [{}, {}]; move it inside",
                           block, entry, values[entry], lower, upper);
+        }
+        continue;
+      }
+      if (!(lower <= upper)) {
+        if (infeasible_.empty()) {
+          infeasible_ = fmt::format("parameter block {}, entry {}: the lower bound {} is above the upper bound {}",
+                                    block, entry, lower, upper);
         }
         continue;
       }

@@ -31,8 +31,9 @@ class CeresProblem {
   // Calls `callback` before each evaluation, as Ceres does. The parameter blocks contain x at that time. Null removes
   // the callback. The callback must outlive this object, and this object must not be moved afterwards.
   void SetEvaluationCallback(ceres::EvaluationCallback* callback);
-  // An error message if a constant block violates its bounds, as in Ceres; otherwise empty.
-  const std::string& infeasible_constant() const { return infeasible_constant_; }
+  // An error message if a constant block violates its bounds, or if a lower bound is above the upper bound; otherwise
+  // empty. Ceres treats both as errors too.
+  const std::string& infeasible() const { return infeasible_; }
   // Index in problem() of the parameter block at this address. Throws Error if there is no such block.
   int block(const double* values) const;
 
@@ -50,7 +51,7 @@ class CeresProblem {
   BlockProblem problem_;
   std::vector<double*> values_;  // one per parameter block
   std::unordered_map<const double*, int> block_of_;
-  std::string infeasible_constant_;
+  std::string infeasible_;
 };
 
 }  // namespace vesta::ceres_bridge

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "solver/ceres/ceres_problem.h"
@@ -17,8 +19,22 @@ enum class Next { kContinue, kStop, kAbort };
 // Called after the start and after each iteration.
 using AfterIteration = std::function<Next(const LmStepper<B>& stepper)>;
 
+// The summary of a solve that ends before the cost is evaluated.
+LmSummary InvalidOptions(std::string message) {
+  LmSummary summary;
+  summary.status = LmStatus::kInvalidOptions;
+  summary.message = std::move(message);
+  summary.initial_cost = summary.final_cost = std::numeric_limits<double>::quiet_NaN();
+  return summary;
+}
+
 LmSummary Run(const LmOptions& options, CeresProblem& bridge, std::vector<std::string> notes,
               const AfterIteration& after) {
+  try {
+    options.Validate();
+  } catch (const Error& error) {
+    return InvalidOptions(error.what());
+  }
   B backend;
   BlockProblem& problem = bridge.problem();
   B::Vector x = bridge.Gather();
@@ -37,8 +53,8 @@ LmSummary Run(const LmOptions& options, CeresProblem& bridge, std::vector<std::s
                    next == Next::kStop ? "a callback asked to stop" : "a callback aborted");
     }
   };
-  if (!bridge.infeasible_constant().empty()) {
-    stepper.Stop(LmStatus::kInfeasible, bridge.infeasible_constant());
+  if (!bridge.infeasible().empty()) {
+    stepper.Stop(LmStatus::kInfeasible, bridge.infeasible());
   } else {
     report();
   }
@@ -86,6 +102,7 @@ LmSummary Solve(const LmOptions& options, ceres::Problem& problem, const LmCallb
 
 LmSummary Solve(const ceres::Solver::Options& options, ceres::Problem& problem, const LmCallback& callback,
                 ceres::EvaluationCallback* evaluation_callback) {
+  if (std::string message; !options.IsValid(&message)) return InvalidOptions(std::move(message));
   CeresProblem bridge(problem);
   bridge.SetEvaluationCallback(evaluation_callback);
   const auto after = [&](const LmStepper<B>& stepper) {
@@ -112,7 +129,8 @@ LmOptions FromCeres(const ceres::Solver::Options& from) {
   options.gradient_tolerance = from.gradient_tolerance;
   options.parameter_tolerance = from.parameter_tolerance;
   options.step_control.initial_lambda = 1 / from.initial_trust_region_radius;
-  options.step_control.min_lambda = 1 / from.max_trust_region_radius;
+  // Ceres accepts an infinite largest radius; lambda must be above 0.
+  options.step_control.min_lambda = std::max(1 / from.max_trust_region_radius, std::numeric_limits<double>::min());
   options.step_control.max_lambda = 1 / from.min_trust_region_radius;
   options.step_control.min_relative_decrease = from.min_relative_decrease;
   options.column_scaling = from.jacobi_scaling ? ColumnScaling::kOnePlusInverse : ColumnScaling::kNone;

@@ -7,16 +7,6 @@
 #include "kernels/ranks/communicator.h"
 
 namespace vesta {
-namespace {
-
-// Position of each parameter block's first entry in a step; -1 for constant blocks.
-std::vector<Index> TangentOffsets(const BlockStructure& structure, int num_blocks) {
-  std::vector<Index> offsets(static_cast<std::size_t>(num_blocks), -1);
-  for (const FreeBlock& free : structure.free_blocks()) offsets[static_cast<std::size_t>(free.parameter)] = free.offset;
-  return offsets;
-}
-
-}  // namespace
 
 BlockParts::BlockParts(BlockProblem& whole, int num_parts) : whole_(whole) {
   if (num_parts < 1) Fail(kBadArgument, "num_parts is {}; choose 1 or more", num_parts);
@@ -26,15 +16,22 @@ BlockParts::BlockParts(BlockProblem& whole, int num_parts) : whole_(whole) {
          "callback");
   }
   num_parts_ = static_cast<int>(std::clamp<Index>(num_parts, 1, std::max<Index>(whole.num_units(), 1)));
-  tangent_offset_ = TangentOffsets(whole.Structure(), whole.num_parameter_blocks());
 }
 
 std::vector<BlockGroup> BlockParts::block_groups() const { return whole_.Structure().groups(); }
 
 ProblemPart<CpuBackend<double>> BlockParts::Make(int part) {
-  const Share run = ShareOf(whole_.num_units(), num_parts_, part);
+  const BlockStructure& structure = whole_.Structure();
+  std::vector<std::size_t> terms;
+  const Share rows = ShareOf(whole_.num_units(), num_parts_, part);
+  for (Index r = rows.begin; r < rows.end; ++r) {
+    terms.push_back(static_cast<std::size_t>(structure.rows()[static_cast<std::size_t>(r)].residual_block));
+  }
+  const std::vector<Index>& fixed = structure.fixed_residual_blocks();
+  const Share of_fixed = ShareOf(static_cast<Index>(fixed.size()), num_parts_, part);
+  terms.insert(terms.end(), fixed.begin() + of_fixed.begin, fixed.begin() + of_fixed.end);
   std::vector<int> used;
-  for (auto k = static_cast<std::size_t>(run.begin); k < static_cast<std::size_t>(run.end); ++k) {
+  for (const std::size_t k : terms) {
     const ResidualBlock block = whole_.residuals_[k];
     used.insert(used.end(), block.parameters.begin(), block.parameters.end());
   }
@@ -51,18 +48,16 @@ ProblemPart<CpuBackend<double>> BlockParts::Make(int part) {
     made.parameters.push_back({problem->offset(local), whole_.offset(block), whole_.parameter_block_size(block)});
   }
   std::vector<int> blocks;
-  for (auto k = static_cast<std::size_t>(run.begin); k < static_cast<std::size_t>(run.end); ++k) {
+  for (const std::size_t k : terms) {
     blocks.clear();
     for (const int block : whole_.residuals_[k].parameters) {
       blocks.push_back(static_cast<int>(std::lower_bound(used.begin(), used.end(), block) - used.begin()));
     }
     problem->AddResidualBlock(whole_.terms_[k].cost, whole_.terms_[k].loss, blocks);
   }
-  const std::vector<Index> offsets = TangentOffsets(problem->Structure(), problem->num_parameter_blocks());
   for (std::size_t local = 0; local < used.size(); ++local) {
-    if (offsets[local] < 0) continue;
-    made.tangent.push_back(
-        {offsets[local], tangent_offset_[static_cast<std::size_t>(used[local])], whole_.tangent_size(used[local])});
+    const FreeBlock* const free = problem->Structure().Find(static_cast<int>(local));
+    if (free) made.tangent.push_back({free->offset, structure.Find(used[local])->offset, free->size});
   }
   made.problem = std::move(problem);
   return made;

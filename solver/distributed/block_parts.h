@@ -9,14 +9,15 @@
 
 namespace vesta {
 
-// Each part has a consecutive range of the residual blocks, and the parameter blocks that they use. A part evaluates
-// only its own residual blocks, and stores only their Jacobian. Every process creates the whole problem, with all
-// parameter blocks and cost functions. The whole problem defines the order of the entries of a step, and the bounds.
+// Each part has a consecutive range of the residual blocks with a free parameter block, a range of the other residual
+// blocks, and the parameter blocks that they use. A part evaluates only its own residual blocks, and stores only their
+// Jacobian. Every process creates the whole problem, with all parameter blocks and cost functions. The whole problem
+// defines the order of the entries of a step, and the bounds.
 class BlockParts final : public ProblemParts<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
-  // num_parts is reduced to the number of residual blocks if it is larger. `whole` must outlive this object and must
-  // not change.
+  // num_parts is reduced to the number of residual blocks with a free parameter block if it is larger. `whole` must
+  // outlive this object and must not change.
   // Throws Error if num_parts < 1 or if `whole` has an evaluation callback, because parts are evaluated separately.
   BlockParts(BlockProblem& whole, int num_parts);
 
@@ -30,7 +31,6 @@ class BlockParts final : public ProblemParts<CpuBackend<double>> {
  private:
   BlockProblem& whole_;
   int num_parts_;
-  std::vector<Index> tangent_offset_;  // per parameter block of `whole`; -1 if it is constant
 };
 
 }  // namespace vesta

@@ -114,13 +114,41 @@ void DistributedProblem<B>::CheckSameStart(ConstVectorView x) {
 }
 
 template <Backend B>
-double DistributedProblem<B>::Cost(ConstVectorView x) {
+template <class CostOf>
+double DistributedProblem<B>::SumCosts(ConstVectorView x, const CostOf& cost_of) {
   this->CheckSize(x);
   CheckSameStart(x);
   std::vector<double> costs;
   costs.reserve(own_.size());
-  for (OwnPart<B>& part : own_) costs.push_back(part.problem.Cost(Localize(x, part)));
+  for (OwnPart<B>& part : own_) costs.push_back(cost_of(part.problem, Localize(x, part)));
   return SumNumbers(costs);
+}
+
+template <Backend B>
+double DistributedProblem<B>::Cost(ConstVectorView x) {
+  return SumCosts(x, [](const ProblemAdaptor<B>& part, ConstVectorView at) { return part.Cost(at); });
+}
+
+template <Backend B>
+double DistributedProblem<B>::FixedCost(ConstVectorView x) {
+  return SumCosts(x, [](const ProblemAdaptor<B>& part, ConstVectorView at) { return part.FixedCost(at); });
+}
+
+template <Backend B>
+double DistributedProblem<B>::VariableCost(ConstVectorView x) {
+  return SumCosts(x, [](const ProblemAdaptor<B>& part, ConstVectorView at) { return part.VariableCost(at); });
+}
+
+template <Backend B>
+double DistributedProblem<B>::VariableNorm(ConstVectorView x) {
+  B backend;
+  return geometry_.VariableNorm(backend, x);
+}
+
+template <Backend B>
+double DistributedProblem<B>::VariableMaxChange(ConstVectorView x, VectorView y) {
+  B backend;
+  return geometry_.VariableMaxChange(backend, x, y);
 }
 
 template <Backend B>

@@ -41,6 +41,7 @@ struct OwnPart {
 template <Backend B>
 class DistributedProblem final : public Problem<B>,
                                  public OnManifold<B>,
+                                 public WithFixedCost<B>,
                                  public InUnits<B>,
                                  public InBatches<B>,
                                  public WithBounds<B>,
@@ -64,6 +65,8 @@ class DistributedProblem final : public Problem<B>,
   // The units of the first part, then the units of the second part, and so on.
   Index num_units() const override { return num_units_; }
   double Cost(ConstVectorView x) override;
+  double FixedCost(ConstVectorView x) override;
+  double VariableCost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override { return this->LinearizeOnlyBatch(x); }
   int num_batches() const override { return 1; }
@@ -78,6 +81,8 @@ class DistributedProblem final : public Problem<B>,
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override {
     geometry_.Plus(backend, x, delta, out);
   }
+  double VariableNorm(ConstVectorView x) override;
+  double VariableMaxChange(ConstVectorView x, VectorView y) override;
   bool has_bounds() const override { return geometry_.has_bounds(); }
   bool IsFeasible(ConstVectorView x) override { return geometry_.IsFeasible(x); }
   void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override {
@@ -115,6 +120,9 @@ class DistributedProblem final : public Problem<B>,
   void CheckSameProblem();
   // At its first call: throws Error if the processes have different start values x. Later calls do nothing.
   void CheckSameStart(ConstVectorView x);
+  // Sums cost_of(problem of the part, its entries of x) over all parts. Collective.
+  template <class CostOf>
+  double SumCosts(ConstVectorView x, const CostOf& cost_of);
   // The entries of a step that each part of this process has.
   std::vector<Support> TangentSupports() const;
 

@@ -41,9 +41,9 @@ class ProblemParts {
   // Block groups of the whole problem, for block Jacobi; empty means no groups. Each block of a part must be one of
   // their blocks.
   virtual std::vector<BlockGroup> block_groups() const { return {}; }
-  // A problem with the functions of the whole problem that are not sums over parts: steps, bounds, the damping metric
-  // and names. Its cost and linearization are never used. Null means the defaults of solver/problem_interfaces.h.
-  // Returns the same object at every call, which must outlive the distributed problem.
+  // A problem with the functions of the whole problem that are not sums over parts: steps, norms, bounds, the damping
+  // metric and names. Its cost and linearization are never used. Null means the defaults of
+  // solver/problem_interfaces.h. Returns the same object at every call, which must outlive the distributed problem.
   virtual Problem<B>* geometry() { return nullptr; }
   // True if parameters can be eliminated part by part (WithReducedSystem of the parts). Each part's last parameters are
   // then a block-diagonal group that no other part uses. Its other parameters are the same in all parts, and are the

@@ -21,10 +21,10 @@ namespace vesta {
 template <Backend B>
 class BatchedSystem {
  public:
-  // Linearizes all batches. options, x, scale and summary must outlive this object. If scale is empty, it is computed
-  // from this linearization. The summary's counts are updated.
+  // Linearizes all batches. options, x, scale and summary must outlive this object. cost is the variable cost at x
+  // (WithFixedCost). If scale is empty, it is computed from this linearization. The summary's counts are updated.
   BatchedSystem(const LmOptions& options, B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
-                ColumnScale<B>& scale, LmSummary& summary);
+                double cost, ColumnScale<B>& scale, LmSummary& summary);
 
   // The first fault in the systems of all batches. If there is one, Solve must not be called.
   const SystemFault& fault() const { return fault_; }

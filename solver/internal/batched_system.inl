@@ -12,7 +12,7 @@ namespace vesta {
 
 template <Backend B>
 BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAdaptor<B> problem,
-                                typename B::ConstVectorView x, ColumnScale<B>& scale, LmSummary& summary)
+                                typename B::ConstVectorView x, double cost, ColumnScale<B>& scale, LmSummary& summary)
     : options_(options), backend_(backend), problem_(problem), x_(x), scale_(scale), summary_(summary) {
   const int batches = problem.num_batches();
   const int systems = options.batch_mode == BatchMode::kExact ? 1 : batches;
@@ -26,7 +26,7 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAda
     if (fault_.kind == SystemFault::Kind::kNone) fault_ = system->fault();
     if (fault_.kind == SystemFault::Kind::kNone && zero_column_gradient_.empty()) {
       zero_column_gradient_ = system->DescribeZeroColumn(
-          x_, std::max(options.gradient_tolerance, UnderflowGradient<B>(system->num_residuals(), summary.final_cost)));
+          x_, std::max(options.gradient_tolerance, UnderflowGradient<B>(system->num_residuals(), cost)));
     }
     if (systems > 1) {
       backend.Axpby(1.0, system->negative_gradient(), 1.0, negative_gradient_);

@@ -33,7 +33,7 @@ BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstVectorV
 void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index r, Scratch& scratch) {
   const BlockStructure& structure = jacobian_.structure();
   const BlockRow& row = structure.rows()[static_cast<std::size_t>(r)];
-  const auto term = static_cast<std::size_t>(r);
+  const auto term = static_cast<std::size_t>(row.residual_block);
   const std::span<const int> parameters = problem.residuals_[term].parameters;
   double* f = residuals_.data() + row.residual_offset;
   double* values = jacobian_.row_values(r);

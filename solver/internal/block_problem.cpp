@@ -63,8 +63,8 @@ void BlockProblem::SetConstant(int block, bool constant) {
 
 void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
   VESTA_CHECK(entry >= 0 && entry < Parameter(block).ambient_size, "there is no entry {} in block {}", entry, block);
-  if (!(lower < upper)) {
-    Fail(kBadArgument, "block {}, entry {}: the lower bound {} is not below the upper bound {}", block, entry, lower,
+  if (!(lower <= upper)) {
+    Fail(kBadArgument, "block {}, entry {}: the lower bound {} is above the upper bound {}", block, entry, lower,
          upper);
   }
   lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
@@ -76,7 +76,9 @@ void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
 
 void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
                                     std::span<const int> blocks) {
-  VESTA_CHECK(cost != nullptr && cost->num_residuals() > 0, "a residual block needs a cost function with residuals");
+  VESTA_CHECK(cost != nullptr, "the cost function of residual block {} is null", residuals_.size());
+  VESTA_CHECK(cost->num_residuals() > 0, "the cost function of residual block {} has {} residuals; give it 1 or more",
+              residuals_.size(), cost->num_residuals());
   const std::span<const int> sizes = cost->block_sizes();
   VESTA_CHECK(sizes.size() == blocks.size(), "the cost function needs {} parameter blocks, not {}", sizes.size(),
               blocks.size());
@@ -111,13 +113,16 @@ const BlockStructure& BlockProblem::Structure() const {
 }
 
 Index BlockProblem::tangent_offset(int block) {
-  for (const FreeBlock& free : Structure().free_blocks()) {
-    if (free.parameter == block) return free.offset;
-  }
-  return -1;
+  Parameter(block);  // throws if there is no such block
+  const FreeBlock* const free = Structure().Find(block);
+  return free ? free->offset : -1;
 }
 
-int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
+int BlockProblem::tangent_size(int block) {
+  Parameter(block);
+  const FreeBlock* const free = Structure().Find(block);
+  return free ? free->size : 0;
+}
 
 inline void BlockProblem::Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
   const ResidualBlock block = residuals_[term];
@@ -160,26 +165,63 @@ double BlockProblem::TermCost(ConstVectorView x, std::size_t term, Scratch& scra
   return 0.5 * (terms_[term].loss ? terms_[term].loss->Evaluate(s).rho : s);
 }
 
-template <class UnitOf>
-double BlockProblem::SumCosts(ConstVectorView x, Index count, const UnitOf& unit_of) const {
+template <class TermOf>
+double BlockProblem::SumCosts(ConstVectorView x, Index count, const TermOf& term_of) const {
+  CheckSize(x);
   if (options_.evaluation_callback) options_.evaluation_callback(x, false);
   return ParallelSum<double>(count, kGrain, [&](Index begin, Index end) {
     Scratch scratch;
     double sum = 0;
-    for (Index i = begin; i < end; ++i) sum += TermCost(x, static_cast<std::size_t>(unit_of(i)), scratch);
+    for (Index i = begin; i < end; ++i) sum += TermCost(x, static_cast<std::size_t>(term_of(i)), scratch);
     return sum;
   });
 }
 
 double BlockProblem::Cost(ConstVectorView x) {
-  CheckSize(x);
-  return SumCosts(x, num_units(), [](Index i) { return i; });
+  return SumCosts(x, static_cast<Index>(residuals_.size()), [](Index i) { return i; });
+}
+
+double BlockProblem::FixedCost(ConstVectorView x) {
+  const std::vector<Index>& fixed = Structure().fixed_residual_blocks();
+  if (fixed.empty()) return 0;
+  return SumCosts(x, static_cast<Index>(fixed.size()), [&](Index i) { return fixed[static_cast<std::size_t>(i)]; });
+}
+
+double BlockProblem::VariableCost(ConstVectorView x) {
+  const std::vector<BlockRow>& rows = Structure().rows();
+  if (rows.size() == residuals_.size()) return Cost(x);
+  return SumCosts(x, num_units(), [&](Index i) { return rows[static_cast<std::size_t>(i)].residual_block; });
 }
 
 double BlockProblem::Cost(ConstVectorView x, std::span<const Index> units) {
-  CheckSize(x);
   CheckUnits(units);
-  return SumCosts(x, static_cast<Index>(units.size()), [&](Index i) { return units[static_cast<std::size_t>(i)]; });
+  const std::vector<BlockRow>& rows = Structure().rows();
+  return SumCosts(x, static_cast<Index>(units.size()), [&](Index i) {
+    return rows[static_cast<std::size_t>(units[static_cast<std::size_t>(i)])].residual_block;
+  });
+}
+
+template <class T, class Of>
+T BlockProblem::SumVariable(const Of& of) const {
+  const std::vector<FreeBlock>& free = Structure().free_blocks();
+  return ParallelSum<T>(static_cast<Index>(free.size()), 4 * kGrain, [&](Index begin, Index end) {
+    T sum{};
+    for (Index k = begin; k < end; ++k) {
+      const auto p = static_cast<std::size_t>(free[static_cast<std::size_t>(k)].parameter);
+      const Index first = parameters_[p].ambient_offset;
+      for (Index i = first; i < first + parameters_[p].ambient_size; ++i) sum += of(i);
+    }
+    return sum;
+  });
+}
+
+double BlockProblem::VariableNorm(ConstVectorView x) {
+  const bool all = Structure().free_blocks().size() == parameters_.size();
+  return std::sqrt(all ? B().Dot(x, x) : SumVariable<double>([&](Index i) { return x[i] * x[i]; }));
+}
+
+double BlockProblem::VariableMaxChange(ConstVectorView x, VectorView y) {
+  return SumVariable<Largest>([&](Index i) { return Largest{std::abs(y[i] - x[i])}; }).value;
 }
 
 std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVectorView x) {
@@ -292,8 +334,8 @@ void BlockProblem::Plus(B& backend, ConstVectorView x, ConstVectorView delta, Ve
 
 std::string BlockProblem::DescribeInfeasible(ConstVectorView x) {
   if (!has_bounds()) return "";
-  for (std::size_t p = 0; p < parameters_.size(); ++p) {
-    if (constant_[p]) continue;
+  for (const FreeBlock& block : Structure().free_blocks()) {
+    const auto p = static_cast<std::size_t>(block.parameter);
     for (int c = 0; c < parameters_[p].ambient_size; ++c) {
       const Index i = parameters_[p].ambient_offset + c;
       const auto k = static_cast<std::size_t>(i);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "solver/block_problem.h"
@@ -12,21 +13,21 @@
 namespace vesta {
 
 std::string BlockProblem::NameTangent(Index k) {
-  for (const FreeBlock& free : Structure().free_blocks()) {
-    if (k < free.offset || k >= free.offset + free.size) continue;
-    const char* const of = manifolds_[static_cast<std::size_t>(free.parameter)] ? "tangent entry" : "entry";
-    return fmt::format("{} {} of parameter block {}", of, k - free.offset, free.parameter);
-  }
-  return "";
+  const std::vector<FreeBlock>& free = Structure().free_blocks();
+  const auto next =
+      std::upper_bound(free.begin(), free.end(), k, [](Index at, const FreeBlock& each) { return at < each.offset; });
+  if (next == free.begin() || k >= Structure().num_tangent()) return "";
+  const FreeBlock& block = *std::prev(next);
+  const char* const of = manifolds_[static_cast<std::size_t>(block.parameter)] ? "tangent entry" : "entry";
+  return fmt::format("{} {} of parameter block {}", of, k - block.offset, block.parameter);
 }
 
 std::string BlockProblem::NameResidual(int, Index row) {
   const std::vector<BlockRow>& rows = Structure().rows();
   const auto next = std::upper_bound(rows.begin(), rows.end(), row,
                                      [](Index at, const BlockRow& each) { return at < each.residual_offset; });
-  const auto block = next - rows.begin() - 1;
-  return fmt::format("residual {} of residual block {}", row - rows[static_cast<std::size_t>(block)].residual_offset,
-                     block);
+  const BlockRow& block = *std::prev(next);
+  return fmt::format("residual {} of residual block {}", row - block.residual_offset, block.residual_block);
 }
 
 std::string BlockProblem::DescribeTerm(ConstVectorView x, std::size_t term, bool jacobians, Scratch& scratch) const {
@@ -107,8 +108,7 @@ std::string BlockProblem::DescribeDegenerate(ConstVectorView x) {
       if (square > 0 && std::isfinite(square)) continue;
       return fmt::format(
           "a step cannot move parameter block {} from where it starts: its manifold has no derivative there; start it "
-          "at "
-          "a valid point (a quaternion at length 1, not at zeros)",
+          "at a valid point (a quaternion at length 1, not at zeros)",
           free.parameter);
     }
   }

@@ -21,8 +21,8 @@ BoundedProblem<B>::BoundedProblem(Problem<B>& inner, std::vector<double> lower, 
   VESTA_CHECK(lower_.size() == n && upper_.size() == n, "{} lower and {} upper bounds for {} parameters", lower_.size(),
               upper_.size(), n);
   for (std::size_t k = 0; k < n; ++k) {
-    if (!(lower_[k] < upper_[k])) {
-      Fail(kBadArgument, "parameter {}: the lower bound {} is not below the upper bound {}", k, lower_[k], upper_[k]);
+    if (!(lower_[k] <= upper_[k])) {
+      Fail(kBadArgument, "parameter {}: the lower bound {} is above the upper bound {}", k, lower_[k], upper_[k]);
     }
   }
 }
@@ -42,6 +42,18 @@ std::unique_ptr<Preconditioner<B>> BoundedProblem<B>::MakePreconditioner() {
 template <Backend B>
 std::unique_ptr<Preconditioner<B>> BoundedProblem<B>::MakeSparseCholesky() {
   return inner_.MakeSparseCholesky();
+}
+
+template <Backend B>
+double BoundedProblem<B>::VariableNorm(ConstVectorView x) {
+  B backend;
+  return inner_.VariableNorm(backend, x);
+}
+
+template <Backend B>
+double BoundedProblem<B>::VariableMaxChange(ConstVectorView x, VectorView y) {
+  B backend;
+  return inner_.VariableMaxChange(backend, x, y);
 }
 
 template <Backend B>

@@ -142,7 +142,7 @@ class ProblemChecker {
   ConstVectorView x_;
   CheckProblemOptions options_;
   Index n_, stride_ = 1;
-  double cost_ = 0;
+  double cost_ = 0;  // the variable cost (WithFixedCost)
   std::vector<std::string> faults_;
 };
 
@@ -152,19 +152,23 @@ bool ProblemChecker<B>::CheckCost() {
     Add("x has {} entries, but the problem has {} parameters", x_.size(), problem_.num_parameters());
     return false;
   }
-  cost_ = problem_.Cost(x_);
-  if (!std::isfinite(cost_)) {
-    Add("Cost is {} at x: {}; choose an x with a finite cost", cost_, problem_.DescribeNonFinite(x_, false));
+  const double whole = problem_.Cost(x_), fixed = problem_.FixedCost(x_);
+  cost_ = problem_.VariableCost(x_);
+  if (!std::isfinite(whole)) {
+    Add("Cost is {} at x: {}; choose an x with a finite cost", whole, problem_.DescribeNonFinite(x_, false));
     return false;
   }
   if (const std::string why = problem_.DescribeDegenerate(x_); !why.empty()) Add("{}", why);
-  if (const double again = problem_.Cost(x_); Far(cost_, again)) {
+  if (const double again = problem_.VariableCost(x_); Far(cost_, again)) {
     Add("Cost gives {:.9g}, and at the same x again {:.9g}; it must depend on x alone", cost_, again);
+  } else if (Far(fixed + cost_, whole)) {
+    Add("FixedCost and VariableCost are {:.9g} and {:.9g}, and Cost is {:.9g}; make Cost their sum", fixed, cost_,
+        whole);
   }
   std::vector<Index> units(static_cast<std::size_t>(problem_.num_units()));
   std::iota(units.begin(), units.end(), Index{0});
   if (const double all = problem_.Cost(x_, units); Far(cost_, all)) {
-    Add("Cost over all {} units is {:.9g}, the whole cost {:.9g}; make them the same", units.size(), all, cost_);
+    Add("Cost over all {} units is {:.9g}, the variable cost {:.9g}; make them the same", units.size(), all, cost_);
   }
   return true;
 }

@@ -113,7 +113,7 @@ void ProblemChecker<B>::CheckTangent(int batch, LinearizationAdaptor<B>& lineari
 template <Backend B>
 void ProblemChecker<B>::CheckGradient(ConstVectorView gradient, ConstVectorView diagonal) {
   const auto given = [&](ConstVectorView v) { return std::vector<double>{backend_.Dot(gradient, v)}; };
-  const auto value = [&](ConstVectorView moved, std::span<double> out) { out[0] = problem_.Cost(moved); };
+  const auto value = [&](ConstVectorView moved, std::span<double> out) { out[0] = problem_.VariableCost(moved); };
   CheckDerivative({given, value, std::sqrt(2 * cost_), diagonal}, [&](Index k, const Mismatch& at) {
     Add("the gradient {} is {:.6g}, by differences of Cost {:.6g}; make Gradient the derivative of Cost",
         k >= 0 ? "by " + problem_.NameTangent(k) : "along some v", at.given, at.difference);

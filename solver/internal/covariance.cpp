@@ -35,6 +35,7 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double
   }
   const DenseJacobian dense = MakeDenseJacobian<CpuBackend<double>>(backend, pointers);
   Covariance covariance{.size = dense.cols};
+  if (covariance.size == 0) return covariance;
   for (const double entry : dense.jacobian) {
     if (!std::isfinite(entry)) return covariance;
   }

@@ -51,8 +51,9 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
               "the saved solve has {} parameters, but the problem has {}", x_.size(), problem.num_parameters());
   start_ -= std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(summary_.total_seconds));
-  cost_ = summary_.final_cost;
-  x_norm_ = std::sqrt(backend_.Dot(x_, x_));
+  summary_.fixed_cost = problem_.FixedCost(x_);
+  ReportCosts();
+  x_norm_ = problem_.VariableNorm(backend_, x_);
   // Linearize again at x_, with the same turn as before the solve was saved.
   --turn_;
   summary_.status = LmStatus::kRunning;
@@ -68,7 +69,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
     Fail(kBadArgument, "x has {} entries, but the problem has {} parameters; give x one entry per parameter", x_.size(),
          problem_.num_parameters());
   }
-  x_norm_ = std::sqrt(backend_.Dot(x_, x_));
+  x_norm_ = problem_.VariableNorm(backend_, x_);
   summary_.num_parameters = problem_.num_parameters();
   summary_.num_tangent = problem_.num_tangent();
   summary_.num_batches = problem_.num_batches();
@@ -77,17 +78,19 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
                   options_.line_search.enabled ? ", line search" : "");
   const ProfileScope timed = Timed();
   LmIteration row;
-  cost_ = FullCost(x_);
-  summary_.initial_cost = summary_.final_cost = cost_;
-  if (!std::isfinite(cost_)) {
+  summary_.fixed_cost = problem_.FixedCost(x_);
+  initial_cost_ = cost_ = FullCost(x_);
+  ReportCosts();
+  if (!std::isfinite(cost())) {
     const std::string where = problem_.DescribeNonFinite(x_, false);
-    Stop(LmStatus::kNonFinite, fmt::format("the cost at the start is {}{}{}", cost_, where.empty() ? "" : ": ", where));
+    Stop(LmStatus::kNonFinite,
+         fmt::format("the cost at the start is {}{}{}", cost(), where.empty() ? "" : ": ", where));
   } else if (problem_.has_bounds() && !problem_.IsFeasible(x_)) {
     const std::string where = problem_.DescribeInfeasible(x_);
     Stop(LmStatus::kInfeasible,
          fmt::format("the start violates a bound{}{}; move it inside", where.empty() ? "" : ": ", where));
   } else if (problem_.num_tangent() == 0) {
-    Stop(LmStatus::kGradientTolerance, "the problem has no parameters");
+    Stop(LmStatus::kGradientTolerance, "the problem has no free parameters");
   } else if (const std::string why = problem_.DescribeDegenerate(x_); !why.empty()) {
     Stop(LmStatus::kDegenerateStart, why);
   } else if (PassesCheck() && Linearize()) {
@@ -117,7 +120,7 @@ void LmStepper<B>::StopIfRequested(bool requested) {
 template <Backend B>
 double LmStepper<B>::DoubtfulGain() const {
   const double rounding = sizeof(typename B::Scalar) == sizeof(double) ? 1e-9 : 1e-4;
-  return std::max(std::max(10 * options_.function_tolerance, rounding) * cost_, 1e-20 * summary_.initial_cost);
+  return std::max(std::max(10 * options_.function_tolerance, rounding) * cost_, 1e-20 * initial_cost_);
 }
 
 template <Backend B>
@@ -143,7 +146,7 @@ template <Backend B>
 double LmStepper<B>::FullCost(typename B::ConstVectorView x) {
   const lm_internal::Stopwatch watch(summary_.cost_seconds, "LM cost");
   ++summary_.num_cost_evaluations;
-  return problem_.Cost(x);
+  return problem_.VariableCost(x);
 }
 
 template <Backend B>
@@ -153,8 +156,7 @@ double LmStepper<B>::GradientNorm() {
     return backend_.MaxAbs(system_->negative_gradient());
   AcquireTrialVectors();
   problem_.Plus(backend_, x_, system_->negative_gradient(), trial_x_);
-  backend_.Axpby(-1.0, x_, 1.0, trial_x_);
-  return backend_.MaxAbs(trial_x_);
+  return problem_.VariableMaxChange(backend_, x_, trial_x_);
 }
 
 template <Backend B>
@@ -162,7 +164,7 @@ bool LmStepper<B>::Linearize() {
   if (system_) return true;
   const lm_internal::Stopwatch watch(summary_.linearize_seconds, "LM linearise");
   problem_.OnNewPoint(turn_++);
-  system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
+  system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), cost_, scale_, summary_);
   zero_column_gradient_ = system_->zero_column_gradient();
   if (const SystemFault& fault = system_->fault(); fault.kind != SystemFault::Kind::kNone) {
     if (fault.kind == SystemFault::Kind::kDiagonal) {
@@ -251,7 +253,7 @@ typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial) const {
            std::abs(cost_ - trial.cost) <= share * cost_;
   };
   // Never accept by gradient a cost above the start's. At bounds, only entries that are free to move count.
-  if (!(trial.predicted > 0) || !(trial.cost <= summary_.initial_cost)) return Zone::kCost;
+  if (!(trial.predicted > 0) || !(trial.cost <= initial_cost_)) return Zone::kCost;
   if (within(kRounding)) return Zone::kRounding;
   return within(kDoubt) && !trial.accepted ? Zone::kDoubtful : Zone::kCost;
 }
@@ -261,7 +263,8 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
   std::unique_ptr<BatchedSystem<B>> at_trial;
   {
     const lm_internal::Stopwatch watch(summary_.linearize_seconds, "LM linearise");
-    at_trial = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
+    at_trial =
+        std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, trial_x_.view(), trial.cost, scale_, summary_);
   }
   const auto squared = [&](const BatchedSystem<B>& system) {
     backend_.DivideOrZero(system.negative_gradient(), system_->weights(), scaled_step_);
@@ -306,7 +309,8 @@ const LmIteration& LmStepper<B>::Step() {
     control_->OnAccept(trial.rho);
     system_.reset();  // was made for the previous x_
     std::swap(x_, trial_x_);
-    cost_ = summary_.final_cost = trial.cost;
+    cost_ = trial.cost;
+    ReportCosts();
     ++summary_.num_accepted;
     consecutive_rejects_ = 0;
   } else {
@@ -321,7 +325,7 @@ const LmIteration& LmStepper<B>::Step() {
     }
     control_->OnReject();
   } else {
-    x_norm_ = std::sqrt(backend_.Dot(x_, x_));
+    x_norm_ = problem_.VariableNorm(backend_, x_);
   }
   ReleaseVectors();
   // Test the limits first, because a linearization whose step is never taken is wasted.
@@ -369,7 +373,7 @@ void LmStepper<B>::TestLimits() {
 template <Backend B>
 const LmIteration& LmStepper<B>::Record(LmIteration row) {
   row.iteration = static_cast<int>(summary_.iterations.size());
-  row.cost = cost_;
+  row.cost = cost();
   row.seconds = summary_.total_seconds = Seconds();
   summary_.iterations.push_back(row);
   if (options_.profile) summary_.phases = profile_.Rows();

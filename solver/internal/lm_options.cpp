@@ -90,7 +90,7 @@ void LmOptions::Validate() const {
   if (max_iterations < 0) Fail(kBadArgument, "max_iterations is {}; choose 0 or more", max_iterations);
   if (max_consecutive_rejects < 1)
     Fail(kBadArgument, "max_consecutive_rejects is {}; choose 1 or more", max_consecutive_rejects);
-  if (!(max_seconds > 0)) Fail(kBadArgument, "max_seconds is {}; choose more than 0", max_seconds);
+  if (!(max_seconds >= 0)) Fail(kBadArgument, "max_seconds is {}; choose 0 or more", max_seconds);
   const auto check = [](const char* name, double tolerance) {
     if (!(tolerance >= 0)) Fail(kBadArgument, "{} is {}; choose 0 or more", name, tolerance);
   };

@@ -110,6 +110,7 @@ void SubsetManifold::PlusJacobian(const double*, double* jacobian) const {
 
 ProductManifold::ProductManifold(std::vector<std::shared_ptr<const Manifold>> parts) : parts_(std::move(parts)) {
   for (const auto& part : parts_) {
+    if (!part) Fail(kBadArgument, "part {} of a product manifold is null", &part - parts_.data());
     ambient_ += part->ambient_size();
     tangent_ += part->tangent_size();
   }

@@ -59,7 +59,7 @@ Layout::Layout(Index num_parameters, Index num_blocks, int parameters_per_block,
   for (const Index k : index_)
     VESTA_CHECK(k >= 0 && k < num_parameters, "index {} is out of range; there are {} parameters", k, num_parameters);
   for (Index block = 0; block < num_blocks; ++block) CheckDifferent(block);
-  VESTA_CHECK(num_batches >= 1, "num_batches is {}", num_batches);
+  VESTA_CHECK(num_batches >= 1, "num_batches is {}; choose 1 or more", num_batches);
   for (int batch = 0; batch < num_batches; ++batch) {
     batches_.push_back(BlocksOf(batch, num_batches, num_blocks, split));
     transposes_.emplace_back(num_parameters, parameters_per_block, index_, batches_.back());

@@ -37,6 +37,8 @@ const char* ToString(LmStatus status) {
       return "failed (degenerate start)";
     case LmStatus::kCheckFailed:
       return "failed (CheckProblem found a fault)";
+    case LmStatus::kInvalidOptions:
+      return "failed (invalid options)";
   }
   return "unknown";
 }
@@ -49,7 +51,7 @@ bool IsConverged(LmStatus status) {
 bool IsFailure(LmStatus status) {
   return status == LmStatus::kInfeasible || status == LmStatus::kNonFinite || status == LmStatus::kBadDiagonal ||
          status == LmStatus::kGradientInZeroColumn || status == LmStatus::kDegenerateStart ||
-         status == LmStatus::kCheckFailed;
+         status == LmStatus::kCheckFailed || status == LmStatus::kInvalidOptions;
 }
 
 std::string LmSummary::BriefReport() const {
@@ -70,6 +72,7 @@ std::string LmSummary::FullReport() const {
   fmt::format_to(out, "linear solver     {}\n", linear_solver);
   fmt::format_to(out, "parts             {}\n", configuration);
   fmt::format_to(out, "cost              {:.12e} -> {:.12e}\n", initial_cost, final_cost);
+  if (fixed_cost != 0) fmt::format_to(out, "fixed cost        {:.12e}\n", fixed_cost);
   fmt::format_to(out, "iterations        {:>12}   accepted {}, rejected {}\n", num_accepted + num_rejected,
                  num_accepted, num_rejected);
   fmt::format_to(out, "PCG iterations    {:>12}   products {}\n", num_pcg_iterations, num_products);

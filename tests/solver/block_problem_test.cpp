@@ -202,7 +202,7 @@ TEST_F(BlockProblemTest, BoundsHoldTheMinimum) {
   EXPECT_EQ(outside.status, LmStatus::kInfeasible);
   EXPECT_EQ(outside.message, "the start violates a bound: block 1, entry 0: 3 is not within [-1, 2]; move it inside");
   EXPECT_EQ(x[3], 3);
-  EXPECT_THROW(problem.SetBounds(held, 0, 1, 1), Error);
+  EXPECT_THROW(problem.SetBounds(held, 0, 1, 0), Error);
   EXPECT_THROW(problem.SetBounds(held, 3, 0, 1), Error);
 }
 

@@ -86,7 +86,7 @@ TEST(Bounds, ABoxAroundALinearProblem) {
 TEST(Bounds, RefuseWhatIsEmptyAndAStartOutside) {
   Cpu backend;
   ResidualBlocks<Rosenbrock, Cpu> inner(2, std::vector<Rosenbrock>(1));
-  EXPECT_THROW(BoundedProblem<Cpu>(inner, {1, 0}, {1, 1}), Error);
+  EXPECT_THROW(BoundedProblem<Cpu>(inner, {2, 0}, {1, 1}), Error);
   EXPECT_THROW(BoundedProblem<Cpu>(inner, {0}, {1}), Error);
   EXPECT_THROW(BoundedProblem<Cpu>(inner, {std::nan(""), 0}, {1, 1}), Error);
   BoundedProblem<Cpu> problem(inner, {0, 0}, {1, 1});

@@ -24,7 +24,7 @@ TEST(LmOptionsTest, EachIsCheckedWithOneLine) {
   const std::vector<std::function<void(LmOptions&)>> mistakes = {
       [](LmOptions& o) { o.max_iterations = -1; },
       [](LmOptions& o) { o.function_tolerance = kNaN; },
-      [](LmOptions& o) { o.max_seconds = 0; },
+      [](LmOptions& o) { o.max_seconds = -1; },
       [](LmOptions& o) { o.max_consecutive_rejects = 0; },
       [](LmOptions& o) { o.step_control.initial_lambda = -1; },
       [](LmOptions& o) { o.step_rule = StepRule::k3dgsLmV2; },

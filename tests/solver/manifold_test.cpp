@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta {
 namespace {
@@ -90,6 +91,14 @@ TEST(Manifold, UnitVectorsKeepTheirLength) {
   const double length = x.norm();
   for (int step = 0; step < 100; ++step) x = Plus(manifold, x, Eigen::Vector3d::Random());
   EXPECT_NEAR(x.norm(), length, 1e-13 * length);
+}
+
+TEST(Manifold, AProductNamesItsNullPart) {
+  EXPECT_THAT(
+      [] {
+        ProductManifold({std::make_shared<EuclideanManifold>(3), nullptr});
+      },
+      ThrowsError(kBadArgument, "1"));
 }
 
 TEST(Manifold, RefusesSizesThatAreNone) {

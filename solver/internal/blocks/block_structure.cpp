@@ -44,30 +44,37 @@ std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, con
   return eliminated;
 }
 
+std::vector<bool> FindUsed(std::size_t num_parameters, const ResidualBlockList& residuals) {
+  std::vector<bool> used(num_parameters, false);
+  for (std::size_t r = 0; r < residuals.size(); ++r) {
+    for (const int p : residuals[r].parameters) used[static_cast<std::size_t>(p)] = true;
+  }
+  return used;
+}
+
 }  // namespace
 
 BlockStructure::BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals,
                                bool eliminate) {
   const std::vector<bool> eliminated =
       eliminate ? FindEliminated(parameters, residuals) : std::vector<bool>(parameters.size(), false);
-  std::vector<int> free_of;
-  NumberFreeBlocks(parameters, eliminated, free_of);
-  PlaceRows(residuals, eliminated, free_of);
+  NumberFreeBlocks(parameters, FindUsed(parameters.size(), residuals), eliminated);
+  PlaceRows(residuals, eliminated);
   ListUses();
 }
 
-void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& eliminated,
-                                      std::vector<int>& free_of) {
+void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& used,
+                                      const std::vector<bool>& eliminated) {
   std::vector<int> order;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    if (parameters[p].tangent_size > 0) order.push_back(static_cast<int>(p));
+    if (parameters[p].tangent_size > 0 && used[p]) order.push_back(static_cast<int>(p));
   }
   const auto key = [&](int p) {
     const auto k = static_cast<std::size_t>(p);
     return std::tuple(static_cast<bool>(eliminated[k]), parameters[k].tangent_size);
   };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
-  free_of.assign(parameters.size(), -1);
+  free_of_.assign(parameters.size(), -1);
   for (const int p : order) {
     const bool last_part = eliminated[static_cast<std::size_t>(p)];
     const int size = parameters[static_cast<std::size_t>(p)].tangent_size;
@@ -81,7 +88,7 @@ void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters
       part.push_back({size, 0, num_tangent_ - start, 1, size});
       groups_.push_back({size, 0, num_tangent_, 1, size});
     }
-    free_of[static_cast<std::size_t>(p)] = static_cast<int>(free_.size());
+    free_of_[static_cast<std::size_t>(p)] = static_cast<int>(free_.size());
     free_.push_back({p, size, num_tangent_, static_cast<int>(groups_.size()) - 1, groups_.back().count});
     ++part.back().count;
     ++groups_.back().count;
@@ -89,24 +96,29 @@ void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters
   }
 }
 
-void BlockStructure::PlaceRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
-                               const std::vector<int>& free_of) {
+void BlockStructure::PlaceRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated) {
   rows_.reserve(residuals.size());
   cells_.reserve(residuals.num_arguments());
   for (std::size_t r = 0; r < residuals.size(); ++r) {
     const ResidualBlock residual = residuals[r];
-    BlockRow row{.residual_offset = num_residuals_,
+    BlockRow row{.residual_block = static_cast<Index>(r),
+                 .residual_offset = num_residuals_,
                  .value_offset = 0,
                  .num_residuals = residual.num_residuals,
                  .first_cell = static_cast<Index>(cells_.size())};
     for (std::size_t argument = 0; argument < residual.parameters.size(); ++argument) {
       const auto p = static_cast<std::size_t>(residual.parameters[argument]);
-      if (free_of[p] < 0) continue;
+      const int free = free_of_[p];
+      if (free < 0) continue;
       if (eliminated[p]) row.eliminated_cell = row.num_cells;
-      const FreeBlock& block = free_[static_cast<std::size_t>(free_of[p])];
-      cells_.push_back({free_of[p], static_cast<int>(argument), row.width, block.size, block.offset});
+      const FreeBlock& block = free_[static_cast<std::size_t>(free)];
+      cells_.push_back({free, static_cast<int>(argument), row.width, block.size, block.offset});
       row.width += block.size;
       ++row.num_cells;
+    }
+    if (row.num_cells == 0) {
+      fixed_residual_blocks_.push_back(row.residual_block);
+      continue;
     }
     num_residuals_ += row.num_residuals;
     rows_.push_back(row);

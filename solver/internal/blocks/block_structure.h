@@ -59,9 +59,10 @@ struct BlockCell {
   Index offset = 0;  // position of the free block in a step
 };
 
-// A residual block. Its Jacobian is a dense row-major matrix, num_residuals x width, at position value_offset of the
-// values of a BlockJacobian.
+// A residual block with a free parameter block. Its Jacobian is a dense row-major matrix, num_residuals x width, at
+// position value_offset of the values of a BlockJacobian.
 struct BlockRow {
+  Index residual_block = 0;   // index in the ResidualBlockList
   Index residual_offset = 0;  // position of its residuals
   Index value_offset = 0;
   int num_residuals = 0;
@@ -71,9 +72,9 @@ struct BlockRow {
   int eliminated_cell = -1;  // index among its cells; -1 if it has none
 };
 
-// A free parameter block (not constant). Free blocks are sorted: first the kept blocks, then the eliminated ones;
-// within each of them by tangent size, then in the order in which they were added. Consecutive blocks of equal size
-// form one BlockGroup.
+// A free parameter block: not constant, and used by a residual block. Free blocks are sorted: first the kept blocks,
+// then the eliminated ones; within each of them by tangent size, then in the order in which they were added.
+// Consecutive blocks of equal size form one BlockGroup.
 struct FreeBlock {
   int parameter = 0;  // index of the parameter block
   int size = 0;       // tangent size
@@ -84,7 +85,7 @@ struct FreeBlock {
 
 // A residual block that depends on a given free block, and the position of its columns there.
 struct BlockUse {
-  Index row = 0;  // index of the residual block
+  Index row = 0;  // index in BlockStructure::rows
   int local = 0;  // first column within its dense Jacobian
 };
 
@@ -103,7 +104,15 @@ class BlockStructure {
   // Number of stored entries of J.
   Index num_values() const { return num_values_; }
   const std::vector<FreeBlock>& free_blocks() const { return free_; }
+  // The free block of a parameter block; null if it has none.
+  const FreeBlock* Find(int parameter) const {
+    const int k = free_of_[static_cast<std::size_t>(parameter)];
+    return k < 0 ? nullptr : &free_[static_cast<std::size_t>(k)];
+  }
+  // The residual blocks with a free parameter block, in the order in which they were added.
   const std::vector<BlockRow>& rows() const { return rows_; }
+  // Indices of the other residual blocks, whose cost never changes.
+  const std::vector<Index>& fixed_residual_blocks() const { return fixed_residual_blocks_; }
   std::span<const BlockCell> cells(const BlockRow& row) const {
     return std::span(cells_).subspan(static_cast<std::size_t>(row.first_cell), static_cast<std::size_t>(row.num_cells));
   }
@@ -119,16 +128,17 @@ class BlockStructure {
   const std::vector<BlockGroup>& eliminated_groups() const { return eliminated_groups_; }
 
  private:
-  void NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& eliminated,
-                        std::vector<int>& free_of);
-  void PlaceRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
-                 const std::vector<int>& free_of);
+  void NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& used,
+                        const std::vector<bool>& eliminated);
+  void PlaceRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated);
   void ListUses();
 
   Index num_tangent_ = 0, num_kept_ = 0, num_residuals_ = 0, num_values_ = 0;
   int num_kept_blocks_ = 0;
   std::vector<FreeBlock> free_;
+  std::vector<int> free_of_;  // per parameter block: its index in free_, or -1
   std::vector<BlockRow> rows_;
+  std::vector<Index> fixed_residual_blocks_;
   std::vector<BlockCell> cells_;
   std::vector<std::size_t> first_use_;
   std::vector<BlockUse> uses_;

@@ -131,6 +131,10 @@ class ProblemAdaptor {
 
   Index num_parameters() const { return problem_->num_parameters(); }
   double Cost(ConstVectorView x) const { return problem_->Cost(x); }
+  double FixedCost(ConstVectorView x) const { return fixed_ ? fixed_->FixedCost(x) : 0; }
+  double VariableCost(ConstVectorView x) const { return fixed_ ? fixed_->VariableCost(x) : Cost(x); }
+  double VariableNorm(B& backend, ConstVectorView x) const;
+  double VariableMaxChange(B& backend, ConstVectorView x, VectorView y) const;
 
   Index num_tangent() const { return manifold_ ? manifold_->num_tangent() : num_parameters(); }
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) const;
@@ -175,6 +179,7 @@ class ProblemAdaptor {
  private:
   Problem<B>* problem_;
   OnManifold<B>* manifold_ = nullptr;
+  WithFixedCost<B>* fixed_ = nullptr;
   InUnits<B>* units_ = nullptr;
   InBatches<B>* batches_ = nullptr;
   WithBounds<B>* bounds_ = nullptr;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <tuple>
@@ -104,11 +105,11 @@ void LinearizationAdaptor<B>::RightHandSide(VectorView d) {
 template <Backend B>
 ProblemAdaptor<B>::ProblemAdaptor(Problem<B>* problem) : problem_(problem) {
   if (!problem) return;
-  std::tie(manifold_, units_, batches_, bounds_, metric_, preconditioner_, cholesky_, counts_, collective_, names_,
-           describes_) =
-      adaptor_internal::FindInterfaces<OnManifold<B>, InUnits<B>, InBatches<B>, WithBounds<B>, WithDampingMetric<B>,
-                                       WithPreconditioner<B>, WithSparseCholesky<B>, WithStepCounts, Collective,
-                                       WithNames, Describes<B>>(*problem);
+  std::tie(manifold_, fixed_, units_, batches_, bounds_, metric_, preconditioner_, cholesky_, counts_, collective_,
+           names_, describes_) =
+      adaptor_internal::FindInterfaces<OnManifold<B>, WithFixedCost<B>, InUnits<B>, InBatches<B>, WithBounds<B>,
+                                       WithDampingMetric<B>, WithPreconditioner<B>, WithSparseCholesky<B>,
+                                       WithStepCounts, Collective, WithNames, Describes<B>>(*problem);
 }
 
 template <Backend B>
@@ -119,11 +120,23 @@ void ProblemAdaptor<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delt
 }
 
 template <Backend B>
+double ProblemAdaptor<B>::VariableNorm(B& backend, ConstVectorView x) const {
+  return fixed_ ? fixed_->VariableNorm(x) : std::sqrt(backend.Dot(x, x));
+}
+
+template <Backend B>
+double ProblemAdaptor<B>::VariableMaxChange(B& backend, ConstVectorView x, VectorView y) const {
+  if (fixed_) return fixed_->VariableMaxChange(x, y);
+  backend.Axpby(-1.0, x, 1.0, y);
+  return backend.MaxAbs(y);
+}
+
+template <Backend B>
 double ProblemAdaptor<B>::Cost(ConstVectorView x, std::span<const Index> units) const {
   if (units_) return units_->Cost(x, units);
   VESTA_CHECK(units.size() == 1, "the cost of {} units was requested, but the problem does not derive from InUnits",
               units.size());
-  return Cost(x);
+  return VariableCost(x);
 }
 
 template <Backend B>

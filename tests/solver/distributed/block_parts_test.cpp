@@ -151,6 +151,34 @@ TEST(BlockParts, AddUpToTheWhole) {
   });
 }
 
+// The first points are constant, so some residual blocks have a fixed cost.
+TEST(BlockParts, SumTheFixedCost) {
+  const auto make_constant = [](Chain& chain) {
+    for (int block = 0; block < 10; ++block) chain.problem.SetConstant(block);
+  };
+  Chain chain;
+  make_constant(chain);
+  const std::vector<double> start = chain.x;
+  Cpu backend;
+  const LmSummary whole = SolveLm<Cpu>(PcgOptionsOf(), backend, chain.problem, ViewOf(chain.x));
+  ASSERT_GT(whole.fixed_cost, 0);
+  test::OnThreadRanks(3, [&](Communicator& ranks) {
+    Chain own;
+    make_constant(own);
+    BlockParts parts(own.problem, 16);
+    DistributedProblem<Cpu> problem(ranks, parts);
+    EXPECT_NEAR(problem.Cost(ViewOf(own.x)), whole.initial_cost, 1e-12 * whole.initial_cost);
+    Cpu on_rank;
+    const LmSummary summary = SolveLm<Cpu>(PcgOptionsOf(), on_rank, problem, ViewOf(own.x));
+    EXPECT_NEAR(summary.fixed_cost, whole.fixed_cost, 1e-12 * whole.fixed_cost);
+    EXPECT_NEAR(summary.initial_cost, whole.initial_cost, 1e-12 * whole.initial_cost);
+    EXPECT_NEAR(summary.final_cost, whole.final_cost, 1e-7 * whole.final_cost);
+    EXPECT_EQ(summary.num_residuals, whole.num_residuals);
+    for (std::size_t k = 0; k < 20; ++k) EXPECT_EQ(own.x[k], start[k]);
+    EXPECT_NEAR(problem.VariableNorm(ViewOf(own.x)), own.problem.VariableNorm(ViewOf(own.x)), 0);
+  });
+}
+
 TEST(BlockParts, AreRefusedWithAWord) {
   Chain chain;
   EXPECT_THAT([&] { BlockParts(chain.problem, 0); }, ThrowsError(kBadArgument, "1"));

@@ -81,7 +81,7 @@ TEST(BatchedSystem, MergesByTheDiagonalsAndPredictsOverAllBatches) {
     LmSummary summary;
     PcgWorkspace<Cpu> workspace;
     Cpu::Vector step(4), moved(4);
-    BatchedSystem<Cpu> batched(options, backend, problem, x.view(), scale, summary);
+    BatchedSystem<Cpu> batched(options, backend, problem, x.view(), problem.Cost(x), scale, summary);
     const auto direction = batched.Solve(lambda, workspace, step);
     EXPECT_EQ(summary.num_zero_columns, 1);
     for (int k = 0; k < 4; ++k) {

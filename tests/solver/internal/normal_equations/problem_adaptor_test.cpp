@@ -148,6 +148,7 @@ struct AllAtX final : RootsAtX,
 
 struct All final : Roots,
                    OnManifold<Cpu>,
+                   WithFixedCost<Cpu>,
                    InUnits<Cpu>,
                    InBatches<Cpu>,
                    WithBounds<Cpu>,
@@ -161,6 +162,10 @@ struct All final : Roots,
   using Roots::Cost;
   Index num_tangent() const override { return 2; }
   void Plus(Cpu&, ConstView, ConstView, View out) override { Cpu().Fill(1, out); }
+  double FixedCost(ConstView) override { return 11; }
+  double VariableCost(ConstView) override { return 12; }
+  double VariableNorm(ConstView) override { return 13; }
+  double VariableMaxChange(ConstView, View) override { return 14; }
   Index num_units() const override { return 3; }
   double Cost(ConstView, std::span<const Index> units) override { return 100 + static_cast<double>(units.size()); }
   int num_batches() const override { return batches; }
@@ -203,6 +208,10 @@ class Adapted : public testing::Test {
   }
   void ExpectSums(const ProblemAdaptor<Cpu>& problem) {
     EXPECT_EQ(problem.num_tangent(), 2);
+    EXPECT_EQ(problem.FixedCost(x_), 11);
+    EXPECT_EQ(problem.VariableCost(x_), 12);
+    EXPECT_EQ(problem.VariableNorm(backend_, x_), 13);
+    EXPECT_EQ(problem.VariableMaxChange(backend_, x_, out_), 14);
     EXPECT_EQ(problem.num_units(), 3);
     EXPECT_EQ(problem.Cost(x_, std::vector<Index>{0, 2}), 102);
     problem.OnNewPoint(8);
