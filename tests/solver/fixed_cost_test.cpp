@@ -242,6 +242,11 @@ TEST(EqualBounds, FixAnEntry) {
     EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
     EXPECT_EQ(x[1], 0.5);
     EXPECT_NEAR(x[0], 1.7, 1e-7);
+    // The entry is masked even if its gradient is zero.
+    Cpu::Vector mask = Vector({1, 1});
+    dynamic_cast<WithBounds<Cpu>&>(problem).MaskActiveBounds(x, Vector({1, 0}), mask);
+    EXPECT_EQ(mask[0], 1);
+    EXPECT_EQ(mask[1], 0);
     x[1] = 0.4;
     EXPECT_EQ(SolveLm(problem, x).status, LmStatus::kInfeasible);
   };
