@@ -213,6 +213,7 @@ TEST(UnusedBlocks, LeaveTheCovariancesOfTheOthers) {
   GrowthWithUnusedBlocks fit;
   SolveLm(fit.problem, fit.x);
   const Covariance all = EstimateCovariance(fit.problem, fit.x);
+  ASSERT_EQ(all.size, 1);
   ASSERT_EQ(all.rank, 1);
   double h = 0;
   for (const double t : {0.5, 1.0, 1.5}) h += std::pow(t * std::exp(0.2 * t), 2);
