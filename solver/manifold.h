@@ -37,9 +37,10 @@ class QuaternionManifold final : public Manifold {
 
 // Vectors of constant length, such as directions. Steps keep the length |x|:
 //   x (+) delta = |x| H [delta sin |delta| / |delta|; cos |delta|].
-// H is a Householder reflection that maps the last unit vector to x / |x|. Source: Hertzberg et al., Integrating
-// generic sensor fusion algorithms with sound state representations through encapsulation of manifolds, 2013, appendix
-// B.2. The constructor throws Error for size < 2.
+// H is a Householder reflection that maps the last unit vector to x / |x|. |delta| is the angle between x and x (+)
+// delta, as in SphereManifold of Ceres 2.2; in Ceres 2.1, |delta| is twice the angle. Source: Hertzberg et al.,
+// Integrating generic sensor fusion algorithms with sound state representations through encapsulation of manifolds,
+// 2013, appendix B.2. The constructor throws Error for size < 2.
 class UnitVectorManifold final : public Manifold {
  public:
   explicit UnitVectorManifold(int size);

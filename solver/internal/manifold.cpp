@@ -20,20 +20,20 @@ double Norm(const double* v, int n) { return std::sqrt(std::inner_product(v, v +
 
 void FillZero(double* jacobian, int rows, int cols) { std::fill_n(jacobian, rows * cols, 0.0); }
 
-// Householder vector v with H = +-(I - 2 v v^T / v^T v) and H e_last = x / |x|. It has the sign of -x_last, to avoid
-// cancellation.
+// The Householder reflection H = I - 2 v v^T / v^T v that maps |x| e_last to x. v = x - |x| e_last, whose last entry is
+// computed without cancellation, as in Golub and Van Loan, Matrix Computations, section 5.1.3. If x is a positive
+// multiple of e_last, H = I.
 struct Reflection {
-  Reflection(const double* x, int size) : v(x, x + size), sign(x[size - 1] > 0 ? -1.0 : 1.0), norm(Norm(x, size)) {
-    v.back() -= sign * norm;
-    const double squared = std::inner_product(v.begin(), v.end(), v.begin(), 0.0);
-    factor = squared > 0 ? 2 / squared : 0;
+  Reflection(const double* x, int size) : v(x, x + size), norm(Norm(x, size)) {
+    const double last = v.back(), rest = std::inner_product(v.begin(), v.end() - 1, v.begin(), 0.0);
+    v.back() = last > 0 ? -rest / (last + norm) : last - norm;
+    const double length = Norm(v.data(), size);
+    for (double& entry : v) entry = length > 0 ? entry / length : 0;
   }
-  // Returns |x| (H y) at `row`, given y = y[row] and v^T y.
-  double Apply(std::size_t row, double y, double v_dot_y) const {
-    return sign * norm * (y - factor * v_dot_y * v[row]);
-  }
-  std::vector<double> v;
-  double sign, norm, factor;
+  // Entry `row` of H y, given y = y[row] and v^T y.
+  double Apply(std::size_t row, double y, double v_dot_y) const { return y - 2 * v_dot_y * v[row]; }
+  std::vector<double> v;  // of length 1, or 0
+  double norm;            // |x|
 };
 
 }  // namespace
@@ -73,7 +73,7 @@ void UnitVectorManifold::Plus(const double* x, const double* delta, double* out)
   for (double& component : y) component *= Sinc(angle);
   y.push_back(std::cos(angle));
   const double v_dot_y = std::inner_product(y.begin(), y.end(), h.v.begin(), 0.0);
-  for (std::size_t i = 0; i < y.size(); ++i) out[i] = h.Apply(i, y[i], v_dot_y);
+  for (std::size_t i = 0; i < y.size(); ++i) out[i] = h.norm * h.Apply(i, y[i], v_dot_y);
 }
 
 void UnitVectorManifold::PlusJacobian(const double* x, double* jacobian) const {
@@ -81,7 +81,7 @@ void UnitVectorManifold::PlusJacobian(const double* x, double* jacobian) const {
   for (int i = 0; i < size_; ++i) {
     for (int k = 0; k < size_ - 1; ++k) {
       jacobian[i * (size_ - 1) + k] =
-          h.Apply(static_cast<std::size_t>(i), i == k ? 1.0 : 0.0, h.v[static_cast<std::size_t>(k)]);
+          h.norm * h.Apply(static_cast<std::size_t>(i), i == k ? 1.0 : 0.0, h.v[static_cast<std::size_t>(k)]);
     }
   }
 }

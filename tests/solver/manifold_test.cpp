@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "kernels/core/check.h"
@@ -80,6 +81,46 @@ TEST(Manifold, QuaternionsTurnAsCeressDo) {
       RowMajor jacobian(4, 3);
       ASSERT_TRUE(theirs->PlusJacobian(q.data(), jacobian.data()));
       EXPECT_LE((PlusJacobian(ours, q) - jacobian).norm(), 1e-15 * 4);
+    }
+  }
+}
+
+// Ceres 2.2 measures delta by the angle on the sphere, Ceres 2.1 by twice the angle.
+constexpr double kCeresPerAngle = CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR < 2 ? 2 : 1;
+
+TEST(Manifold, UnitVectorsTurnAsCeressSphereDoes) {
+  srand(10);
+  for (const int size : {2, 3, 4, 7}) {
+    const UnitVectorManifold ours(size);
+    const ceres::SphereManifold<ceres::DYNAMIC> theirs(size);
+    for (const double scale : {1e-12, 1e-3, 1.0, 4.0}) {
+      for (const double sign : {-1.0, 1.0}) {
+        Eigen::VectorXd x = 3 * Eigen::VectorXd::Random(size);
+        x[size - 1] = sign * std::abs(x[size - 1]);
+        const Eigen::VectorXd delta = scale * Eigen::VectorXd::Random(size - 1), scaled = kCeresPerAngle * delta;
+        Eigen::VectorXd expected(size);
+        ASSERT_TRUE(theirs.Plus(x.data(), scaled.data(), expected.data()));
+        EXPECT_LE((Plus(ours, x, delta) - expected).norm(), 1e-14) << size << " " << scale << " " << sign;
+        RowMajor jacobian(size, size - 1);
+        ASSERT_TRUE(theirs.PlusJacobian(x.data(), jacobian.data()));
+        EXPECT_LE((PlusJacobian(ours, x) - kCeresPerAngle * jacobian).norm(), 1e-13) << size << " " << sign;
+        // |delta| is the angle.
+        if (delta.norm() < 3) {
+          const double cosine = std::clamp(x.dot(Plus(ours, x, delta)) / x.squaredNorm(), -1.0, 1.0);
+          EXPECT_NEAR(std::acos(cosine), delta.norm(), 1e-7);
+        }
+      }
+    }
+  }
+}
+
+TEST(Manifold, UnitVectorsNearTheAxisOfTheReflection) {
+  for (const double sign : {-1.0, 1.0}) {
+    for (const double off : {1e-3, 1e-7, 1e-9, 1e-15, 1e-100, 1e-200}) {
+      const Eigen::Vector3d x(3 * off, -4 * off, sign * 2);
+      const Eigen::Vector2d delta(0.3, 0.2);
+      EXPECT_LE((Plus(UnitVectorManifold(3), x, 1e-300 * delta) - x).norm(), 1e-15) << off;
+      Check(UnitVectorManifold(3), x);
     }
   }
 }
