@@ -53,6 +53,44 @@ class UnitVectorManifold final : public Manifold {
   int size_;
 };
 
+// Lines in R^n, n >= 2, each given by a point o on it and a direction d: x = [o; d], delta = [a; b]. Steps keep the
+// length |d|:
+//   x (+) delta = [o + H [a; 0]; d (+) b].
+// UnitVectorManifold(n) defines d (+) b, and its H at d moves o perpendicularly to the line. The same step as
+// LineManifold of Ceres 2.2; Ceres 2.1 makes it from 2 delta. The constructor throws Error for n < 2.
+class LineManifold final : public Manifold {
+ public:
+  // size: the dimension n of the space.
+  explicit LineManifold(int size);
+  int ambient_size() const override { return 2 * size_; }
+  int tangent_size() const override { return 2 * (size_ - 1); }
+  void Plus(const double* x, const double* delta, double* out) const override;
+  void PlusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  int size_;
+};
+
+// Rigid motions, the group SE(3). x = [q; t], a unit quaternion in the given order and a translation, maps a point p to
+// R(q) p + t. With delta = [rho; phi],
+//   x (+) delta = x exp(delta),
+// the motion exp(delta) followed by x. exp(delta) rotates by the rotation vector phi (radians) and translates by V rho,
+// where V is the left Jacobian of the rotation group at phi. So delta is a twist in the axes of the moved body, with
+// the translation first, as in Sophus and manif. A ProductManifold of a quaternion and R^3 instead moves both parts
+// independently.
+class Se3Manifold final : public Manifold {
+ public:
+  using Order = QuaternionManifold::Order;
+  explicit Se3Manifold(Order order = Order::kWxyz) : order_(order) {}
+  int ambient_size() const override { return 7; }
+  int tangent_size() const override { return 6; }
+  void Plus(const double* x, const double* delta, double* out) const override;
+  void PlusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  Order order_;
+};
+
 // A vector with some constant entries.
 class SubsetManifold final : public Manifold {
  public:
