@@ -26,6 +26,7 @@ namespace vesta {
 
 class BlockNormalMatrix;
 class SparseCholesky;
+enum class ExceededLimit;
 
 // x holds all parameter blocks one after another, in the order in which they were added. Constant blocks are included
 // and keep their values; so do blocks that no residual block uses. A step has entries only for the other blocks, the
@@ -152,8 +153,8 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // Lower bound on the operation counts of a sparse Cholesky factor. Does not plan the factorisation.
   StepCounts::Factor LeastFactor() const;
   // Plans the sparse Cholesky factorisation. Null if the factor would exceed max_factor_gib or need more than
-  // max_multiplications.
-  std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications) const;
+  // max_multiplications; exceeded, if not null, is then set to the limit.
+  std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications, ExceededLimit* exceeded = nullptr) const;
   // Work memory for evaluating one residual block, reused for the next.
   struct Scratch {
     std::vector<const double*> arguments;

@@ -87,7 +87,7 @@ class TolerantLoss final : public Loss {
   Value Evaluate(double s) const override;
 
  private:
-  double a_, b_, at_zero_;
+  double a_, b_, at_zero_, slope_at_zero_;
 };
 
 // rho = f(g(s)). Neither loss may be null.

@@ -37,9 +37,10 @@ class QuaternionManifold final : public Manifold {
 
 // Vectors of constant length, such as directions. Steps keep the length |x|:
 //   x (+) delta = |x| H [delta sin |delta| / |delta|; cos |delta|].
-// H is a Householder reflection that maps the last unit vector to x / |x|. Source: Hertzberg et al., Integrating
-// generic sensor fusion algorithms with sound state representations through encapsulation of manifolds, 2013, appendix
-// B.2. The constructor throws Error for size < 2.
+// H is a Householder reflection that maps the last unit vector to x / |x|. |delta| is the angle between x and x (+)
+// delta, as in SphereManifold of Ceres 2.2; in Ceres 2.1, |delta| is twice the angle. Source: Hertzberg et al.,
+// Integrating generic sensor fusion algorithms with sound state representations through encapsulation of manifolds,
+// 2013, appendix B.2. The constructor throws Error for size < 2.
 class UnitVectorManifold final : public Manifold {
  public:
   explicit UnitVectorManifold(int size);
@@ -50,6 +51,44 @@ class UnitVectorManifold final : public Manifold {
 
  private:
   int size_;
+};
+
+// Lines in R^n, n >= 2, each given by a point o on it and a direction d: x = [o; d], delta = [a; b]. Steps keep the
+// length |d|:
+//   x (+) delta = [o + H [a; 0]; d (+) b].
+// UnitVectorManifold(n) defines d (+) b, and its H at d moves o perpendicularly to the line. The same step as
+// LineManifold of Ceres 2.2; Ceres 2.1 makes it from 2 delta. The constructor throws Error for n < 2.
+class LineManifold final : public Manifold {
+ public:
+  // size: the dimension n of the space.
+  explicit LineManifold(int size);
+  int ambient_size() const override { return 2 * size_; }
+  int tangent_size() const override { return 2 * (size_ - 1); }
+  void Plus(const double* x, const double* delta, double* out) const override;
+  void PlusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  int size_;
+};
+
+// Rigid motions, the group SE(3). x = [q; t], a unit quaternion in the given order and a translation, maps a point p to
+// R(q) p + t. With delta = [rho; phi],
+//   x (+) delta = x exp(delta),
+// the motion exp(delta) followed by x. exp(delta) rotates by the rotation vector phi (radians) and translates by V rho,
+// where V is the left Jacobian of the rotation group at phi. So delta is a twist in the axes of the moved body, with
+// the translation first, as in Sophus and manif. A ProductManifold of a quaternion and R^3 instead moves both parts
+// independently.
+class Se3Manifold final : public Manifold {
+ public:
+  using Order = QuaternionManifold::Order;
+  explicit Se3Manifold(Order order = Order::kWxyz) : order_(order) {}
+  int ambient_size() const override { return 7; }
+  int tangent_size() const override { return 6; }
+  void Plus(const double* x, const double* delta, double* out) const override;
+  void PlusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  Order order_;
 };
 
 // A vector with some constant entries.

@@ -72,7 +72,7 @@ VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
 // Converts an orthonormal row-major R to the unit quaternion with w >= 0. Divides by the largest of its four components
 // (Shepperd 1978).
 template <class T>
-inline void QuaternionFromRotation(const T R[9], T q[4]) {
+VESTA_HD inline void QuaternionFromRotation(const T R[9], T q[4]) {
   using std::sqrt;
   const T trace = R[0] + R[4] + R[8];
   int i = 0;

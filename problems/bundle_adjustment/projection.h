@@ -13,8 +13,7 @@
 
 #include <cmath>
 
-#include "kernels/math/isa.h"
-#include "kernels/math/scalar.h"
+#include "kernels/math/rotation_vector.h"
 
 namespace vesta::bundle {
 
@@ -45,30 +44,6 @@ struct Projection {
 };
 
 inline namespace VESTA_ISA {
-
-// Computes sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 from square = a^2. Below 0.25, power series in the
-// square replace the quotients, which would lose digits or be 0 / 0.
-template <class T>
-VESTA_HD void AngleCoefficients(const T& square, T coefficients[3]) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  // Term k of the three series is (-square)^k / (2 k + 1)!, (2 k + 2)!, (2 k + 3)!; with ten terms the error at 1/4 is
-  // 1e-23.
-  T series[3] = {T(0.0), T(0.0), T(0.0)};
-  for (int k = 9; k >= 0; --k) {
-    for (int c = 0; c < 3; ++c) {
-      const double next = 1.0 / ((2 * k + c + 2) * (2 * k + c + 3));
-      series[c] = T(1.0) - square * T(next) * series[c];
-    }
-  }
-  const auto small = square < T(0.25);
-  const T angle = sqrt(Select(small, T(1.0), square));
-  const T half = sin(angle * T(0.5)) / angle;
-  coefficients[0] = Select(small, series[0], sin(angle) / angle);
-  coefficients[1] = Select(small, series[1] * T(1.0 / 2.0), half * half * T(2.0));
-  coefficients[2] = Select(small, series[2] * T(1.0 / 6.0), (angle - sin(angle)) / (angle * angle * angle));
-}
 
 // Prepares the camera of nine parameters, with A, B, C from AngleCoefficients and the cross-product matrix [w]:
 //   R = I + A [w] + B [w]^2 (Rodrigues),  left Jacobian = I + B [w] + C [w]^2,  [w]^2 = w w' - |w|^2 I.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "solver/internal/batched_system.h"
+#include "solver/internal/normal_equations/rounding_columns.inl"
 
 namespace vesta {
 
@@ -38,12 +39,22 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAda
   if (fault_.kind != SystemFault::Kind::kNone) return;
   const typename B::ConstVectorView diagonal = whole() ? whole()->diagonal() : diagonal_.view();
   summary.num_zero_columns = whole() ? whole()->num_zero_columns() : backend.CountNonPositive(diagonal);
-  if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal);
+  if (scale_.square.empty()) scale_ = MakeScale(diagonal);
   for (auto& system : systems_) {
     if (!system) continue;
     system->Prepare(options.normal_system, x_, scale_, systems > 1);
     summary.linear_solver = system->description();
   }
+}
+
+template <Backend B>
+ColumnScale<B> BatchedSystem<B>::MakeScale(typename B::ConstVectorView diagonal) {
+  if (options_.column_scaling != ColumnScaling::kInverseRoot || !whole())
+    return MakeColumnScale<B>(options_.column_scaling, backend_, diagonal);
+  typename B::Vector raised(diagonal.size());
+  backend_.Copy(diagonal, raised);
+  RaiseRoundingColumns<B>(backend_, whole()->batches(), raised);
+  return MakeColumnScale<B>(options_.column_scaling, backend_, raised);
 }
 
 template <Backend B>

@@ -233,12 +233,16 @@ std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVec
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
   if (options_.make_preconditioner) return options_.make_preconditioner();
   const StepCounts& counts = *CountSteps(false);
-  const std::string iterations = DescribeIterations(counts);
   if (!counts.factor) {
-    return std::make_unique<BlockJacobiPreconditioner<B>>(fmt::format(
-        " (a sparse Cholesky factor would exceed {} GiB, or be slower than {})", options_.max_factor_gib, iterations));
+    return std::make_unique<BlockJacobiPreconditioner<B>>(
+        counts.factor_too_large
+            ? fmt::format(" (a sparse Cholesky factor would exceed {} GiB)", options_.max_factor_gib)
+            : fmt::format(" (a sparse Cholesky factor would be slower: {})", SlowFactor(counts)));
   }
-  const std::string why = fmt::format(" ({})", CompareFactorCost(counts, iterations, IterationsCost(counts)));
+  const double cost = IterationsCost(counts);
+  const std::string why = fmt::format(
+      " ({}{})", FactorBeatsIterations(counts) && FactorCost(*counts.factor, counts) > cost ? "no fill, " : "",
+      CompareFactorCost(counts, DescribeIterations(counts), cost));
   if (FactorBeatsIterations(counts)) return std::make_unique<SparseCholeskyPreconditioner>(cholesky_, why);
   return std::make_unique<BlockJacobiPreconditioner<B>>(" (a sparse Cholesky factor" + why + ")");
 }
@@ -277,7 +281,11 @@ const StepCounts* BlockProblem::CountSteps(bool eliminating) {
                  .hops = static_cast<double>(LongestDistanceLowerBound(structure))});
   const StepCounts::Factor least = LeastFactor();
   const double allowed = MaxFactorMultiplications(*counts_, least);
-  if (!cholesky_ && allowed > 0) cholesky_ = PlanCholesky(allowed);
+  if (!cholesky_ && allowed > 0) {
+    ExceededLimit exceeded = ExceededLimit::kNone;
+    cholesky_ = PlanCholesky(allowed, &exceeded);
+    counts_->factor_too_large = exceeded == ExceededLimit::kFactorValues;
+  }
   if (cholesky_) {
     const EliminationPlan& plan = cholesky_->plan();
     counts_->factor = {.sums = least.sums,
@@ -304,11 +312,14 @@ BlockNormalMatrix& BlockProblem::NormalMatrix() const {
   return *normal_matrix_;
 }
 
-std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplications) const {
+std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplications, ExceededLimit* exceeded) const {
   const double max_bytes = options_.max_factor_gib * 0x1p30;
   if (!(max_bytes > 0)) Fail(kBadArgument, "max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
-  if (BlockNormalMatrix::Bytes(Structure()) > max_bytes) return nullptr;
-  return SparseCholesky::Plan(NormalMatrix().pattern(), max_bytes, max_multiplications);
+  if (BlockNormalMatrix::Bytes(Structure()) > max_bytes) {
+    if (exceeded) *exceeded = ExceededLimit::kFactorValues;
+    return nullptr;
+  }
+  return SparseCholesky::Plan(NormalMatrix().pattern(), max_bytes, max_multiplications, exceeded);
 }
 
 void BlockProblem::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {

@@ -8,6 +8,9 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "kernels/math/quaternion.h"
+#include "kernels/math/rotation_vector.h"
+#include "solver/rotation.h"
 
 namespace vesta {
 
@@ -20,21 +23,42 @@ double Norm(const double* v, int n) { return std::sqrt(std::inner_product(v, v +
 
 void FillZero(double* jacobian, int rows, int cols) { std::fill_n(jacobian, rows * cols, 0.0); }
 
-// Householder vector v with H = +-(I - 2 v v^T / v^T v) and H e_last = x / |x|. It has the sign of -x_last, to avoid
-// cancellation.
+// The Householder reflection H = I - 2 v v^T / v^T v that maps |x| e_last to x. v = x - |x| e_last, whose last entry is
+// computed without cancellation, as in Golub and Van Loan, Matrix Computations, section 5.1.3. If x is a positive
+// multiple of e_last, H = I.
 struct Reflection {
-  Reflection(const double* x, int size) : v(x, x + size), sign(x[size - 1] > 0 ? -1.0 : 1.0), norm(Norm(x, size)) {
-    v.back() -= sign * norm;
-    const double squared = std::inner_product(v.begin(), v.end(), v.begin(), 0.0);
-    factor = squared > 0 ? 2 / squared : 0;
+  Reflection(const double* x, int size) : v(x, x + size), norm(Norm(x, size)) {
+    const double last = v.back(), rest = std::inner_product(v.begin(), v.end() - 1, v.begin(), 0.0);
+    v.back() = last > 0 ? -rest / (last + norm) : last - norm;
+    const double length = Norm(v.data(), size);
+    for (double& entry : v) entry = length > 0 ? entry / length : 0;
   }
-  // Returns |x| (H y) at `row`, given y = y[row] and v^T y.
-  double Apply(std::size_t row, double y, double v_dot_y) const {
-    return sign * norm * (y - factor * v_dot_y * v[row]);
-  }
-  std::vector<double> v;
-  double sign, norm, factor;
+  // Entry `row` of H y, given y = y[row] and v^T y.
+  double Apply(std::size_t row, double y, double v_dot_y) const { return y - 2 * v_dot_y * v[row]; }
+  std::vector<double> v;  // of length 1, or 0
+  double norm;            // |x|
 };
+
+// out = |x| H [delta sin |delta| / |delta|; cos |delta|] for the reflection H of x, size >= 2 numbers. out may be x.
+void TurnVector(const double* x, int size, const double* delta, double* out) {
+  const double angle = Norm(delta, size - 1);
+  if (angle == 0) {
+    std::copy_n(x, size, out);
+    return;
+  }
+  const Reflection h(x, size);
+  std::vector<double> y(delta, delta + size - 1);
+  for (double& component : y) component *= Sinc(angle);
+  y.push_back(std::cos(angle));
+  const double v_dot_y = std::inner_product(y.begin(), y.end(), h.v.begin(), 0.0);
+  for (std::size_t i = 0; i < y.size(); ++i) out[i] = h.norm * h.Apply(i, y[i], v_dot_y);
+}
+
+// Positions of w, x, y, z in memory.
+std::array<int, 4> PlacesOf(QuaternionManifold::Order order) {
+  if (order == QuaternionManifold::Order::kWxyz) return {0, 1, 2, 3};
+  return {3, 0, 1, 2};
+}
 
 }  // namespace
 
@@ -63,17 +87,7 @@ UnitVectorManifold::UnitVectorManifold(int size) : size_(size) {
 }
 
 void UnitVectorManifold::Plus(const double* x, const double* delta, double* out) const {
-  const double angle = Norm(delta, size_ - 1);
-  if (angle == 0) {
-    std::copy_n(x, size_, out);
-    return;
-  }
-  const Reflection h(x, size_);
-  std::vector<double> y(delta, delta + size_ - 1);
-  for (double& component : y) component *= Sinc(angle);
-  y.push_back(std::cos(angle));
-  const double v_dot_y = std::inner_product(y.begin(), y.end(), h.v.begin(), 0.0);
-  for (std::size_t i = 0; i < y.size(); ++i) out[i] = h.Apply(i, y[i], v_dot_y);
+  TurnVector(x, size_, delta, out);
 }
 
 void UnitVectorManifold::PlusJacobian(const double* x, double* jacobian) const {
@@ -81,8 +95,67 @@ void UnitVectorManifold::PlusJacobian(const double* x, double* jacobian) const {
   for (int i = 0; i < size_; ++i) {
     for (int k = 0; k < size_ - 1; ++k) {
       jacobian[i * (size_ - 1) + k] =
-          h.Apply(static_cast<std::size_t>(i), i == k ? 1.0 : 0.0, h.v[static_cast<std::size_t>(k)]);
+          h.norm * h.Apply(static_cast<std::size_t>(i), i == k ? 1.0 : 0.0, h.v[static_cast<std::size_t>(k)]);
     }
+  }
+}
+
+LineManifold::LineManifold(int size) : size_(size) {
+  if (size < 2) Fail(kBadArgument, "a line in a space of {} dimensions; it needs 2 or more", size);
+}
+
+void LineManifold::Plus(const double* x, const double* delta, double* out) const {
+  const int n = size_ - 1;
+  const Reflection h(x + size_, size_);
+  const double v_dot_a = std::inner_product(delta, delta + n, h.v.begin(), 0.0);
+  for (int i = 0; i < size_; ++i) out[i] = x[i] + h.Apply(static_cast<std::size_t>(i), i < n ? delta[i] : 0.0, v_dot_a);
+  TurnVector(x + size_, size_, delta + n, out + size_);
+}
+
+void LineManifold::PlusJacobian(const double* x, double* jacobian) const {
+  const int n = size_ - 1;
+  FillZero(jacobian, 2 * size_, 2 * n);
+  const Reflection h(x + size_, size_);
+  for (int i = 0; i < size_; ++i) {
+    for (int k = 0; k < n; ++k) {
+      const double entry = h.Apply(static_cast<std::size_t>(i), i == k ? 1.0 : 0.0, h.v[static_cast<std::size_t>(k)]);
+      jacobian[i * 2 * n + k] = entry;
+      jacobian[(size_ + i) * 2 * n + n + k] = h.norm * entry;
+    }
+  }
+}
+
+void Se3Manifold::Plus(const double* x, const double* delta, double* out) const {
+  const auto places = PlacesOf(order_);
+  double q[4], turn[4], turned[4], unit[4];
+  for (std::size_t i = 0; i < 4; ++i) q[i] = x[places[i]];
+  const double *rho = delta, *phi = delta + 3;
+  // V rho = rho + B phi x rho + C phi x (phi x rho).
+  double c[3], once[3], twice[3], moved[3];
+  AngleCoefficients(DotProduct(phi, phi), c);
+  CrossProduct(phi, rho, once);
+  CrossProduct(phi, once, twice);
+  for (int i = 0; i < 3; ++i) moved[i] = rho[i] + c[1] * once[i] + c[2] * twice[i];
+  NormalizeQuaternion(q, unit);
+  UnitQuaternionRotatePoint(unit, moved, moved);
+  AngleAxisToQuaternion(phi, turn);
+  QuaternionProduct(q, turn, turned);
+  for (int i = 0; i < 3; ++i) out[4 + i] = x[4 + i] + moved[i];
+  for (std::size_t i = 0; i < 4; ++i) out[places[i]] = turned[i];
+}
+
+void Se3Manifold::PlusJacobian(const double* x, double* jacobian) const {
+  const auto places = PlacesOf(order_);
+  FillZero(jacobian, 7, 6);
+  double q[4], rotation[9];
+  for (std::size_t i = 0; i < 4; ++i) q[i] = x[places[i]];
+  RotationFromQuaternion(q, rotation);
+  for (int i = 0; i < 3; ++i) std::copy_n(rotation + 3 * i, 3, jacobian + 6 * (4 + i));
+  for (int k = 0; k < 3; ++k) {
+    double half[4] = {0, 0, 0, 0}, column[4];
+    half[1 + k] = 0.5;
+    QuaternionProduct(q, half, column);
+    for (std::size_t i = 0; i < 4; ++i) jacobian[6 * places[i] + 3 + k] = column[i];
   }
 }
 

@@ -2,11 +2,14 @@
 // The choice of LinearSolverKind::kAuto for block problems, and its reasons.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
+#include "kernels/core/random.h"
 #include "solver/block_problem.h"
 #include "solver/internal/blocks/block_structure.h"
 #include "solver/internal/normal_equations/step_cost.h"
@@ -28,6 +31,14 @@ struct Corner {
     const T c = cos(turn[0]), s = sin(turn[0]), depth = T(5.0) + shift[2] + T(0.3 * x) * turn[1];
     r[0] = focal[0] * (c * T(x) - s * T(y) + shift[0]) / depth - T(u);
     r[1] = focal[1] * (s * T(x) + c * T(y) + shift[1]) / depth - T(v);
+  }
+};
+
+struct Difference {
+  double value;
+  template <class T>
+  void operator()(const T* a, const T* b, T* r) const {
+    r[0] = b[0] - a[0] - T(value);
   }
 };
 
@@ -119,6 +130,110 @@ TEST(AutoChoice, LongStreetsAreFactorisedAndSmallSquaresIterated) {
   EXPECT_EQ(square.find("PCG on the Schur complement, Schur-Jacobi (auto: "), 0U) << square;
 }
 
+// A closed contour of line segments through points on an ellipse, a smaller version of Ceres's example
+// ellipse_approximation. A point has a position t on the contour: segment floor(t), at the fraction t - floor(t). It may
+// move to any segment, so its residual block has all control points as parameters, and H couples all of them.
+class PointOnContour final : public CostFunction {
+ public:
+  static constexpr int kSegments = 101;
+  PointOnContour(double x, double y) : CostFunction(2, Sizes()), at_{x, y} {}
+  bool Evaluate(const double* const* p, double* r, double** jacobians) const override {
+    const double t = p[0][0] - kSegments * std::floor(p[0][0] / kSegments);
+    const int from = std::min(static_cast<int>(t), kSegments - 1), to = (from + 1) % kSegments;
+    const double part = t - from;
+    for (int i = 0; i < 2; ++i) r[i] = at_[i] - (1 - part) * p[1 + from][i] - part * p[1 + to][i];
+    if (jacobians == nullptr) return true;
+    for (int i = 0; i < 2; ++i) jacobians[0][i] = p[1 + from][i] - p[1 + to][i];
+    for (int k = 0; k < kSegments; ++k) {
+      const double slope = k == from ? part - 1 : k == to ? -part : 0;
+      for (int i = 0; i < 4; ++i) jacobians[1 + k][i] = i % 3 == 0 ? slope : 0;
+    }
+    return true;
+  }
+
+ private:
+  static std::vector<int> Sizes() {
+    std::vector<int> sizes(1 + kSegments, 2);
+    sizes[0] = 1;
+    return sizes;
+  }
+  double at_[2];
+};
+// Keeps neighbouring control points together.
+struct Tension {
+  template <class T>
+  void operator()(const T* a, const T* b, T* r) const {
+    for (int i = 0; i < 2; ++i) r[i] = T(0.1) * (a[i] - b[i]);
+  }
+};
+
+// The control points start on the unit circle, and each t at the control point that is nearest to the point.
+std::vector<double> FillWithContour(BlockProblem& problem) {
+  constexpr int kSegments = PointOnContour::kSegments, kPoints = 142;
+  std::vector<double> x;
+  std::vector<int> blocks(1 + kSegments);
+  for (int k = 0; k < kSegments; ++k) {
+    blocks[static_cast<std::size_t>(1 + k)] = problem.AddParameterBlock(2);
+    const double angle = 2 * std::numbers::pi * k / kSegments;
+    x.insert(x.end(), {std::cos(angle), std::sin(angle)});
+  }
+  const double c = std::cos(std::numbers::pi / 12), s = std::sin(std::numbers::pi / 12);
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2 * std::numbers::pi * (i + 2 * std::sin(37.0 * i)) / kPoints;
+    const double u = 4 * std::cos(angle), v = std::sin(angle), at[2] = {c * u - s * v, s * u + c * v};
+    const auto distance = [&](int k) {
+      return std::hypot(x[static_cast<std::size_t>(2 * k)] - at[0], x[static_cast<std::size_t>(2 * k + 1)] - at[1]);
+    };
+    int nearest = 0;
+    for (int k = 1; k < kSegments; ++k) nearest = distance(k) < distance(nearest) ? k : nearest;
+    blocks[0] = problem.AddParameterBlock(1);
+    problem.AddResidualBlock(std::make_shared<PointOnContour>(at[0], at[1]), nullptr, blocks);
+    x.push_back(nearest);
+  }
+  for (std::size_t k = 0; k < kSegments; ++k) {
+    problem.AddResidualBlock(std::make_shared<AutoDiffCost<Tension, 2, 2, 2>>(), nullptr,
+                             {blocks[1 + k], blocks[1 + (k + 1) % kSegments]});
+  }
+  return x;
+}
+
+TEST(AutoChoice, AContourIsFactorised) {
+  BlockProblem problem;
+  std::vector<double> x = FillWithContour(problem);
+  const LmSummary summary = SolveLm(problem, x);
+  EXPECT_EQ(summary.linear_solver.find("PCG, sparse Cholesky of "), 0U) << summary.linear_solver;
+  EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
+  EXPECT_LT(summary.final_cost, 0.02);
+}
+
+TEST(AutoChoice, TheReasonAgainstAFactorIsTheTrueOne) {
+  LmOptions options;
+  options.max_iterations = 1;
+  BlockProblem contour({.max_factor_gib = 1e-5});
+  std::vector<double> x = FillWithContour(contour);
+  const std::string too_large = SolveLm(contour, x, options).linear_solver;
+  EXPECT_EQ(too_large.find("PCG, block Jacobi"), 0U) << too_large;
+  EXPECT_NE(too_large.find("1e-05 GiB"), std::string::npos) << too_large;
+  EXPECT_EQ(too_large.find(" ms"), std::string::npos) << too_large;
+  // A random graph: its factor has much fill, but few iterations suffice.
+  BlockProblem graph;
+  CounterRandom random(1, 1);
+  x.assign(6000, 0.0);
+  for (std::size_t k = 0; k < x.size(); ++k) graph.AddParameterBlock(1);
+  for (int k = 0; k < 6000; ++k) {
+    for (int neighbor = 0; neighbor < 2; ++neighbor) {
+      const int other = static_cast<int>(random.Below(6000));
+      if (other == k) continue;
+      graph.AddResidualBlock(std::make_shared<AutoDiffCost<Difference, 1, 1, 1>>(Difference{std::sin(k)}), nullptr,
+                             {k, other});
+    }
+  }
+  const std::string too_slow = SolveLm(graph, x, options).linear_solver;
+  EXPECT_EQ(too_slow.find("PCG, block Jacobi"), 0U) << too_slow;
+  EXPECT_EQ(too_slow.find("GiB"), std::string::npos) << too_slow;
+  EXPECT_NE(too_slow.find(" ms per step, "), std::string::npos) << too_slow;
+}
+
 TEST(AutoChoice, APreconditionerOfTheCallersOwnIsAsked) {
   int made = 0;
   BlockProblem problem({.make_preconditioner = [&made] {
@@ -156,6 +271,11 @@ TEST(AutoChoice, ComparesTheCostsOfCounts) {
   EXPECT_EQ(NumIterations(counts), 80) << "no more than columns";
   counts.factor->sums = 0.5 * 1000 * 80 * 80;
   EXPECT_FALSE(FactorBeatsDenseQr(counts)) << "H is full";
+  EXPECT_GT(FactorCost(*counts.factor, counts), IterationsCost(counts));
+  EXPECT_TRUE(FactorBeatsIterations(counts)) << "no fill: up to twice the time";
+  counts.factor->values = 1.01 * counts.entries;
+  EXPECT_FALSE(FactorBeatsIterations(counts)) << "fill: up to half of the time";
+  counts.factor->values = 1'000;
   counts.reduced = true;
   EXPECT_EQ(NumIterations(counts), 16);
   EXPECT_FALSE(FactorBeatsIterations(counts));

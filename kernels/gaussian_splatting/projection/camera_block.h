@@ -14,17 +14,10 @@
 #include "kernels/gaussian_splatting/projection/project_block.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/math/quaternion.h"
+#include "kernels/math/rotation_vector.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
-
-template <class T>
-VESTA_HD inline void CrossProduct(const T a[3], const T b[3], T out[3]) {
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    out[i] = a[j] * b[k] - a[k] * b[j];
-  }
-}
 
 // A pose tangent in world axes: R^T omega and R^T tau.
 struct WorldMotion {

@@ -18,8 +18,10 @@
 namespace vesta {
 
 enum class ColumnScaling {
-  kNone,            // S = 1
-  kInverseRoot,     // S = 1 / sqrt(diag(H)) at the start; 1 if the entry is 0
+  kNone,  // S = 1
+  // S = 1 / sqrt(diag(H)) at the start. Columns that are zero, or contain only rounding errors, get the scale of other
+  // columns (solver/internal/normal_equations/rounding_columns.h).
+  kInverseRoot,
   kOnePlusInverse,  // S = 1 / (1 + sqrt(diag(H))) at the start, as in Ceres
 };
 
@@ -35,7 +37,7 @@ struct ColumnScale {
   }
 };
 
-// diag_h: the diagonal of H at the start, summed over the batches; >= 0.
+// diag_h: the diagonal of H at the start, summed over the batches; >= 0. For kInverseRoot, S is 1 for an entry of 0.
 template <Backend B>
 ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstVectorView diag_h);
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,7 @@ class NormalSystem {
                : DescribeZeroColumnGradient<B>(backend_, problem_, x, negative_gradient(), diagonal(), threshold);
   }
   Index num_residuals() const;
+  std::span<LinearizationAdaptor<B>* const> batches() const { return pointers_; }
 
   // Computes D and creates the linear solver. Call it before the first Solve. Frees the diagonal of H, unless the
   // solver reads it later or keep_diagonal is true. Throws Error if the linear solver does not support the problem.

@@ -21,11 +21,20 @@ constexpr double kReducedProductEntry = 3.3;  // of a product with the Schur com
 constexpr double kIterationsPerHop = 8;
 constexpr double kLeastIterations = 100;  // with block Jacobi: coupled blocks need this many at any distance
 constexpr double kMostIterations = 500;   // default of PcgOptions
-constexpr double kMargin = 2;
+// Largest time of a factor, relative to the time of the other solver.
+constexpr double kMaxRatio = 0.5;
+constexpr double kMaxRatioWithoutFill = 2;  // relative to the iterations with block Jacobi
 
 std::string Duration(double nanoseconds) {
   const double ms = 1e-6 * nanoseconds;
   return ms < 10 ? fmt::format("{:.2f} ms", ms) : fmt::format("{:.0f} ms", ms);
+}
+
+// Largest time of a factor that can be preferred to the other solvers.
+double MaxFactorCost(const StepCounts& counts) {
+  if (counts.reduced) return kMaxRatio * IterationsCost(counts);
+  const double most = kMaxRatioWithoutFill * IterationsCost(counts);
+  return DenseQrFits(counts.residuals, counts.columns) ? std::max(most, kMaxRatio * DenseQrCost(counts)) : most;
 }
 
 }  // namespace
@@ -54,20 +63,20 @@ double IterationsCost(const StepCounts& counts) {
 }
 
 double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least) {
-  double others = IterationsCost(counts);
-  if (!counts.reduced && DenseQrFits(counts.residuals, counts.columns)) others = std::max(others, DenseQrCost(counts));
-  return (others / kMargin - FactorCost(least, counts)) / kFrontMultiplication;
+  return (MaxFactorCost(counts) - FactorCost(least, counts)) / kFrontMultiplication;
 }
 
 bool FactorBeatsIterations(const StepCounts& counts) {
-  return counts.factor && kMargin * FactorCost(*counts.factor, counts) <= IterationsCost(counts);
+  if (!counts.factor) return false;
+  const bool fills = counts.reduced || counts.factor->values > counts.entries;
+  return FactorCost(*counts.factor, counts) <= (fills ? kMaxRatio : kMaxRatioWithoutFill) * IterationsCost(counts);
 }
 
 bool FactorBeatsDenseQr(const StepCounts& counts) {
   if (!counts.factor) return false;
   const double n = counts.columns, full = n * n * (counts.residuals / 2 + n / 6);
   return 3 * (counts.factor->sums + counts.factor->multiplications) <= full &&
-         kMargin * FactorCost(*counts.factor, counts) <= DenseQrCost(counts);
+         FactorCost(*counts.factor, counts) <= kMaxRatio * DenseQrCost(counts);
 }
 
 std::string CompareFactorCost(const StepCounts& counts, const std::string& other, double cost) {
@@ -78,6 +87,11 @@ std::string CompareFactorCost(const StepCounts& counts, const std::string& other
 std::string DescribeIterations(const StepCounts& counts) {
   return fmt::format("{:.0f} iterations {}", NumIterations(counts),
                      counts.reduced ? "on the Schur complement" : "with block Jacobi");
+}
+
+std::string SlowFactor(const StepCounts& counts) {
+  return fmt::format("over {} per step, {} {}", Duration(MaxFactorCost(counts)), DescribeIterations(counts),
+                     Duration(IterationsCost(counts)));
 }
 
 }  // namespace vesta

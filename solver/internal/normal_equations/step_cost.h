@@ -29,6 +29,7 @@ struct StepCounts {
   double hops = 0;
   // The factor; empty if it would be too large or too slow.
   std::optional<Factor> factor = {};
+  bool factor_too_large = false;  // true: the factor is missing because of its size
 };
 
 // An optional interface of problems, for LinearSolverKind::kAuto. Default: unknown counts.
@@ -54,8 +55,9 @@ double IterationsCost(const StepCounts& counts);
 // Returns an upper bound on Factor::multiplications for a factor that can be chosen; a factor with more is too slow.
 // Negative if no factor can be chosen. least: lower bounds on the other counts of the factor.
 double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least);
-// True if the estimated time of the factor is at most half the time of the iterations. Half, because the estimates have
-// errors.
+// True if the factor is preferred to the iterations: if its estimated time is at most half of theirs. Half, because the
+// estimates have errors. Iterations on H with block Jacobi often need more steps, or do not converge at all. So a
+// factor without fill (at most as many values as J) is preferred to them up to twice their time.
 bool FactorBeatsIterations(const StepCounts& counts);
 // True if the estimated time of the factor is at most half the time of dense QR, and H is sparse. If H is nearly full,
 // QR is hardly slower and more accurate: its accuracy depends on J's condition number, not on the square of it.
@@ -66,5 +68,8 @@ bool FactorBeatsDenseQr(const StepCounts& counts);
 std::string CompareFactorCost(const StepCounts& counts, const std::string& other, double cost);
 // Text for reports, such as "112 iterations on the Schur complement".
 std::string DescribeIterations(const StepCounts& counts);
+// Text for reports on a factor that was too slow to be planned: "over 74 ms per step, 100 iterations with block Jacobi
+// 37 ms".
+std::string SlowFactor(const StepCounts& counts);
 
 }  // namespace vesta

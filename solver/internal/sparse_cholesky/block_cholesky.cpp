@@ -273,11 +273,18 @@ void BlockCholesky::Solve(HostSpan<const double> x, HostSpan<double> y) {
 }
 
 std::shared_ptr<SparseCholesky> SparseCholesky::Plan(const BlockPattern& pattern, double max_bytes,
-                                                     double max_multiplications) {
-  std::optional<EliminationPlan> plan =
-      PlanElimination(pattern, {.factor_values = max_bytes / sizeof(double), .multiplications = max_multiplications});
+                                                     double max_multiplications, ExceededLimit* exceeded) {
+  ExceededLimit found = ExceededLimit::kNone;
+  std::optional<EliminationPlan> plan = PlanElimination(
+      pattern, {.factor_values = max_bytes / sizeof(double), .multiplications = max_multiplications}, &found);
   // Merged fronts store more values, and their rows are padded.
-  if (!plan || BlockCholesky::Bytes(*plan) > max_bytes || plan->multiplications > max_multiplications) return nullptr;
+  if (plan && BlockCholesky::Bytes(*plan) > max_bytes) {
+    found = ExceededLimit::kFactorValues;
+  } else if (plan && plan->multiplications > max_multiplications) {
+    found = ExceededLimit::kMultiplications;
+  }
+  if (exceeded) *exceeded = found;
+  if (found != ExceededLimit::kNone) return nullptr;
   return std::shared_ptr<SparseCholesky>(new SparseCholesky(std::move(*plan)));
 }
 

@@ -87,9 +87,10 @@ class NormalMatrixSource {
 class SparseCholesky {
  public:
   // Plans the factorisation for a pattern. Returns null if the factor would need more memory than max_bytes, or more
-  // multiplications than max_multiplications.
+  // multiplications than max_multiplications; exceeded, if not null, is then set to the limit.
   static std::shared_ptr<SparseCholesky> Plan(const BlockPattern& pattern, double max_bytes,
-                                              double max_multiplications = std::numeric_limits<double>::infinity());
+                                              double max_multiplications = std::numeric_limits<double>::infinity(),
+                                              ExceededLimit* exceeded = nullptr);
 
   const EliminationPlan& plan() const { return *plan_; }
   double bytes() const { return BlockCholesky::Bytes(*plan_); }

@@ -96,10 +96,10 @@ std::vector<std::vector<Index>> ColumnStructures(const BlockPattern& pattern, co
   return below;
 }
 
-// True if the factor is within the limits. Visits the rows of the factor one by one, as subtrees of the elimination
-// tree (Liu, 1986), so it needs little memory.
-bool IsWithin(const EliminationLimits& limits, const BlockPattern& pattern, const std::vector<Index>& order,
-              const std::vector<Index>& parent) {
+// The limit that the factor exceeds. Visits the rows of the factor one by one, as subtrees of the elimination tree
+// (Liu, 1986), so it needs little memory.
+ExceededLimit FindExceeded(const EliminationLimits& limits, const BlockPattern& pattern,
+                           const std::vector<Index>& order, const std::vector<Index>& parent) {
   const std::vector<Index> position = Inverse(order);
   std::vector<Index> mark(order.size(), -1);
   std::vector<double> below(order.size(), 0.0);  // scalars below the diagonal of each column of blocks, so far
@@ -119,9 +119,10 @@ bool IsWithin(const EliminationLimits& limits, const BlockPattern& pattern, cons
         below[At(i)] += size;
       }
     }
-    if (values > limits.factor_values || multiplications > limits.multiplications) return false;
+    if (values > limits.factor_values) return ExceededLimit::kFactorValues;
+    if (multiplications > limits.multiplications) return ExceededLimit::kMultiplications;
   }
-  return true;
+  return ExceededLimit::kNone;
 }
 
 // Number of values in the trapezoid of a panel; arguments in scalars.
@@ -302,10 +303,13 @@ void ChooseSubtrees(EliminationPlan* plan) {
 
 }  // namespace
 
-std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits) {
+std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits,
+                                               ExceededLimit* exceeded) {
   std::vector<Index> order = MinimumDegreeOrder(pattern);
   order = Postorder(order, EliminationTree(pattern, order));
-  if (!IsWithin(limits, pattern, order, EliminationTree(pattern, order))) return std::nullopt;
+  const ExceededLimit found = FindExceeded(limits, pattern, order, EliminationTree(pattern, order));
+  if (exceeded) *exceeded = found;
+  if (found != ExceededLimit::kNone) return std::nullopt;
   EliminationPlan plan;
   for (const Index row : order) {
     plan.order.push_back({row, pattern.offset(row), plan.num_scalars, pattern.size(row)});

@@ -80,11 +80,13 @@ struct EliminationLimits {
   double factor_values = std::numeric_limits<double>::infinity();
   double multiplications = std::numeric_limits<double>::infinity();
 };
+enum class ExceededLimit { kNone, kFactorValues, kMultiplications };
 
 // Plans the elimination. The order is by approximate minimum degree (Amestoy, Davis, Duff, 1996). A front is merged
 // with its parent if that stores few additional zeros (relaxed supernodes, Ashcraft and Grimes, 1989). Returns nothing
 // if the factor exceeds the limits even before fronts are merged. This test is made first, because it needs much less
-// memory than the plan.
-std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits = {});
+// memory than the plan. exceeded: if not null, set to the limit that was found exceeded first.
+std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits = {},
+                                               ExceededLimit* exceeded = nullptr);
 
 }  // namespace vesta

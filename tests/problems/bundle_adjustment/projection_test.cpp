@@ -76,17 +76,6 @@ TEST(Projection, JacobianIsThatOfJets) {
   }
 }
 
-TEST(Projection, AngleCoefficientsMeetWhereSeriesAndQuotientsDo) {
-  double below[3], above[3];
-  AngleCoefficients(0.25 * (1 - 1e-15), below);
-  AngleCoefficients(0.25 * (1 + 1e-15), above);
-  const double expected[3] = {0.958851077208406, 0.48966975243850913, 0.16459569116637598};
-  for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(below[c], expected[c], 1e-15);
-    EXPECT_NEAR(above[c], expected[c], 2e-15);
-  }
-}
-
 TEST(Projection, RotationsAreOrthogonal) {
   for (const double angle : kAngles) {
     const Camera<double> camera = MakeCamera(Example(angle, 7).camera);

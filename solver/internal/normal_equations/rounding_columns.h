@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Columns of J that are zero, or contain only rounding errors. An example is the derivative of the perimeter of a
+// regular polygon with respect to a tangential motion of a vertex. See docs/numerics.md, section "Columns of rounding
+// errors".
+#pragma once
+
+#include <span>
+
+#include "kernels/core/vector_backend.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
+
+namespace vesta {
+
+// Replaces diagonal entries of H for ColumnScaling::kInverseRoot, which would turn a column of rounding errors into a
+// column of length 1. Such a column gets the squared size of the rows in which it has entries: about the entry of a
+// column that determines these rows. A zero column gets the median of the positive entries, because its own size is
+// unknown. H is the sum over the batches. diag_h: its diagonal, num_tangent() entries, all finite.
+//
+// A column is taken for rounding errors if both conditions hold:
+//   - its norm is at most 16 eps of the largest norm of a column, where eps is that of double
+//   - its entries are at most about sqrt(eps) of the largest entry in their rows
+// The second condition excludes parameters in large units, which may have small columns. Rows are compared by one
+// product with J and one with J^T, and only if a column fulfils the first condition.
+template <Backend B>
+void RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> batches, typename B::VectorView diag_h);
+
+}  // namespace vesta
