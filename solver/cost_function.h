@@ -3,6 +3,7 @@
 // resembles the one of Ceres.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "kernels/math/dual.h"
+#include "solver/internal/derivative_passes.h"
 #include "solver/internal/functor_call.h"
 
 namespace vesta {
@@ -57,8 +59,9 @@ bool Call(const F& functor, const T* const* blocks, T* residuals, std::index_seq
 
 // Differentiates a functor automatically, by dual numbers. kBlocks: the sizes of the parameter blocks. The functor
 // f(p0, p1, ..., r) receives one pointer per block, and writes kResiduals values to r. It is a template on the number
-// type, which is double or Dual<double>. It may return void, or bool with the meaning of Evaluate's result. The
-// Jacobian costs one evaluation of the functor per parameter.
+// type, which is double or a dual number Dual<double, N>. It may return void, or bool with the meaning of Evaluate's
+// result. One evaluation of the functor computes the derivatives with respect to all parameters, or with respect to
+// an equal part of them if there are more than 26 (solver/internal/derivative_passes.h).
 template <class F, int kResiduals, int... kBlocks>
 class AutoDiffCost final : public CostFunction {
  public:
@@ -68,34 +71,44 @@ class AutoDiffCost final : public CostFunction {
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     if (jacobians == nullptr) return Call(parameters, residuals);
-    using T = Dual<double>;
-    std::array<T, (kBlocks + ...)> p;
-    std::array<const T*, sizeof...(kBlocks)> blocks;
+    using D = typename DualForFunctor<F, double, kParameters, sizeof...(kBlocks) + 1>::Type;
+    ScratchArray<D, kParameters> p;
+    ScratchArray<D, kResiduals> r;
+    std::array<const D*, sizeof...(kBlocks)> blocks;
+    // The parameters whose derivatives are needed.
+    std::array<D*, kParameters> columns;
+    int num_columns = 0;
     for (std::size_t b = 0, k = 0; b < kSizes.size(); ++b) {
       blocks[b] = p.data() + k;
-      for (int i = 0; i < kSizes[b]; ++i, ++k) p[k] = T(parameters[b][i], 0.0);
-    }
-    std::array<T, kResiduals> r;
-    MarkUnwritten(kResiduals, r.data());
-    bool evaluated = false;
-    for (std::size_t b = 0, k = 0; b < kSizes.size(); ++b) {
       for (int i = 0; i < kSizes[b]; ++i, ++k) {
-        if (jacobians[b] == nullptr) continue;
-        p[k].v = 1;
-        if (!Call(blocks.data(), r.data())) return false;
-        p[k].v = 0;
-        evaluated = true;
-        for (int row = 0; row < kResiduals; ++row) {
-          residuals[row] = r[static_cast<std::size_t>(row)].a;
-          jacobians[b][row * kSizes[b] + i] = r[static_cast<std::size_t>(row)].v;
-        }
+        p[k] = D(parameters[b][i]);
+        if (jacobians[b] != nullptr) columns[static_cast<std::size_t>(num_columns++)] = p.data() + k;
       }
     }
-    return evaluated || Call(parameters, residuals);
+    if (num_columns == 0) return Call(parameters, residuals);
+    MarkUnwritten(kResiduals, r.data());
+    return DifferentiateInPasses(
+        num_columns, [&](int c) -> D& { return *columns[static_cast<std::size_t>(c)]; },
+        [&] { return Call(blocks.data(), r.data()); },
+        [&](int first, int count) {
+          for (int row = 0; row < kResiduals; ++row) residuals[row] = r[static_cast<std::size_t>(row)].a;
+          int begin = 0;  // column of the block's first parameter
+          for (std::size_t b = 0; b < kSizes.size(); ++b) {
+            if (jacobians[b] == nullptr) continue;
+            const int end = begin + kSizes[b];
+            for (int row = 0; row < kResiduals; ++row) {
+              for (int c = std::max(begin, first); c < std::min(end, first + count); ++c) {
+                jacobians[b][row * kSizes[b] + c - begin] = DerivativeOf(r[static_cast<std::size_t>(row)], c - first);
+              }
+            }
+            begin = end;
+          }
+        });
   }
 
  private:
   static constexpr std::array<int, sizeof...(kBlocks)> kSizes{kBlocks...};
+  static constexpr int kParameters = (kBlocks + ...);
   template <class T>
   bool Call(const T* const* blocks, T* residuals) const {
     return cost_internal::Call(functor_, blocks, residuals, std::make_index_sequence<sizeof...(kBlocks)>());

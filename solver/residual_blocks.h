@@ -15,6 +15,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/math/dual.h"
+#include "solver/internal/derivative_passes.h"
 #include "solver/internal/functor_call.h"
 #include "solver/internal/residual_block_layout.h"
 #include "solver/internal/residual_block_rows.h"
@@ -23,10 +24,11 @@
 
 namespace vesta {
 
-// A functor that computes kResiduals residuals from kParameters parameters, for any scalar type T. f(p, r) reads the
-// parameters p[0..kParameters) and writes the residuals r[0..kResiduals). It may return bool: false means that the
-// residuals are undefined for these parameters. A step to such parameters is rejected. In f, write `using std::exp;`
-// and then exp(x), not std::exp(x), and likewise for other functions. Write constants as T(0.5).
+// A functor that computes kResiduals residuals from kParameters parameters, for any scalar type T: S for values, a dual
+// number Dual<S, N> for derivatives. f(p, r) reads the parameters p[0..kParameters) and writes the residuals
+// r[0..kResiduals). It may return bool: false means that the residuals are undefined for these parameters. A step to
+// such parameters is rejected. In f, write `using std::exp;` and then exp(x), not std::exp(x), and likewise for other
+// functions. Write constants as T(0.5).
 template <class F, class S>
 concept ResidualFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r, const S* q, S* s) {
   { F::kResiduals } -> std::convertible_to<int>;
@@ -108,21 +110,21 @@ class ResidualBlocks final : public Problem<B>,
 
   // Computes the residuals f of functor i and their Jacobian, column by column. Returns the functor's return value.
   bool Differentiate(ConstVectorView x, Index i, S* f, S* jacobian) const {
+    using D = typename DualForFunctor<F, S, kParameters>::Type;
     const F& functor = functors_[static_cast<std::size_t>(i)];
     const Index* index = layout_.parameters(i);
-    Dual<S> p[kParameters], r[kResiduals];
-    for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c]], S(0));
-    MarkUnwritten(kResiduals, r);
-    for (int c = 0; c < kParameters; ++c) {
-      p[c].v = S(1);
-      if (!InvokeFunctor(functor, p, r)) return false;
-      p[c].v = S(0);
-      for (int k = 0; k < kResiduals; ++k) {
-        f[k] = r[k].a;
-        jacobian[c * kResiduals + k] = r[k].v;
-      }
-    }
-    return true;
+    ScratchArray<D, kParameters> p;
+    ScratchArray<D, kResiduals> r;
+    for (int c = 0; c < kParameters; ++c) p[c] = D(x[index[c]]);
+    MarkUnwritten(kResiduals, r.data());
+    return DifferentiateInPasses(
+        kParameters, [&](int c) -> D& { return p[c]; }, [&] { return InvokeFunctor(functor, p.data(), r.data()); },
+        [&](int first, int count) {
+          for (int k = 0; k < kResiduals; ++k) {
+            f[k] = r[k].a;
+            for (int c = 0; c < count; ++c) jacobian[(first + c) * kResiduals + k] = DerivativeOf(r[k], c);
+          }
+        });
   }
   // units: the functors to sum over; null means 0, 1, ..., count - 1.
   double SumOfCosts(ConstVectorView x, Index count, const Index* units) const {
@@ -152,10 +154,10 @@ template <class F, Backend B>
 requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host> std::string
 ResidualBlocks<F, B>::DescribeNonFinite(ConstVectorView x, bool jacobians) {
   for (Index i = 0; i < num_units(); ++i) {
-    S f[kResiduals], jacobian[kResiduals * kParameters];
-    const bool defined = Differentiate(x, i, f, jacobian);
-    const std::span<const S> derivatives = jacobians ? std::span<const S>(jacobian) : std::span<const S>();
-    if (std::string what = layout_.DescribeNonFinite<S>(i, x, options_.loss.get(), defined, f, derivatives);
+    std::vector<S> f(kResiduals), jacobian(kResiduals * kParameters);
+    const bool defined = Differentiate(x, i, f.data(), jacobian.data());
+    if (!jacobians) jacobian.clear();
+    if (std::string what = layout_.DescribeNonFinite<S>(i, x, options_.loss.get(), defined, f, jacobian);
         !what.empty()) {
       return what;
     }

@@ -127,11 +127,11 @@ NEEDED = {
     "solver/autodiff_manifold.h": ["functor_call.h"],
     "solver/block_problem.h": ["blocks/block_structure.h", "normal_equations/preconditioner.h", "normal_equations/step_cost.h"],
     "solver/bounds.h": ["normal_equations/problem_adaptor.h"],
-    "solver/cost_function.h": ["functor_call.h"],
+    "solver/cost_function.h": ["derivative_passes.h", "functor_call.h"],
     "solver/device_functors.cuh": ["functor_call.h"],
     "solver/levenberg_marquardt.h": ["batched_system.h", "trust_region/step_control.h"],
     "solver/lm_options.h": ["normal_equations/normal_system.h", "trust_region/step_control.h"],
-    "solver/residual_blocks.h": ["functor_call.h", "residual_block_layout.h", "residual_block_rows.h"],
+    "solver/residual_blocks.h": ["derivative_passes.h", "functor_call.h", "residual_block_layout.h", "residual_block_rows.h"],
     "solver/summary.h": ["linear/pcg.h"],
 }
 # External headers (or prefixes), and the rooms that may include them; bench and tests may include all.

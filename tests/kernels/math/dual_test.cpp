@@ -1,46 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/math/dual.h"
-
 #include <ceres/cubic_interpolation.h>
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <numbers>
+#include <sstream>
+#include <type_traits>
+#include <utility>
 
+#include "kernels/math/derivatives.h"
 #include "tests/support/random.h"
 
 namespace vesta {
 namespace {
 
-using Jet = ceres::Jet<double, 1>;
 using D = Dual<double>;
 
-Jet ToJet(const D& a) {
-  Jet jet(a.a);
-  jet.v[0] = a.v;
+template <int N>
+ceres::Jet<double, N> ToJet(const Dual<double, N>& x) {
+  ceres::Jet<double, N> jet(x.a);
+  for (int i = 0; i < N; ++i) jet.v[i] = DerivativeOf(x, i);
   return jet;
 }
 
-void ExpectSame(const D& dual, const Jet& jet, const char* what) {
+template <int N>
+void ExpectSame(const Dual<double, N>& dual, const ceres::Jet<double, N>& jet, const char* what) {
   EXPECT_NEAR(dual.a, jet.a, 1e-15 * std::abs(jet.a)) << what;
-  EXPECT_NEAR(dual.v, jet.v[0], 1e-14 * (std::abs(jet.v[0]) + std::abs(jet.a))) << what;
+  for (int i = 0; i < N; ++i) {
+    EXPECT_NEAR(DerivativeOf(dual, i), jet.v[i], 1e-14 * (std::abs(jet.v[i]) + std::abs(jet.a))) << what;
+  }
 }
 
 // For functions whose Jet formula rounds more coarsely.
-void ExpectNear(const D& dual, const Jet& jet, const char* what) {
+template <int N>
+void ExpectNear(const Dual<double, N>& dual, const ceres::Jet<double, N>& jet, const char* what) {
   EXPECT_NEAR(dual.a, jet.a, 1e-14 * (1 + std::abs(jet.a))) << what;
-  EXPECT_NEAR(dual.v, jet.v[0], 1e-13 * (1 + std::abs(jet.v[0]))) << what;
+  for (int i = 0; i < N; ++i) {
+    EXPECT_NEAR(DerivativeOf(dual, i), jet.v[i], 1e-13 * (1 + std::abs(jet.v[i]))) << what;
+  }
 }
 
-TEST(Dual, EveryFunctionAgreesWithJets) {
+template <int N>
+Dual<double, N> Variable(test::Random& random, double value) {
+  Dual<double, N> x(value);
+  for (int i = 0; i < N; ++i) DerivativeOf(x, i) = random.Normal();
+  return x;
+}
+
+template <int N>
+void ExpectFunctionsOfJets() {
   using std::abs, std::acos, std::asin, std::atan, std::atan2, std::cos, std::cosh, std::exp, std::hypot, std::sinh,
       std::tan, std::tanh, std::log, std::pow, std::sin, std::sqrt;
   using std::acosh, std::asinh, std::atanh, std::cbrt, std::ceil, std::erf, std::erfc, std::exp2, std::expm1,
       std::floor, std::fmax, std::fmin, std::log10, std::log1p, std::log2;
+  using std::copysign, std::fdim, std::fma, std::lerp, std::norm;
+  using Number = Dual<double, N>;
+  using Jet = ceres::Jet<double, N>;
   test::Random random(1);
   for (int trial = 0; trial < 200; ++trial) {
-    const D a(random.Normal(), random.Normal()), b(random.Normal(), random.Normal());
-    const D positive(random.LogUniform(0.01, 10), random.Normal()), constant(random.Uniform(-3, 3));
+    const Number a = Variable<N>(random, random.Normal()), b = Variable<N>(random, random.Normal());
+    const Number positive = Variable<N>(random, random.LogUniform(0.01, 10)), constant(random.Uniform(-3, 3));
     const Jet ja = ToJet(a), jb = ToJet(b), jp = ToJet(positive), jc = ToJet(constant);
     ExpectSame(-a, -ja, "negation");
     ExpectSame(a + b, ja + jb, "sum");
@@ -57,7 +78,7 @@ TEST(Dual, EveryFunctionAgreesWithJets) {
     ExpectSame(sinh(a), sinh(ja), "sinh");
     ExpectSame(cosh(a), cosh(ja), "cosh");
     ExpectSame(tanh(a), tanh(ja), "tanh");
-    const D inside(random.Uniform(-0.95, 0.95), random.Normal());
+    const Number inside = Variable<N>(random, random.Uniform(-0.95, 0.95));
     ExpectSame(asin(inside), asin(ToJet(inside)), "asin");
     ExpectSame(acos(inside), acos(ToJet(inside)), "acos");
     ExpectSame(hypot(a, b), hypot(ja, jb), "hypot");
@@ -65,11 +86,13 @@ TEST(Dual, EveryFunctionAgreesWithJets) {
     ExpectSame(abs(a), abs(ja), "abs");
     ExpectSame(pow(positive, b), pow(jp, jb), "pow");
     ExpectSame(pow(positive, constant), pow(jp, jc), "pow, constant exponent");
-    ExpectSame(pow(a, D(3)), ja * ja * ja, "cube");
+    ExpectSame(pow(positive, constant.a), pow(jp, jc.a), "pow, number as exponent");
+    ExpectSame(pow(2.5, a), pow(2.5, ja), "pow, number as base");
+    ExpectSame(pow(a, Number(3)), ja * ja * ja, "cube");
     ExpectSame(Fma(a, b, positive), ja * jb + jp, "fma");
     ExpectSame(Max(a, b), ja < jb ? jb : ja, "max");
     ExpectSame(Min(a, b), jb < ja ? jb : ja, "min");
-    ExpectSame(Clamp(a, D(-0.5), D(0.5)), ja.a < -0.5 ? Jet(-0.5) : ja.a > 0.5 ? Jet(0.5) : ja, "clamp");
+    ExpectSame(Clamp(a, Number(-0.5), Number(0.5)), ja.a < -0.5 ? Jet(-0.5) : ja.a > 0.5 ? Jet(0.5) : ja, "clamp");
     ExpectSame(Select(a > b, a, b), ja > jb ? ja : jb, "select");
     ExpectSame(Square(a), ja * ja, "square");
     ExpectSame(+a, ja, "unary plus");
@@ -85,13 +108,40 @@ TEST(Dual, EveryFunctionAgreesWithJets) {
     ExpectSame(ceil(a), ceil(ja), "ceil");
     ExpectSame(fmin(a, b), fmin(ja, jb), "fmin");
     ExpectSame(fmax(a, b), fmax(ja, jb), "fmax");
+    ExpectSame(hypot(a, b, positive), hypot(ja, jb, jp), "hypot of three");
+    ExpectSame(fma(a, b, positive), fma(ja, jb, jp), "std::fma");
+    ExpectSame(copysign(a, b), copysign(ja, jb), "copysign");
+    ExpectSame(fdim(a, b), fdim(ja, jb), "fdim");
+    ExpectSame(norm(a), norm(ja), "norm");
+    ExpectSame(lerp(a, b, positive), lerp(ja, jb, jp), "lerp");
+    ExpectSame(j0(a), BesselJ0(ja), "j0");
+    ExpectSame(j1(a), BesselJ1(ja), "j1");
+    ExpectSame(jn(3, a), BesselJn(3, ja), "jn");
+    ExpectNear(cyl_bessel_j(3, positive), BesselJn(3, jp), "cyl_bessel_j");
+    // Numbers in the place of dual numbers.
+    ExpectSame(2.5 + a, 2.5 + ja, "number + dual");
+    ExpectSame(a + 2, ja + 2.0, "dual + number");
+    ExpectSame(2.5 - a, 2.5 - ja, "number - dual");
+    ExpectSame(a - 2, ja - 2.0, "dual - number");
+    ExpectSame(3 * a, 3.0 * ja, "number * dual");
+    ExpectSame(a * 2.5, ja * 2.5, "dual * number");
+    ExpectSame(3 / positive, 3.0 / jp, "number / dual");
+    ExpectSame(a / 2.5, ja / 2.5, "dual / number");
     // Jets lack the inverse hyperbolic functions, so the reference uses logarithms.
     ExpectNear(asinh(positive), log(jp + sqrt(jp * jp + 1.0)), "asinh");
-    const D above = D(1.1) + positive * positive;
+    const Number above = Number(1.1) + positive * positive;
     ExpectNear(acosh(above), log(ToJet(above) + sqrt(ToJet(above) * ToJet(above) - 1.0)), "acosh");
     const Jet ji = ToJet(inside);
     ExpectNear(atanh(inside), log((1.0 + ji) / (1.0 - ji)) * 0.5, "atanh");
   }
+}
+
+// One derivative, a part of a SIMD register, several registers, and more than the processor has.
+TEST(Dual, EveryFunctionAgreesWithJets) {
+  ExpectFunctionsOfJets<1>();
+  ExpectFunctionsOfJets<2>();
+  ExpectFunctionsOfJets<5>();
+  ExpectFunctionsOfJets<40>();
 }
 
 TEST(Dual, AssignmentsAreTheOperators) {
@@ -112,7 +162,19 @@ TEST(Dual, ComparisonsUseOnlyTheValue) {
 
 TEST(Dual, ClassificationUsesOnlyTheValue) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNan = std::numeric_limits<double>::quiet_NaN();
+  using std::fpclassify, std::isgreater, std::isgreaterequal, std::isless, std::islessequal, std::islessgreater,
+      std::isnormal, std::isunordered, std::signbit;
   using std::isfinite, std::isinf, std::isnan, std::fmax, std::fmin;
+  EXPECT_TRUE(isnormal(D(1, kNan)) && !isnormal(D(1e-310, 1)));
+  EXPECT_TRUE(signbit(D(-0.0, 1)) && !signbit(D(0.0, -1)));
+  EXPECT_TRUE(fpclassify(D(kInfinity, 1)) == FP_INFINITE && fpclassify(D(0.0, kNan)) == FP_ZERO);
+  const D one(1, 5), two(2, -5), none(kNan);
+  EXPECT_TRUE(isless(one, two) && !isless(two, one) && !isless(one, none));
+  EXPECT_TRUE(islessequal(one, one) && !islessequal(two, one) && !islessequal(one, none));
+  EXPECT_TRUE(isgreater(two, one) && !isgreater(one, two) && !isgreater(one, none));
+  EXPECT_TRUE(isgreaterequal(one, one) && !isgreaterequal(one, two) && !isgreaterequal(one, none));
+  EXPECT_TRUE(islessgreater(one, 2.0) && !islessgreater(one, 1.0) && !islessgreater(one, none));
+  EXPECT_TRUE(isunordered(one, none) && !isunordered(one, two));
   EXPECT_TRUE(isfinite(D(1, kNan)) && !isfinite(D(kNan, 1)) && !isfinite(D(kInfinity, 1)));
   EXPECT_TRUE(isnan(D(kNan, 1)) && !isnan(D(1, kNan)));
   EXPECT_TRUE(isinf(D(-kInfinity, 1)) && !isinf(D(1, kInfinity)));
@@ -128,7 +190,7 @@ TEST(Dual, CeresInterpolatesOnIt) {
   const ceres::Grid1D<double> line(values, 0, 5);
   const ceres::CubicInterpolator<ceres::Grid1D<double>> curve(line);
   D dual;
-  Jet jet;
+  ceres::Jet<double, 1> jet;
   curve.Evaluate(D(1.3, 2.0), &dual);
   curve.Evaluate(ToJet(D(1.3, 2.0)), &jet);
   ExpectSame(dual, jet, "cubic");
@@ -152,6 +214,67 @@ TEST(Dual, PowerWithConstantExponentTakesAnyBase) {
   const D cube = pow(D(-2.0, 1.0), D(3));
   EXPECT_EQ(cube.a, -8);
   EXPECT_EQ(cube.v, 12);
+}
+
+// With many derivatives, the exponent can be constant in some of the directions only.
+TEST(Dual, PowerTakesAnyBaseInDirectionsOfConstantExponent) {
+  Dual<double, 3> x(-2.0), y(3.0);
+  x.v[0] = 1;
+  y.v[2] = 1;
+  const auto cube = pow(x, y);
+  EXPECT_EQ(cube.a, -8);
+  EXPECT_EQ(cube.v[0], 12);
+  EXPECT_EQ(cube.v[1], 0);
+  EXPECT_TRUE(std::isnan(cube.v[2]));
+}
+
+TEST(Dual, ValuesAtTheEdges) {
+  using std::abs, std::hypot;
+  EXPECT_FALSE(std::signbit(abs(D(-0.0, 3.0)).a));
+  EXPECT_EQ(abs(D(-0.0, 3.0)).v, -3);
+  EXPECT_EQ(abs(D(0.0, 3.0)).v, 3);
+  const D h = hypot(D(3e307, 1.0), D(4e307, 2.0)), h3 = hypot(D(2e307, 1.0), D(3e307, 2.0), D(6e307, 3.0));
+  EXPECT_DOUBLE_EQ(h.a, 5e307);
+  EXPECT_DOUBLE_EQ(h.v, 0.6 + 2 * 0.8);
+  EXPECT_DOUBLE_EQ(h3.a, 7e307);
+  EXPECT_DOUBLE_EQ(h3.v, (2 + 2 * 3 + 3 * 6) / 7.0);
+}
+
+// For orders below 1 the derivative has a formula of its own: cyl_bessel_j(1/2, x) is sqrt(2 / (pi x)) sin x.
+TEST(Dual, BesselFunctionsOfFractionalOrder) {
+  const double x = 1.3, factor = std::sqrt(2 / (std::numbers::pi * x));
+  const D half = cyl_bessel_j(0.5, D(x, 1.0)), zero = cyl_bessel_j(0, D(x, 1.0));
+  EXPECT_NEAR(half.a, factor * std::sin(x), 1e-14);
+  EXPECT_NEAR(half.v, factor * (std::cos(x) - std::sin(x) / (2 * x)), 1e-14);
+  EXPECT_NEAR(zero.v, -j1(x), 1e-14);
+  using F = Dual<float>;
+  const auto single = static_cast<float>(x);
+  EXPECT_NEAR(cyl_bessel_j(0.5, F(single, 1.0f)).v, half.v, 1e-6);
+  EXPECT_NEAR(j0(F(single, 1.0f)).v, zero.v, 1e-6);
+}
+
+TEST(Dual, PrintsValueAndDerivatives) {
+  std::ostringstream one, three;
+  Dual<double, 3> x(1.5);
+  x.v[1] = -2;
+  one << D(1.5, -2.0);
+  three << x;
+  EXPECT_EQ(one.str(), "[1.5; -2]");
+  EXPECT_EQ(three.str(), "[1.5; 0, -2, 0]");
+}
+
+TEST(Dual, HasTheLimitsOfItsScalar) {
+  using Limits = std::numeric_limits<Dual<float, 6>>;
+  using Scalar = std::numeric_limits<float>;
+  static_assert(Limits::is_specialized && Limits::digits == Scalar::digits && !Limits::is_integer);
+  EXPECT_EQ(Limits::epsilon().a, Scalar::epsilon());
+  EXPECT_EQ(Limits::epsilon().v[5], 0);
+  EXPECT_EQ(Limits::max().a, Scalar::max());
+  EXPECT_EQ(Limits::lowest().a, Scalar::lowest());
+  EXPECT_EQ(Limits::min().a, Scalar::min());
+  EXPECT_EQ(Limits::infinity().a, Scalar::infinity());
+  EXPECT_TRUE(std::isnan(Limits::quiet_NaN().a));
+  static_assert(std::numeric_limits<D>::max().a == std::numeric_limits<double>::max());
 }
 
 // Second derivatives: a dual of duals.
