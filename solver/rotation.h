@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conversions between rotation vectors (angle-axis), quaternions and rotation matrices, and rotations of points. Names,
-// arguments and memory layouts are those of ceres/rotation.h.
+// arguments and memory layouts are the same as in ceres/rotation.h.
 //
 // A rotation vector is the axis times the angle in radians. Quaternions are w, x, y, z. T is any scalar type whose
 // comparisons return bool: double, Dual, ceres::Jet. Values and first derivatives are accurate to rounding for every

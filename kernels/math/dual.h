@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dual numbers: a value and its derivatives in N directions, used for all forward-mode derivatives of the project.
-// Unlike ceres::Jet, those of one derivative compile for the device and accept SIMD batches as scalars.
+// Unlike ceres::Jet, dual numbers of one derivative compile for the device and accept SIMD batches as scalars.
 #pragma once
 
 #include <cmath>

@@ -60,11 +60,11 @@ class ScratchArray {
   std::conditional_t<kSize * sizeof(T) <= 16384, T[kSize], OnHeap> values_;
 };
 
-// Differentiates a function of dual numbers with respect to some of its parameters, N per evaluation. `columns` is the
-// number of derivatives, and parameter(column) the Dual<S, N>& with respect to which that column is. Its value must be
-// set and its derivatives zero, as of all parameters. evaluate() evaluates the function and returns false where it is
-// undefined; then this returns false at once. After each evaluation, store(first, count) reads the derivatives: number
-// i of a result belongs to column first + i, for i < count. With no columns, it evaluates once and stores none.
+// Differentiates a function of dual numbers with respect to `columns` of its parameters, N per evaluation. Column c of
+// the Jacobian belongs to the parameter parameter(c), a Dual<S, N>&. Before the call, all parameters must have their
+// values, and derivatives of 0. evaluate() evaluates the function. If it returns false, the function is undefined, and
+// this function returns false at once. After each evaluation, store(first, count) is called: derivative i < count of
+// each result then belongs to column first + i. If columns is 0, evaluates once and calls store(0, 0).
 template <class Parameter, class Evaluate, class Store>
 bool DifferentiateInPasses(int columns, const Parameter& parameter, const Evaluate& evaluate, const Store& store) {
   constexpr int N = std::remove_reference_t<decltype(parameter(0))>::kDerivatives;
