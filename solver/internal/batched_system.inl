@@ -51,10 +51,8 @@ template <Backend B>
 ColumnScale<B> BatchedSystem<B>::MakeScale(typename B::ConstVectorView diagonal) {
   if (options_.column_scaling != ColumnScaling::kInverseRoot || !whole())
     return MakeColumnScale<B>(options_.column_scaling, backend_, diagonal);
-  typename B::Vector raised(diagonal.size());
-  backend_.Copy(diagonal, raised);
-  RaiseRoundingColumns<B>(backend_, whole()->batches(), raised);
-  return MakeColumnScale<B>(options_.column_scaling, backend_, raised);
+  const typename B::Vector raised = RaiseRoundingColumns<B>(backend_, whole()->batches(), diagonal);
+  return MakeColumnScale<B>(options_.column_scaling, backend_, raised.empty() ? diagonal : raised.view());
 }
 
 template <Backend B>

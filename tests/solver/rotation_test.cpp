@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kernels/core/random.h"
+#include "kernels/math/derivatives.h"
 #include "kernels/math/dual.h"
 
 namespace vesta {
@@ -34,6 +35,19 @@ Result ByDuals(const Eigen::VectorXd& x, int outputs, const F& f) {
       result.value[i] = out[static_cast<std::size_t>(i)].a;
       result.jacobian(i, k) = out[static_cast<std::size_t>(i)].v;
     }
+  }
+  return result;
+}
+// The same with four derivatives at once.
+template <class F>
+Result ByWideDuals(const Eigen::VectorXd& x, int outputs, const F& f) {
+  std::vector<Dual<double, 4>> in(x.begin(), x.end()), out(static_cast<std::size_t>(outputs));
+  for (std::size_t i = 0; i < in.size(); ++i) in[i].v[static_cast<int>(i)] = 1;
+  f(in.data(), out.data());
+  Result result{Eigen::VectorXd(outputs), Eigen::MatrixXd(outputs, x.size())};
+  for (int i = 0; i < outputs; ++i) {
+    result.value[i] = out[static_cast<std::size_t>(i)].a;
+    for (int k = 0; k < x.size(); ++k) result.jacobian(i, k) = out[static_cast<std::size_t>(i)].v[k];
   }
   return result;
 }
@@ -144,6 +158,7 @@ TEST(Rotation, FunctionsAreCeress) {
     const auto expect = [&](const char* what, const Eigen::VectorXd& x, int outputs, const auto& ours,
                             const auto& theirs) {
       ExpectSame(ByDuals(x, outputs, ours), ByJets(x, outputs, theirs), 1e-12, what);
+      ExpectSame(ByWideDuals(x, outputs, ours), ByJets(x, outputs, theirs), 1e-12, what);
       ExpectSame(ByJets(x, outputs, ours), ByJets(x, outputs, theirs), 1e-12, what);
     };
     const auto point = [&](auto* out) {

@@ -11,10 +11,11 @@
 
 namespace vesta {
 
-// Replaces diagonal entries of H for ColumnScaling::kInverseRoot, which would turn a column of rounding errors into a
-// column of length 1. Such a column gets the squared size of the rows in which it has entries: about the entry of a
-// column that determines these rows. A zero column gets the median of the positive entries, because its own size is
-// unknown. H is the sum over the batches. diag_h: its diagonal, num_tangent() entries, all finite.
+// Returns the diagonal of H for ColumnScaling::kInverseRoot, which would turn a column of rounding errors into a column
+// of length 1. The entry of such a column is the squared size of the rows in which the column has entries: about the
+// entry of a column that determines these rows. The entry of a zero column is the median of the positive entries,
+// because its own size is unknown. Empty if there are no such columns, or no others. H is the sum over the batches.
+// diag_h: its diagonal, num_tangent() entries, all finite.
 //
 // A column is taken for rounding errors if both conditions hold:
 //   - its norm is at most 16 eps of the largest norm of a column, where eps is that of double
@@ -22,6 +23,7 @@ namespace vesta {
 // The second condition excludes parameters in large units, which may have small columns. Rows are compared by one
 // product with J and one with J^T, and only if a column fulfils the first condition.
 template <Backend B>
-void RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> batches, typename B::VectorView diag_h);
+typename B::Vector RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
+                                        typename B::ConstVectorView diag_h);
 
 }  // namespace vesta

@@ -50,16 +50,17 @@ S MedianOfPositive(std::vector<S> values) {
 }  // namespace rounding_internal
 
 template <Backend B>
-void RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
-                          typename B::VectorView diag_h) {
+typename B::Vector RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
+                                        typename B::ConstVectorView diag_h) {
   using S = typename B::Scalar;
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const double largest = backend.MaxAbs(diag_h), tiny = 256 * kEpsilon * kEpsilon * largest;
-  typename B::Vector above(diag_h.size());
-  backend.Fill(-tiny, above);
-  backend.Axpby(1.0, diag_h, 1.0, above);
-  const Index zeros = backend.CountNonPositive(diag_h), small = backend.CountNonPositive(above);
-  if (small == 0 || !(largest > 0)) return;
+  typename B::Vector raised(diag_h.size());
+  backend.Fill(-tiny, raised);
+  backend.Axpby(1.0, diag_h, 1.0, raised);
+  const Index small = backend.CountNonPositive(raised);
+  if (small == 0 || !(largest > 0)) return {};
+  const Index zeros = backend.CountNonPositive(diag_h);
   std::vector<S> host(static_cast<std::size_t>(diag_h.size()));
   backend.ToHost(diag_h, {host.data(), diag_h.size()});
   if (small > zeros) {
@@ -72,9 +73,10 @@ void RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> 
   }
   if (zeros > 0) {
     const S median = rounding_internal::MedianOfPositive(host);
-    for (S& value : host) value = value > 0 ? value : median;
+    for (S& value : host) value = value > S(0) ? value : median;
   }
-  backend.FromHost({host.data(), diag_h.size()}, diag_h);
+  backend.FromHost({host.data(), diag_h.size()}, raised);
+  return raised;
 }
 
 }  // namespace vesta

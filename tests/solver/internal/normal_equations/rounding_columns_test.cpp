@@ -35,8 +35,8 @@ Eigen::VectorXd Raised(const std::vector<Eigen::MatrixXd>& jacobians) {
     owned.push_back(ProblemAdaptor<Cpu>(problem).CheckedLinearize(x, b));
     batches.push_back(owned.back().get());
   }
-  RaiseRoundingColumns<Cpu>(backend, batches, diagonal.view());
-  return AsEigen(diagonal.view());
+  const Cpu::Vector raised = RaiseRoundingColumns<Cpu>(backend, batches, diagonal.view());
+  return raised.empty() ? squares : Eigen::VectorXd(AsEigen(raised.view()));
 }
 
 TEST(RoundingColumns, GetTheSizeOfTheirRows) {
