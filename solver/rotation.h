@@ -14,7 +14,11 @@
 #include "kernels/math/rotation_vector.h"
 
 // The functions call each other as vesta::F, because argument-dependent lookup of a ceres::Jet also finds ceres::F.
+// They are in a namespace of their own, so that the lookup of a Dual in ceres/rotation.h does not find them.
 namespace vesta {
+namespace rotation {}
+using namespace rotation;
+namespace rotation {
 
 // A 3 x 3 matrix in memory: entry (row, column) is pointer[row * row_stride + column * col_stride].
 template <class T, int row_stride, int col_stride>
@@ -180,4 +184,5 @@ VESTA_HD void AngleAxisRotatePoint(const T angle_axis[3], const T pt[3], T resul
   vesta::UnitQuaternionRotatePoint(quaternion, pt, result);
 }
 
+}  // namespace rotation
 }  // namespace vesta
