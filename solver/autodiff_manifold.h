@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "kernels/math/dual.h"
+#include "solver/internal/derivative_passes.h"
 #include "solver/internal/functor_call.h"
 #include "solver/manifold.h"
 
@@ -15,8 +16,9 @@ namespace vesta {
 
 // Makes a manifold from a functor, as ceres::AutoDiffManifold. F has a member function
 //   template <class T> bool Plus(const T* x, const T* delta, T* x_plus_delta) const;
-// which is called with T = double and Dual<double>. It may return void. If it returns false, x (+) delta is undefined:
-// all numbers become NaN, and the step is rejected. A member function Minus, which Ceres needs, is not used.
+// which is called with T = double and with dual numbers Dual<double, N>. It may return void. If it returns false, x (+)
+// delta is undefined: all numbers become NaN, and the step is rejected. A member function Minus, which Ceres needs, is
+// not used.
 template <class F, int kAmbient, int kTangent>
 class AutoDiffManifold final : public Manifold {
  public:
@@ -30,16 +32,24 @@ class AutoDiffManifold final : public Manifold {
     std::copy(result.begin(), result.end(), out);
   }
   void PlusJacobian(const double* x, double* jacobian) const override {
-    std::array<Dual<double>, kAmbient> point, result;
-    std::array<Dual<double>, kTangent> delta;
-    for (std::size_t i = 0; i < point.size(); ++i) point[i] = Dual<double>(x[i]);
-    delta.fill(Dual<double>(0.0));
-    for (std::size_t k = 0; k < delta.size(); ++k) {
-      delta[k].v = 1;
-      Call(point.data(), delta.data(), result.data());
-      delta[k].v = 0;
-      for (std::size_t i = 0; i < result.size(); ++i) jacobian[i * delta.size() + k] = result[i].v;
-    }
+    using D = Dual<double, DerivativesPerPass<double>(kTangent)>;
+    std::array<D, kAmbient> point, result;
+    std::array<D, kTangent> delta;
+    for (std::size_t i = 0; i < point.size(); ++i) point[i] = D(x[i]);
+    delta.fill(D(0.0));
+    DifferentiateInPasses(
+        kTangent, [&](int k) -> D& { return delta[static_cast<std::size_t>(k)]; },
+        [&] {
+          Call(point.data(), delta.data(), result.data());
+          return true;
+        },
+        [&](int first, int count) {
+          for (int i = 0; i < kAmbient; ++i) {
+            for (int k = 0; k < count; ++k) {
+              jacobian[i * kTangent + first + k] = DerivativeOf(result[static_cast<std::size_t>(i)], k);
+            }
+          }
+        });
   }
 
  private:

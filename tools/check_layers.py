@@ -124,7 +124,7 @@ ALLOWED = {
 OPEN_HEADERS = {"kernels/core/hd.h"}
 # Internal headers that each public header of the engine may include, for its templates and members.
 NEEDED = {
-    "solver/autodiff_manifold.h": ["functor_call.h"],
+    "solver/autodiff_manifold.h": ["derivative_passes.h", "functor_call.h"],
     "solver/block_problem.h": ["blocks/block_structure.h", "normal_equations/preconditioner.h", "normal_equations/step_cost.h"],
     "solver/bounds.h": ["normal_equations/problem_adaptor.h"],
     "solver/cost_function.h": ["derivative_passes.h", "functor_call.h"],
