@@ -14,10 +14,10 @@
 
 namespace vesta {
 
-// Number of derivatives per evaluation of a function of so many parameters (at least 1): all of them if a number of
-// that many derivatives fits into 13 of x86-64's 16 vector registers, otherwise equal parts. Up to this size, gcc 12
-// inlines the operations at -O2. Functors of 50 and 300 parameters are fastest between 20 and 50 derivatives per
-// evaluation.
+// Number of derivatives per evaluation of a function of `parameters` parameters, at least 1. All of them if one dual
+// number then fits into 13 of the 16 vector registers of x86-64 (26 derivatives of type double), otherwise equal parts.
+// Up to this size, gcc 12 inlines the operations at -O2. With more derivatives per evaluation, numbers move through
+// memory; with fewer, values are computed more often.
 template <std::floating_point S>
 constexpr int DerivativesPerPass(int parameters) {
   constexpr int kMost = 13 * Derivatives<S, 2>::kWidth;
@@ -60,11 +60,13 @@ class ScratchArray {
   std::conditional_t<kSize * sizeof(T) <= 16384, T[kSize], OnHeap> values_;
 };
 
-// Differentiates a function of dual numbers with respect to `columns` of its parameters, N per evaluation. Column c of
-// the Jacobian belongs to the parameter parameter(c), a Dual<S, N>&. Before the call, all parameters must have their
-// values, and derivatives of 0. evaluate() evaluates the function. If it returns false, the function is undefined, and
-// this function returns false at once. After each evaluation, store(first, count) is called: derivative i < count of
-// each result then belongs to column first + i. If columns is 0, evaluates once and calls store(0, 0).
+// Differentiates a function of dual numbers with respect to some of its parameters, N per evaluation.
+//
+// columns: the number of derivatives. parameter(column): the parameter of that column, a Dual<S, N>& in an array of the
+// caller. The caller sets the values of all parameters, and their derivatives to 0. evaluate(): evaluates the function,
+// and returns false if it is undefined for these parameters; this function then returns false too. store(first, count):
+// called after each evaluation. Derivative i of a result belongs to column first + i, for i < count. If columns is 0,
+// the function is evaluated once.
 template <class Parameter, class Evaluate, class Store>
 bool DifferentiateInPasses(int columns, const Parameter& parameter, const Evaluate& evaluate, const Store& store) {
   constexpr int N = std::remove_reference_t<decltype(parameter(0))>::kDerivatives;
