@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <span>
 
 #include "solver/block_problem.h"
 #include "solver/eigen.h"
@@ -41,7 +42,7 @@ int main() {
   Eigen::Map<Eigen::Quaterniond> found_rotation(x.data() + problem.offset(rotation));
   const Eigen::Map<Eigen::Vector3d> found_shift(x.data() + problem.offset(shift));
   found_rotation.setIdentity();
-  const vesta::LmSummary summary = vesta::SolveLm(problem, std::span<double>(x), {});
+  const vesta::LmSummary summary = vesta::SolveLm(problem, std::span(x.data(), x.size()));
   std::puts(summary.BriefReport().c_str());
 
   const double error = found_rotation.angularDistance(true_rotation) + (found_shift - true_shift).norm();

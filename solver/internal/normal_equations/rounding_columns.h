@@ -18,7 +18,7 @@ namespace vesta {
 // diag_h: its diagonal, num_tangent() entries, all finite.
 //
 // A column is taken for rounding errors if both conditions hold:
-//   - its norm is at most 16 eps of the largest norm of a column, where eps is that of double
+//   - its norm is at most 16 eps of the largest norm of a column, where eps is the epsilon of double
 //   - its entries are at most about sqrt(eps) of the largest entry in their rows
 // The second condition excludes parameters in large units, which may have small columns. Rows are compared by one
 // product with J and one with J^T, and only if a column fulfils the first condition.

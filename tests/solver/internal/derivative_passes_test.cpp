@@ -54,14 +54,13 @@ S Expected(const F& functor, int k, int c) {
 
 template <class S, int kCount>
 void ExpectColumns(double tolerance) {
-  using B = CpuBackend<S>;
   using F = Waves<kCount>;
-  ResidualBlocks<F, B> problem(kCount, {F()});
-  typename B::Vector x(kCount), unit(kCount), column(F::kResiduals);
+  ResidualBlocks<F, CpuBackend<S>> problem(kCount, {F()});
+  typename CpuBackend<S>::Vector x(kCount), unit(kCount), column(F::kResiduals);
   for (int i = 0; i < kCount; ++i) x[i] = Parameter<S>(i);
   const auto linearization = LinearizeAt(problem, x);
   for (int c = 0; c < kCount; ++c) {
-    B().Fill(0, unit);
+    CpuBackend<S>().Fill(0, unit);
     unit[c] = 1;
     linearization->ApplyJ(unit, column);
     for (int k = 0; k < F::kResiduals; ++k) {
