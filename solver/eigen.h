@@ -7,20 +7,24 @@
 
 #include "kernels/math/derivatives.h"
 
+namespace Eigen {
+
 // Epsilon, the largest number and so on come from std::numeric_limits.
 template <class T, int N>
-struct Eigen::NumTraits<vesta::Dual<T, N>> : Eigen::GenericNumTraits<vesta::Dual<T, N>> {
+struct NumTraits<vesta::Dual<T, N>> : GenericNumTraits<vesta::Dual<T, N>> {
   // RequireInitialization: dual numbers may be left uninitialised. Costs are relative to those of T.
   enum { RequireInitialization = 0, ReadCost = N + 1, AddCost = N + 1, MulCost = 2 * N + 1 };
-  static vesta::Dual<T, N> dummy_precision() { return Eigen::NumTraits<T>::dummy_precision(); }
+  static vesta::Dual<T, N> dummy_precision() { return NumTraits<T>::dummy_precision(); }
 };
 
 // Sums and products of matrices of dual numbers and matrices or scalars of T.
 template <class T, int N, class Operation>
-struct Eigen::ScalarBinaryOpTraits<vesta::Dual<T, N>, T, Operation> {
+struct ScalarBinaryOpTraits<vesta::Dual<T, N>, T, Operation> {
   using ReturnType = vesta::Dual<T, N>;
 };
 template <class T, int N, class Operation>
-struct Eigen::ScalarBinaryOpTraits<T, vesta::Dual<T, N>, Operation> {
+struct ScalarBinaryOpTraits<T, vesta::Dual<T, N>, Operation> {
   using ReturnType = vesta::Dual<T, N>;
 };
+
+}  // namespace Eigen

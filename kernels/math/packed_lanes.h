@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // SIMD vectors in compressed form: memory contains only selected lanes, one after the other, as float or Half.
 //
-// PackedLanes<E, V>::Load(p, bits) returns a vector V. If bit i is set, lane i is the next element of the array p of
-// type E; otherwise it is 0. Load may read up to kPackedOverread elements from p, for any bits. Store(p, bits, x) is
-// the inverse: it writes one element for each set bit.
+// The function Load of PackedLanes<E, V>, called with p and bits, returns a vector V. If bit i is set, lane i is the
+// next element of the array p of type E; otherwise it is 0. Load may read up to kPackedOverread elements from p, for
+// any bits. Store(p, bits, x) is the inverse: it writes one element for each set bit.
 #pragma once
 
 #include <array>

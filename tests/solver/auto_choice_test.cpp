@@ -131,8 +131,8 @@ TEST(AutoChoice, LongStreetsAreFactorisedAndSmallSquaresIterated) {
 }
 
 // A closed contour of line segments through points on an ellipse, a smaller version of Ceres's example
-// ellipse_approximation. A point has a position t on the contour: segment floor(t), at the fraction t - floor(t). It may
-// move to any segment, so its residual block has all control points as parameters, and H couples all of them.
+// ellipse_approximation. A point has a position t on the contour: segment floor(t), at the fraction t - floor(t). It
+// may move to any segment, so its residual block has all control points as parameters, and H couples all of them.
 class PointOnContour final : public CostFunction {
  public:
   static constexpr int kSegments = 101;
