@@ -343,7 +343,7 @@ TEST(CeresCasesNumericDiff, CentralAndForwardDifferences) {
 TEST(CeresCasesNormalPrior, OfEverySize) {
   for (int rows = 1; rows < 5; ++rows) {
     for (int cols = 1; cols < 5; ++cols) {
-      const Blocks random = RandomBlocks({rows * cols, cols, cols}, static_cast<std::uint64_t>(10 * rows + cols));
+      const Blocks random = RandomBlocks({rows * cols, cols, cols}, static_cast<std::uint64_t>(rows));
       const NormalPrior ours(random[0], random[1]);
       const ceres::NormalPrior theirs(Eigen::Map<const RowMajor>(random[0].data(), rows, cols),
                                       Eigen::VectorXd::Map(random[1].data(), cols));

@@ -231,15 +231,15 @@ TEST(CeresCasesCovariance, BesideABlockWithoutTangent) {
   ExpectSameCovariances(twin);
 }
 
-// Thousands of blocks, block k with the Jacobian (k + 1) I.
-TEST(CeresCasesCovariance, OfThousandsOfBlocks) {
+// A thousand blocks, block k with the Jacobian (k + 1) I.
+TEST(CeresCasesCovariance, OfAThousandBlocks) {
   constexpr int kBlocks = 1000, kSize = 5;
   TwinProblem twin;
   std::vector<std::pair<int, int>> pairs;
   for (int k = 0; k < kBlocks; ++k) {
     twin.AddBlock(std::vector<double>(kSize));
     std::vector<double> jacobian(kSize * kSize);
-    for (int i = 0; i < kSize; ++i) jacobian[static_cast<std::size_t>(i * (kSize + 1))] = k + 1;
+    for (std::size_t i = 0; i < kSize; ++i) jacobian[i * (kSize + 1)] = k + 1;
     AddLinear(twin, kSize, {jacobian}, {k});
     pairs.emplace_back(k, k);
     if (k > 0) pairs.emplace_back(k - 1, k);

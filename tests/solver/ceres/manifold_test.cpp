@@ -67,8 +67,8 @@ TEST(CeresCasesManifold, Product) {
   srand(3);
   using ceres::ProductManifold;
   using Theirs = ceres::SubsetManifold;
-  const auto subset = [](int size, std::vector<int> constant) {
-    return std::make_shared<SubsetManifold>(size, std::move(constant));
+  const auto subset = [](int size, const std::vector<int>& constant) {
+    return std::make_shared<SubsetManifold>(size, constant);
   };
   const auto a = subset(5, {2}), b = subset(3, {0, 1}), c = subset(4, {1}), d = subset(2, {0});
   const Theirs ta(5, {2}), tb(3, {0, 1}), tc(4, {1}), td(2, {0});

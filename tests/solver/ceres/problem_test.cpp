@@ -83,12 +83,14 @@ void ExpectSameEvaluation(const Evaluated& ours, const Evaluated& theirs) {
 // Compares the columns of these blocks, natively and through the bridge.
 void ExpectSameEvaluation(TwinProblem& twin, const std::vector<int>& blocks) {
   std::vector<double*> theirs;
+  theirs.reserve(blocks.size());
   for (const int block : blocks) theirs.push_back(twin.values(block));
   const Evaluated expected = EvaluateTheirs(twin.theirs(), theirs);
   const std::vector<double> x = twin.x();
   ExpectSameEvaluation(EvaluateOurs(twin.ours(), View(x), blocks), expected);
   CeresProblem bridge(twin.theirs());
   std::vector<int> bridged;
+  bridged.reserve(blocks.size());
   for (const double* block : theirs) bridged.push_back(bridge.block(block));
   ExpectSameEvaluation(EvaluateOurs(bridge.problem(), bridge.Gather(), bridged), expected);
 }

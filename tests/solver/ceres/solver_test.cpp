@@ -214,6 +214,7 @@ TEST(CeresCasesTrustRegion, PerimeterOfAHexagon) {
   constexpr int kVertices = 6;
   TwinProblem twin;
   std::vector<int> blocks;
+  blocks.reserve(kVertices);
   for (int i = 0; i < kVertices; ++i) {
     const double angle = 2 * std::numbers::pi * i / kVertices;
     blocks.push_back(twin.AddBlock({std::cos(angle), std::sin(angle)}));

@@ -127,7 +127,7 @@ class TwinProblem {
 
   // Adds a residual block with automatic derivatives; returns Ceres's id of it.
   template <int kResiduals, int... kSizes, class F>
-  ceres::ResidualBlockId Add(const F& functor, std::vector<int> blocks, const TwinLoss& loss = {}) {
+  ceres::ResidualBlockId Add(const F& functor, const std::vector<int>& blocks, const TwinLoss& loss = {}) {
     return Add(std::make_shared<ceres::AutoDiffCostFunction<F, kResiduals, kSizes...>>(new F(functor)),
                std::make_shared<AutoDiffCost<F, kResiduals, kSizes...>>(functor), blocks, loss);
   }
@@ -135,6 +135,7 @@ class TwinProblem {
   ceres::ResidualBlockId Add(int num_residuals, const Evaluation& evaluate, const std::vector<int>& blocks,
                              const TwinLoss& loss = {}) {
     std::vector<int> sizes;
+    sizes.reserve(blocks.size());
     for (const int block : blocks) sizes.push_back(ours_.parameter_block_size(block));
     return Add(std::make_shared<TheirFunction>(num_residuals, sizes, evaluate),
                std::make_shared<OurFunction>(num_residuals, sizes, evaluate), blocks, loss);
@@ -142,6 +143,7 @@ class TwinProblem {
   ceres::ResidualBlockId Add(std::shared_ptr<ceres::CostFunction> theirs, std::shared_ptr<const CostFunction> ours,
                              const std::vector<int>& blocks, const TwinLoss& loss = {}) {
     std::vector<double*> arguments;
+    arguments.reserve(blocks.size());
     for (const int block : blocks) arguments.push_back(values(block));
     ours_.AddResidualBlock(std::move(ours), loss.ours, std::span<const int>(blocks));
     costs_.push_back(std::move(theirs));
