@@ -7,6 +7,7 @@
 #include <concepts>
 #include <iosfwd>
 #include <limits>
+#include <numeric>
 #include <type_traits>
 
 #include "kernels/math/scalar.h"
@@ -242,6 +243,10 @@ struct Dual {
   friend Dual lerp(const Dual& x, const Dual& y, const Dual& t) {
     using std::lerp;
     return {lerp(x.a, y.a, t.a), (T(1) - t.a) * x.v + t.a * y.v + (y.a - x.a) * t.v};
+  }
+  friend Dual midpoint(const Dual& x, const Dual& y) {
+    using std::midpoint;
+    return {midpoint(x.a, y.a), T(0.5) * (x.v + y.v)};
   }
   // x^2, as std::norm.
   friend Dual norm(const Dual& x) { return x * x; }

@@ -55,7 +55,7 @@ void ExpectFunctionsOfJets() {
       std::tan, std::tanh, std::log, std::pow, std::sin, std::sqrt;
   using std::acosh, std::asinh, std::atanh, std::cbrt, std::ceil, std::erf, std::erfc, std::exp2, std::expm1,
       std::floor, std::fmax, std::fmin, std::log10, std::log1p, std::log2;
-  using std::copysign, std::fdim, std::fma, std::lerp, std::norm;
+  using std::copysign, std::fdim, std::fma, std::lerp, std::midpoint, std::norm;
   using Number = Dual<double, N>;
   using Jet = ceres::Jet<double, N>;
   test::Random random(1);
@@ -113,6 +113,7 @@ void ExpectFunctionsOfJets() {
     ExpectSame(copysign(a, b), copysign(ja, jb), "copysign");
     ExpectSame(fdim(a, b), fdim(ja, jb), "fdim");
     ExpectSame(norm(a), norm(ja), "norm");
+    ExpectSame(midpoint(a, b), midpoint(ja, jb), "midpoint");
     ExpectSame(lerp(a, b, positive), lerp(ja, jb, jp), "lerp");
     ExpectSame(j0(a), BesselJ0(ja), "j0");
     ExpectSame(j1(a), BesselJ1(ja), "j1");
