@@ -99,12 +99,6 @@ double Difference(const std::vector<std::vector<double>>& a, const std::vector<s
   return worst;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 template <class F, int kResiduals, int... kBlocks>
 void Measure(Report& report, int rounds, const std::string& name, const F& functor) {
   using Cost = AutoDiffCost<F, kResiduals, kBlocks...>;

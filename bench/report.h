@@ -43,6 +43,13 @@ class Report {
   std::vector<Target> targets_;
 };
 
+// The median of at least one value; the upper one of the two middle values of an even number.
+inline double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 // Returns the median wall-clock time of `repeats` calls of body, in milliseconds, after one call that is not timed.
 template <class Body>
 double MedianMilliseconds(int repeats, const Body& body) {
@@ -53,8 +60,7 @@ double MedianMilliseconds(int repeats, const Body& body) {
     body();
     time = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   }
-  std::nth_element(times.begin(), times.begin() + repeats / 2, times.end());
-  return times[static_cast<std::size_t>(repeats / 2)];
+  return Median(std::move(times));
 }
 
 // The command line of a benchmark: flags --name=VALUE or --name VALUE, and positional arguments, which do not begin

@@ -12,7 +12,7 @@ namespace Eigen {
 // Epsilon, the largest number and so on come from std::numeric_limits.
 template <class T, int N>
 struct NumTraits<vesta::Dual<T, N>> : GenericNumTraits<vesta::Dual<T, N>> {
-  // RequireInitialization: dual numbers may be left uninitialised. Costs are relative to those of T.
+  // RequireInitialization: dual numbers may be left uninitialised. Costs are numbers of operations on T.
   enum { RequireInitialization = 0, ReadCost = N + 1, AddCost = N + 1, MulCost = 2 * N + 1 };
   static vesta::Dual<T, N> dummy_precision() { return NumTraits<T>::dummy_precision(); }
 };

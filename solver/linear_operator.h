@@ -6,9 +6,9 @@
 
 namespace vesta {
 
-// Computes the inner products of an iterative solver. This class is for vectors that each process stores whole. A
-// derived class is for vectors distributed over processes: each process passes its part (shard), and every process gets
-// the inner product of the whole vectors.
+// Computes the inner products of an iterative solver. With this class, each process stores the whole vectors. A
+// derived class serves vectors that are distributed over processes: each process passes its part (shard), and every
+// process gets the inner product of the whole vectors.
 template <Backend B>
 class InnerProducts {
  public:

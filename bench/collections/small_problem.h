@@ -20,8 +20,8 @@ struct SmallProblem {
   int num_parameters;
   // Makes the problem for vesta. loss: robust loss of each functor, or null.
   std::function<std::unique_ptr<Problem<B>>(std::shared_ptr<const Loss> loss)> make;
-  // Adds the residual blocks with the parameters x to a Ceres problem. loss: null, or a loss of which `problem` takes
-  // ownership.
+  // Adds the residual blocks with the parameters x to a Ceres problem. loss: null, or a loss that `problem` then
+  // owns.
   std::function<void(ceres::Problem& problem, ceres::LossFunction* loss, double* x)> add_to;
 };
 

@@ -6,7 +6,8 @@
 
 namespace vesta::bench {
 
-// Differences for the first view: of the image, and of products with its Jacobian J, J v and J^T u, for random v and u.
+// How much GPU and CPU differ for the first view: its image, and the products J v and J^T u with its Jacobian J, for
+// random v and u.
 struct HostComparison {
   // Relative differences |GPU - CPU| / |CPU|, with Euclidean norms.
   double image = 0, j_v = 0, jt_u = 0;

@@ -20,8 +20,7 @@ double Outcome::BestCost() const {
 double Outcome::MedianSecondsTo(double cost) const {
   std::vector<double> seconds;
   for (const Run& run : runs) seconds.push_back(run.SecondsTo(cost));
-  std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
-  return seconds[seconds.size() / 2];
+  return Median(std::move(seconds));
 }
 
 std::vector<Outcome> RunRace(const Race& race, int repeats, int times) {

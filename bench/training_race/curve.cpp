@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "bench/report.h"
 #include "kernels/core/check.h"
 
 namespace vesta::bench {
@@ -28,9 +29,7 @@ Curve MedianCurve(const std::vector<Curve>& repeats) {
                   "row {} of one repeat is not that of another", i);
       seconds[r] = row.seconds;
     }
-    const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
-    std::nth_element(seconds.begin(), middle, seconds.end());
-    median[i].seconds = *middle;
+    median[i].seconds = Median(seconds);
   }
   return median;
 }

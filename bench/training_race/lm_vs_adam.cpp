@@ -19,6 +19,7 @@
 #include <fstream>
 #include <limits>
 
+#include "bench/report.h"
 #include "bench/training_race/methods.h"
 #include "bench/training_race/quality_target.h"
 #include "bench/training_race/setup.h"
@@ -125,12 +126,6 @@ const Outcome* SameAdam(const std::vector<Outcome>& outcomes, const Outcome& our
     }
   }
   return nullptr;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Seconds from the begin of the LM stage until the cost is at most `cost`.

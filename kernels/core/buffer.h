@@ -16,8 +16,8 @@ namespace vesta {
 template <class T, class Space>
 class Buffer;
 
-// Memory aligned to 64 bytes. It comes from plain operator new, because the aligned one is several times slower for
-// small sizes (glibc caches only unaligned blocks).
+// Memory aligned to 64 bytes. It comes from plain operator new, because glibc does not take
+// aligned blocks from its cache of small blocks.
 inline void* AllocateAligned(std::size_t bytes) {
   constexpr std::size_t kAlignment = 64;
   auto* const start = static_cast<std::byte*>(::operator new(bytes + kAlignment));

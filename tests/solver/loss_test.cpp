@@ -49,8 +49,8 @@ TEST(Loss, ValuesAndDerivativesAreCeress) {
         double expected[3];
         pair.theirs->Evaluate(s, expected);
         const Loss::Value value = pair.ours->Evaluate(s);
-        // Ceres's values of rho cancel for s far below a^2, so their errors are relative to a^2. Those of Tukey's slope
-        // cancel for s near a^2.
+        // Ceres's values of rho cancel for s far below a^2, so their errors are relative to a^2. In the same way
+        // Tukey's slope cancels for s near a^2.
         EXPECT_NEAR(value.rho, expected[0], 1e-14 * (std::abs(expected[0]) + a * a)) << pair.name << " at " << s;
         EXPECT_NEAR(value.first, expected[1], 1e-14 * std::abs(expected[1]) + 1e-18) << pair.name << " at " << s;
         // Ceres's tolerant loss returns 0 where its curvature is below rounding.
@@ -119,7 +119,7 @@ TEST(Loss, IsAccurateAtEveryScale) {
           const double s = factor * std::pow(10.0, exponent);
           SCOPED_TRACE(testing::Message() << exact.name << " " << a << " at " << s);
           const Loss::Value value = exact.loss->Evaluate(s);
-          // exp(x) has a relative error of |x| times that of x; beyond 750 it underflows.
+          // exp(x) has |x| times the relative error of x; beyond 750 it underflows.
           const bool exponential = std::strcmp(exact.name, "tolerant") == 0;
           const double units = exponential ? 8 + std::min(750.0, std::abs(s - 0.5) / a) : 8;
           ExpectExact(value.rho, exact.rho(s), units);

@@ -29,7 +29,7 @@ inline std::string ReadBytes(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Returns the text with the first occurrence of `from` replaced by `to`. The test fails if there is none.
+// Returns the text with the first occurrence of `from` replaced by `to`. The test fails if `from` does not occur.
 inline std::string Replaced(std::string bytes, const std::string& from, const std::string& to) {
   const std::size_t at = bytes.find(from);
   EXPECT_NE(at, std::string::npos) << from;

@@ -1,36 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // A bundle adjustment by every linear solver, on a generated scene. Adapted from Ceres 2.1's test
 // internal/ceres/bundle_adjustment_test_util.h and the programs generated from it.
-#include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <memory>
 #include <vector>
 
+#include "bench/solver_race/snavely_error.h"
 #include "tests/solver/ceres/twin_problem.h"
 #include "tests/support/random.h"
 
 namespace vesta::test {
 namespace {
-
-// Snavely's camera: rotation vector, translation, focal length and two distortion coefficients. The camera looks along
-// the negative z axis.
-struct Reprojection {
-  double u, v;
-  template <class T>
-  bool operator()(const T* camera, const T* point, T* r) const {
-    T p[3];
-    ceres::AngleAxisRotatePoint(camera, point, p);
-    for (int i = 0; i < 3; ++i) p[i] += camera[3 + i];
-    const T x = -camera[6] * p[0] / p[2], y = -camera[6] * p[1] / p[2];
-    const T radius2 = x * x + y * y;
-    const T distortion = T(1.0) + radius2 * (camera[7] + camera[8] * radius2);
-    r[0] = distortion * x - T(u);
-    r[1] = distortion * y - T(v);
-    return true;
-  }
-};
 
 struct Bundle : TwinProblem {
   static constexpr int kCameras = 6, kPoints = 60;
@@ -54,8 +36,8 @@ struct Bundle : TwinProblem {
       for (int c = 0; c < kCameras; ++c) {
         if ((p + c) % 3 == 0) continue;
         double seen[2];
-        Reprojection{0, 0}(cameras[static_cast<std::size_t>(c)].data(), points[static_cast<std::size_t>(p)].data(),
-                           seen);
+        bundle::SnavelyError{0, 0}(cameras[static_cast<std::size_t>(c)].data(),
+                                   points[static_cast<std::size_t>(p)].data(), seen);
         observations_.push_back({seen[0] + 1e-3 * random.Normal(), seen[1] + 1e-3 * random.Normal()});
         indices_.emplace_back(c, p);
         Add<2, 9, 3>(observations_.back(), {c, kCameras + p});
@@ -72,7 +54,7 @@ struct Bundle : TwinProblem {
   }
 
  private:
-  std::vector<Reprojection> observations_;
+  std::vector<bundle::SnavelyError> observations_;
   std::vector<std::pair<int, int>> indices_;
 };
 
