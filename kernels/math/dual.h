@@ -80,6 +80,8 @@ struct Dual {
   VESTA_HD friend auto operator<=(const Dual& x, const Dual& y) { return x.a <= y.a; }
   VESTA_HD friend auto operator>=(const Dual& x, const Dual& y) { return x.a >= y.a; }
   VESTA_HD friend auto operator==(const Dual& x, const Dual& y) { return x.a == y.a; }
+  // Written out, because C++20 derives != only from an operator== that returns bool. SIMD lanes return a mask.
+  VESTA_HD friend auto operator!=(const Dual& x, const Dual& y) { return x.a != y.a; }
 
   VESTA_HD friend Dual exp(const Dual& x) {
     using std::exp;
