@@ -29,7 +29,7 @@ void FuzzNerf(std::string_view bytes) {
   nerf.folder.Write("transforms.json", bytes);
   const std::string path = nerf.folder / "";
   gs::Scene scene;
-  if (Reads(path, [&] { scene = gs::ReadNerfScene(path, {.count = 10}); })) PromiseScene(scene);
+  if (Reads(path, [&] { scene = gs::ReadNerfScene(path, {.random_points = {.count = 10}}); })) PromiseScene(scene);
 }
 
 }  // namespace vesta::fuzz

@@ -200,6 +200,10 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   Scene scene;
   scene.files = ModelFiles(folder);
   if (fs::path(folder).parent_path().filename() == "sparse") NoteOtherModels(folder, &scene);
+  if (std::ssize(model.images) < model.stated_images) {
+    scene.notes.push_back(fmt::format("{}/images.txt has {} images, but its header states {}", folder,
+                                      model.images.size(), model.stated_images));
+  }
   for (const ColmapImage& image : model.images) {
     if (LeavesScene(image_folder, image.name)) {
       Fail(kBadFile, "{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name),
@@ -222,12 +226,7 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
     points.colors.push_back(color);
   }
   SortAndSplit(&scene.views);
-  if (points.positions.empty()) {
-    points = PointsInViews(scene.views, random);
-    scene.notes.push_back(
-        fmt::format("the model in {} has no points: {} random points in the cameras' views are used instead", folder,
-                    random.count));
-  }
+  if (points.positions.empty()) points = PointsForCameras("the model in " + folder, random, &scene);
   PlaceInScene(points, &scene);
   return scene;
 }

@@ -53,6 +53,7 @@ struct ColmapModel {
   std::vector<ColmapCamera> cameras;
   std::vector<ColmapImage> images;
   std::vector<ColmapPoint> points;
+  Index stated_images = 0;  // the number of images in the header of images.txt; 0 if there is none
 };
 
 enum class ColmapFormat { kBinary, kText };
@@ -72,7 +73,7 @@ std::string FindColmapModel(const std::string& scene_folder);
 
 // Reads the COLMAP model of a scene folder. The views are sorted by name, every 8th is a test view (SortAndSplit), and
 // their images are not loaded. Image files are in SCENE/image_folder. A model without points gets random points
-// (PointsInViews) and a note.
+// (PointsForCameras) and a note.
 Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder,
                       const RandomPoints& random = {});
 

@@ -170,6 +170,37 @@ std::vector<ColmapCamera> ReadTextCameras(const std::string& folder) {
   return cameras;
 }
 
+// Throws Error unless the current line has 2D points (X Y POINT3D_ID each) or is blank.
+void CheckObservations(const ColmapImage& image, LineReader* in) {
+  const std::string words = in->Rest();
+  std::string_view rest = words;
+  Index count = 0;
+  double value = 0;
+  bool valid = true;
+  for (std::string_view word = NextWord(&rest); valid && !word.empty(); word = NextWord(&rest), ++count) {
+    valid = ParseNumber(word, &value);
+  }
+  if (valid && count % 3 == 0) return;
+  Fail(
+      kBadFile,
+      "{}: this is not the line of 2D points of image {}; each image needs two lines, of which the second may be blank",
+      in->Where(), image.name);
+}
+
+// The number of images in the first comments of images.txt, as COLMAP writes it; 0 if there is none.
+Index StatedImages(const std::string& path) {
+  const std::string text = ReadFile(path);
+  std::string_view rest = text, line;
+  constexpr std::string_view kBefore = "# Number of images: ";
+  while (NextLine(&rest, &line) && line.starts_with('#')) {
+    if (!line.starts_with(kBefore)) continue;
+    line.remove_prefix(kBefore.size());
+    Index count = 0;
+    return ParseNumber(line.substr(0, line.find(',')), &count) ? count : 0;
+  }
+  return 0;
+}
+
 std::vector<ColmapImage> ReadTextImages(const std::string& folder) {
   LineReader in(folder + "/images.txt");
   std::vector<ColmapImage> images;
@@ -182,7 +213,7 @@ std::vector<ColmapImage> ReadTextImages(const std::string& folder) {
     image.name = in.Rest();
     CheckColmapImage(image, in.Where());
     images.push_back(std::move(image));
-    in.NextLine();  // the image's 2D points; may be blank
+    if (in.NextLine()) CheckObservations(images.back(), &in);
   }
   return images;
 }
@@ -262,7 +293,7 @@ const char* WhatIs(CameraParameter parameter) {
 }
 
 ColmapModel ReadColmapBinary(const std::string& folder) {
-  return {ReadBinaryCameras(folder), ReadBinaryImages(folder), ReadBinaryPoints(folder)};
+  return {ReadBinaryCameras(folder), ReadBinaryImages(folder), ReadBinaryPoints(folder), 0};
 }
 
 void WriteColmapBinary(const ColmapModel& model, const std::string& folder) {
@@ -302,7 +333,8 @@ void WriteColmapBinary(const ColmapModel& model, const std::string& folder) {
 }
 
 ColmapModel ReadColmapText(const std::string& folder) {
-  return {ReadTextCameras(folder), ReadTextImages(folder), ReadTextPoints(folder)};
+  return {ReadTextCameras(folder), ReadTextImages(folder), ReadTextPoints(folder),
+          StatedImages(folder + "/images.txt")};
 }
 
 void WriteColmapText(const ColmapModel& model, const std::string& folder) {

@@ -40,7 +40,10 @@ Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
     Fail(kNotFound, "{}/{}: no such folder; set --images to the folder with the photographs", path, images);
   }
   if (!FindColmapModel(path).empty()) return ReadColmapScene(path, images, options.random_points);
-  if (IsNerfScene(path)) return ReadNerfScene(path, options.random_points, images, options.allow_missing);
+  if (IsNerfScene(path)) {
+    const bool chosen = options.test_views.every || !options.test_views.list.empty();
+    return ReadNerfScene(path, {options.random_points, images, options.allow_missing, !chosen});
+  }
   Fail(kBadFile,
        "{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF)", path);
 }

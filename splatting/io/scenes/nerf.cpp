@@ -13,6 +13,7 @@
 #include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
+#include "splatting/io/scenes/nerf_split.h"
 #include "splatting/io/splats/ply.h"
 
 namespace vesta::gs {
@@ -198,14 +199,11 @@ std::string ImageName(const FrameValues& values) {
   if (name.empty() || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20; })) {
     Fail(kBadFile, "{}: the frame has no readable file_path", values.where());
   }
-  std::string extension = fs::path(name).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
-  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") name += ".png";
+  name = NameOfFilePath(std::move(name));
   if (LeavesScene("", name)) {
     Fail(kBadFile, "{}: the image {} lies outside the scene; move it there", values.where(), Printable(name));
   }
-  return fs::path(name).lexically_normal().string();
+  return name;
 }
 
 // Nerfstudio's mask_path; empty if the frame has none.
@@ -244,26 +242,40 @@ struct ImageFolder {
   }
 };
 
-// Calls take(values) for each frame of a transforms file. Returns its JSON.
+constexpr const char* kFrames = "frames";
+constexpr const char* kTestFrames = "test_frames";  // ScanNet++: frames of test views, beside kFrames
+
+// Calls take(values) for each frame of top[key].
 template <class Take>
-json ForEachFrame(const std::string& path, const Take& take) {
-  json top = ReadJson(path);
-  const auto frames = top.find("frames");
+void ForEachFrame(const json& top, const char* key, const std::string& path, const Take& take) {
+  const auto frames = top.find(key);
   if (!top.is_object() || frames == top.end() || !frames->is_array() || frames->empty()) {
-    Fail(kBadFile, "{}: it has no frames", path);
+    Fail(kBadFile, "{}: it has no {}", path, key);
   }
   Index number = 0;
   for (const json& frame : *frames) {
-    const FrameValues values(frame, top, fmt::format("{}: frame {}", path, number++));
+    const FrameValues values(frame, top, fmt::format("{}: {} {}", path, key == kFrames ? "frame" : key, number++));
     if (!frame.is_object()) Fail(kBadFile, "{}: not an object", values.where());
     take(values);
   }
-  return top;
 }
 
-// Appends the views of a transforms file. Returns its JSON.
-json ReadFrames(const std::string& path, const fs::path& folder, const ImageFolder& images, std::vector<View>* views) {
-  return ForEachFrame(path, [&](const FrameValues& values) {
+// ScanNet++ marks blurred frames so.
+bool IsBad(const FrameValues& values) {
+  const json* flag = values.Find("is_bad");
+  if (flag != nullptr && !flag->is_boolean()) Fail(kBadFile, "{}: is_bad is neither true nor false", values.where());
+  return flag != nullptr && flag->get<bool>();
+}
+
+// Appends the views of the frames top[key] of a transforms file, except those with is_bad, which get a note.
+void ReadFrames(const json& top, const char* key, const std::string& path, const ImageFolder& images, Scene* scene) {
+  const fs::path folder = fs::path(path).parent_path();
+  Index bad = 0;
+  ForEachFrame(top, key, path, [&](const FrameValues& values) {
+    if (IsBad(values)) {
+      ++bad;
+      return;
+    }
     View view;
     view.name = ImageName(values);
     view.image_path = images.PathOf(folder, view, values).string();
@@ -272,8 +284,9 @@ json ReadFrames(const std::string& path, const fs::path& folder, const ImageFold
     // Focal lengths refer to the image named in the file, not to the one in images.name.
     view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);
     view.distortion = ReadDistortion(values);
-    views->push_back(std::move(view));
+    scene->views.push_back(std::move(view));
   });
+  if (bad > 0) scene->notes.push_back(fmt::format("{}: {} of the {} have is_bad and are left out", path, bad, key));
 }
 
 // The file with the points, or empty. transforms: the file that may name it.
@@ -296,19 +309,24 @@ bool IsNerfScene(const std::string& scene_folder) {
   return FileExists(scene_folder + "/transforms.json") || FileExists(scene_folder + "/transforms_train.json");
 }
 
-Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random, const std::string& image_folder,
-                    bool allow_missing) {
+Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options) {
   const fs::path folder(scene_folder);
-  const ImageFolder images{image_folder, allow_missing};
+  const ImageFolder images{options.image_folder, options.allow_missing};
   const bool has_train_file = FileExists(scene_folder + "/transforms_train.json");
   Scene scene;
-  const auto read = [&](const char* name) {
+  const auto read_file = [&](const char* name) {
     scene.files.push_back((folder / name).string());
-    return ReadFrames(scene.files.back(), folder, images, &scene.views);
+    json top = ReadJson(scene.files.back());
+    ReadFrames(top, kFrames, scene.files.back(), images, &scene);
+    return top;
   };
-  const json top = read(has_train_file ? "transforms_train.json" : "transforms.json");
+  const json top = read_file(has_train_file ? "transforms_train.json" : "transforms.json");
   const std::size_t num_train = scene.views.size();
-  if (has_train_file && FileExists(scene_folder + "/transforms_test.json")) read("transforms_test.json");
+  if (has_train_file && FileExists(scene_folder + "/transforms_test.json")) read_file("transforms_test.json");
+  const auto test_frames = top.find(kTestFrames);
+  if (test_frames != top.end() && !test_frames->empty()) {
+    ReadFrames(top, kTestFrames, scene.files.front(), images, &scene);
+  }
   std::set<std::string> test_names;
   for (std::size_t i = num_train; i < scene.views.size(); ++i) test_names.insert(scene.views[i].name);
   SortAndSplit(&scene.views);
@@ -321,15 +339,17 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random,
       view.role = test_names.contains(view.name) ? ViewRole::kTest : ViewRole::kTraining;
     }
   }
+  if (options.follow_split && test_names.empty()) ApplySplitLists(top, scene.files.front(), &scene);
   const std::string points = FindPoints(folder, scene.files.front(), top);
   if (!points.empty()) scene.files.push_back(points);
-  PlaceInScene(points.empty() ? PointsInCube(random) : ReadPointPly(points), &scene);
+  PlaceInScene(points.empty() ? PointsForCameras(scene_folder, options.random_points, &scene) : ReadPointPly(points),
+               &scene);
   return scene;
 }
 
 std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual) {
   std::vector<View> views;
-  ForEachFrame(file, [&](const FrameValues& values) {
+  ForEachFrame(ReadJson(file), kFrames, file, [&](const FrameValues& values) {
     View view;
     view.camera = usual;
     const bool has_size = ReadStatedSize(values, &view.camera);

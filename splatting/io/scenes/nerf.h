@@ -11,6 +11,13 @@
 
 namespace vesta::gs {
 
+struct NerfOptions {
+  RandomPoints random_points;           // for scenes without points
+  std::string image_folder = "images";  // replaces images/ at the start of every file_path
+  bool allow_missing = false;           // a missing image of unstated size gives a camera of size 0 x 0
+  bool follow_split = true;             // apply the lists of file names (ApplySplitLists)
+};
+
 // Whether the folder has transforms.json or transforms_train.json.
 bool IsNerfScene(const std::string& scene_folder);
 
@@ -21,14 +28,13 @@ bool IsNerfScene(const std::string& scene_folder);
 // principal point. Distortion: k1, k2, k3, p1, p2 as in OpenCV. If is_fisheye is true or camera_model is a fisheye: k1
 // to k4 of OpenCV's fisheye. mask_path may name the mask of a frame (photographs.h). A file_path without .png, .jpg or
 // .jpeg gets .png.
-// Test views: the views of transforms_test.json; without that file, every 8th by name. Points: the .ply file that
-// ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else random points (PointsInCube).
-// image_folder: unless it is "images", it replaces images/ at the start of every file_path. allow_missing: if an image
-// is missing and the file does not state its size, the camera has size 0 x 0.
+// Test views: the views of transforms_test.json, else test_frames (ScanNet++), else those of the lists of file names
+// (ApplySplitLists, nerf_split.h), else every 8th by name. Frames with is_bad are left out, with a note. Points: the
+// .ply file that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else random points, with a note
+// (PointsForCameras).
 // Throws Error, in one line with file and frame, for other camera models, k4 without a fisheye lens, invalid poses or
 // intrinsics, invalid JSON, or no frames.
-Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random,
-                    const std::string& image_folder = "images", bool allow_missing = false);
+Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options = {});
 
 // The cameras of such a file, in its order and coordinates, for example as a camera path. file_path may be missing or
 // name no file. A frame without intrinsics gets the camera `usual`; a frame with a focal length but without w and h

@@ -18,6 +18,8 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
+constexpr float kHalfSideOfCube = 1.3f;
+
 // Portable random numbers: std::uniform_real_distribution differs between standard libraries.
 class Uniform {
  public:
@@ -85,15 +87,40 @@ std::vector<double> LikelyDepths(const std::vector<View>& views) {
   return std::ranges::all_of(met, is_ahead) ? met : depths;
 }
 
+// The training views; all views if there are none.
+std::vector<View> TrainingOrAll(const std::vector<View>& views) {
+  std::vector<View> training;
+  std::ranges::copy_if(views, std::back_inserter(training), [](const View& view) { return view.is_trained(); });
+  return training.empty() ? views : training;
+}
+
+// Whether the camera is outside the cube and its optical axis passes through it.
+bool FacesCube(const View& view) {
+  const Vector center = CameraCenter(view);
+  // The part [enter, leave] of the axis, in units of length ahead of the camera, that is between all six planes.
+  double enter = -std::numeric_limits<double>::infinity(), leave = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < 3; ++j) {
+    const double forward = view.rotation[6 + j];
+    if (forward == 0) {
+      if (std::abs(center[j]) > double{kHalfSideOfCube}) return false;
+      continue;
+    }
+    const double a = (-double{kHalfSideOfCube} - center[j]) / forward,
+                 b = (double{kHalfSideOfCube} - center[j]) / forward;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter > 0 && enter < leave;
+}
+
 }  // namespace
 
 WorldPoints PointsInCube(const RandomPoints& random) {
-  constexpr float kHalfSide = 1.3f;
   Uniform uniform(random.seed);
   WorldPoints cloud;
   for (Index i = 0; i < random.count; ++i) {
     std::array<double, 3> position;
-    for (double& v : position) v = static_cast<double>(kHalfSide * (2 * uniform() - 1));
+    for (double& v : position) v = static_cast<double>(kHalfSideOfCube * (2 * uniform() - 1));
     cloud.positions.push_back(position);
     cloud.colors.push_back(uniform.Color());
   }
@@ -102,9 +129,7 @@ WorldPoints PointsInCube(const RandomPoints& random) {
 
 WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random) {
   constexpr double kSpread = 3;  // depths range from 1/kSpread to kSpread times the likely depth
-  std::vector<View> training;
-  std::ranges::copy_if(views, std::back_inserter(training), [](const View& view) { return view.is_trained(); });
-  if (training.empty()) training = views;
+  const std::vector<View> training = TrainingOrAll(views);
   const std::vector<double> depths = LikelyDepths(training);
   Uniform uniform(random.seed);
   WorldPoints cloud;
@@ -131,6 +156,14 @@ WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& ra
     cloud.colors.push_back(uniform.Color());
   }
   return cloud;
+}
+
+WorldPoints PointsForCameras(const std::string& source, const RandomPoints& random, Scene* scene) {
+  const bool in_cube = std::ranges::all_of(TrainingOrAll(scene->views), FacesCube);
+  scene->notes.push_back(
+      fmt::format("{} has no points: {} random points are used instead, {}", source, random.count,
+                  in_cube ? "in the cube from -1.3 to 1.3, because all cameras face it" : "in the cameras' views"));
+  return in_cube ? PointsInCube(random) : PointsInViews(scene->views, random);
 }
 
 }  // namespace vesta::gs

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "problems/gaussian_splatting/model/scene_frame.h"
@@ -24,5 +25,10 @@ WorldPoints PointsInCube(const RandomPoints& random);
 // largest distance of a camera from the mean of all cameras; if all are at one place, d is 1. Throws Error if a
 // coordinate exceeds the range of float.
 WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random);
+
+// Random points for the views of a scene without points, and a note. If all training cameras are outside the cube and
+// their optical axes pass through it, the scene is taken for an object in the cube (PointsInCube), else PointsInViews.
+// source: the file or folder without points, for the note.
+WorldPoints PointsForCameras(const std::string& source, const RandomPoints& random, Scene* scene);
 
 }  // namespace vesta::gs

@@ -107,6 +107,20 @@ TEST(Colmap, ReadsTextOfOtherHands) {
   EXPECT_EQ(model.points[0].color, (std::array<std::uint8_t, 3>{10, 20, 30}));
 }
 
+TEST(Colmap, FewerImagesThanInTheHeaderGiveANote) {
+  const TempFolder folder;
+  const std::string model_folder = folder / "sparse/0";
+  WriteColmapModel(ExampleModel(), model_folder, ColmapFormat::kText);
+  const std::string images = ReadFile(model_folder + "/images.txt");
+  for (const auto& [count, notes] : {std::pair{"3", 0u}, {"2", 0u}, {"4", 1u}, {"many", 0u}}) {
+    WriteBytes(model_folder + "/images.txt",
+               fmt::format("# Image list\n# Number of images: {}, mean observations per image: 0\n{}", count, images));
+    const Scene scene = ReadColmapScene(folder.path(), "images");
+    ASSERT_EQ(scene.notes.size(), notes) << count;
+    if (notes > 0) EXPECT_THAT(scene.notes[0], testing::HasSubstr("4"));
+  }
+}
+
 TEST(Colmap, SceneHasNormalisedPosesSortedByName) {
   const TempFolder folder;
   WriteColmapModel(ExampleModel(), folder / "sparse/0", ColmapFormat::kBinary);

@@ -26,7 +26,7 @@ json ExampleTransforms() {
 class NerfTest : public testing::Test {
  protected:
   void Write(const json& top, const char* name = "transforms.json") { WriteBytes(folder_ / name, top.dump()); }
-  Scene Read() const { return ReadNerfScene(folder_.path(), {}); }
+  Scene Read() const { return ReadNerfScene(folder_.path()); }
   template <class... Tokens>
   void ExpectRefused(const json& top, ErrorCode code, const Tokens&... tokens) {
     Write(top);
@@ -50,17 +50,43 @@ TEST_F(NerfTest, ReadsIntrinsicsNamesAndRandomPoints) {
   EXPECT_TRUE(camera.width == 40 && camera.height == 30 && camera.lens.fx == 50 && camera.lens.fy == 51 &&
               camera.lens.cx == 19.5 && camera.lens.cy == 15.5);
   EXPECT_EQ(scene.views[2].camera.lens.fx, 60) << "values of a frame take precedence";
-  ASSERT_EQ(scene.points.size(), 10000);
-  double mean = 0;
-  for (const auto& p : scene.points.positions) {
-    for (float v : p) {
-      ASSERT_LE(std::abs(v), 1.3f);
-      mean += v / 30000;
+  EXPECT_EQ(scene.points.size(), 10000);
+}
+
+TEST_F(NerfTest, RandomPointsAreInTheCubeOnlyIfAllCamerasFaceIt) {
+  json top = ExampleTransforms();
+  const auto place = [&](std::size_t frame, int axis, double at) {
+    top["frames"][frame]["transform_matrix"][static_cast<std::size_t>(axis)][3] = at;
+    Write(top);
+  };
+  const auto largest = [](const Scene& scene) {
+    float largest = 0;
+    for (const auto& p : scene.points.positions) {
+      for (float v : p) largest = std::max(largest, std::abs(v));
     }
+    return largest;
+  };
+  // The cameras look along -z of the world.
+  for (std::size_t frame = 0; frame < 3; ++frame) place(frame, 2, 4);
+  const Scene facing = Read();
+  ASSERT_EQ(facing.points.size(), 10000);
+  EXPECT_LE(largest(facing), 1.3f);
+  EXPECT_GT(largest(facing), 1.29f);
+  ASSERT_EQ(facing.notes.size(), 1u);
+  EXPECT_EQ(ReadNerfScene(folder_.path(), {.random_points = {10, 0}}).points.positions[9], facing.points.positions[9]);
+  EXPECT_NE(ReadNerfScene(folder_.path(), {.random_points = {10, 1}}).points.positions[9], facing.points.positions[9]);
+  // b.jpg is a training view: beside the cube, beyond it, inside it.
+  for (const auto& [axis, at, back] : {std::tuple{0, 1.31, 0.}, {2, -4., 4.}, {2, 1.29, 4.}}) {
+    place(0, axis, at);
+    const Scene scene = Read();
+    EXPECT_GT(largest(scene), 1.35f) << axis << " " << at;
+    EXPECT_EQ(scene.notes.size(), 1u);
+    for (const auto& p : scene.points.positions) {
+      const bool seen = std::ranges::any_of(scene.views, [&](const View& view) { return DepthInView(view, p) > 0; });
+      ASSERT_TRUE(seen);
+    }
+    place(0, axis, back);
   }
-  EXPECT_NEAR(mean, 0, 0.02);
-  EXPECT_EQ(ReadNerfScene(folder_.path(), {10, 0}).points.positions[9], scene.points.positions[9]);
-  EXPECT_NE(ReadNerfScene(folder_.path(), {10, 1}).points.positions[9], scene.points.positions[9]);
 }
 
 TEST_F(NerfTest, ReadsDistortion) {
@@ -85,12 +111,12 @@ TEST_F(NerfTest, ReadsDistortion) {
 TEST_F(NerfTest, AnotherFolderStandsForImages) {
   json top = ExampleTransforms();
   Write(top);
-  const Scene scene = ReadNerfScene(folder_.path(), {}, "images_4");
+  const Scene scene = ReadNerfScene(folder_.path(), {.image_folder = "images_4"});
   EXPECT_EQ(scene.views[1].name, "images/b.jpg");
   EXPECT_EQ(scene.views[1].image_path, folder_ / "images_4/b.jpg");
   top["frames"][0]["file_path"] = "photos/b.jpg";
   Write(top);
-  EXPECT_THAT([&] { ReadNerfScene(folder_.path(), {}, "images_4"); },
+  EXPECT_THAT([&] { ReadNerfScene(folder_.path(), {.image_folder = "images_4"}); },
               ThrowsError(kBadFile, "0", "--images=images_4", "photos/b.jpg", "images/"));
 }
 
@@ -99,7 +125,7 @@ TEST_F(NerfTest, ImagesThatMayBeMissingNeedNoSize) {
   top.erase("w");
   Write(top);
   EXPECT_THAT([&] { Read(); }, ThrowsError(kNotFound, "images/b.jpg"));
-  EXPECT_EQ(ReadNerfScene(folder_.path(), {}, "images", true).views[1].camera.width, 0);
+  EXPECT_EQ(ReadNerfScene(folder_.path(), {.allow_missing = true}).views[1].camera.width, 0);
 }
 
 // A camera at (1, 2, 3) that looks along -x with z up. In our axes: x right = +y, y down = -z, z forward = -x.
@@ -139,6 +165,69 @@ TEST_F(NerfTest, BlenderScenesHaveAnAngleAndTheirOwnSplit) {
   EXPECT_EQ(scene.views[1].camera.lens.cy, 15);
   std::filesystem::remove(folder_ / "transforms_test.json");
   EXPECT_TRUE(Read().views[0].is_test()) << "without a test file, every 8th view";
+}
+
+std::string Roles(const Scene& scene) {
+  std::string roles;
+  for (const View& view : scene.views)
+    roles += view.name.substr(7, 1) + (view.is_test() ? "t" : view.is_trained() ? "+" : "?");
+  return roles;
+}
+
+TEST_F(NerfTest, FollowsTheListsOfFileNames) {
+  struct Case {
+    json lists;
+    std::string roles;
+  };
+  const json a = {"images/a"}, b = {"./images/b.jpg"}, c = {"images/c.JPG"};
+  for (const Case& each : std::vector<Case>{
+           {{{"train_filenames", {"images/a.png", "images/c.JPG"}}, {"test_filenames", b}}, "a+btc+"},
+           {{{"train_filenames", a}, {"val_filenames", b}, {"test_filenames", c}}, "a+ct"},
+           {{{"train_filenames", a}, {"val_filenames", b}}, "a+bt"},
+           {{{"train_filenames", b}}, "b+"},
+           {{{"test_filenames", c}}, "a+b+ct"},
+           {{{"val_filenames", b}, {"test_filenames", json::array()}}, "a+btc+"},
+           {{{"train_filenames", json::array()}}, "atb+c+"},
+       }) {
+    json top = ExampleTransforms();
+    top.update(each.lists);
+    SCOPED_TRACE(top);
+    Write(top);
+    const Scene scene = Read();
+    EXPECT_EQ(Roles(scene), each.roles);
+    const bool none = each.roles == "atb+c+";
+    EXPECT_EQ(scene.notes.size(), none ? 1u : 2u) << "a note on the points, and one on the split";
+    EXPECT_EQ(Roles(ReadNerfScene(folder_.path(), {.follow_split = false})), "atb+c+");
+  }
+  for (const auto& [lists, token] :
+       std::vector<std::pair<json, std::string>>{{{{"train_filenames", {"images/d.jpg"}}}, "images/d.jpg"},
+                                                 {{{"train_filenames", b}, {"test_filenames", b}}, "images/b.jpg"},
+                                                 {{{"train_filenames", 7}}, "train_filenames"},
+                                                 {{{"val_filenames", {7}}}, "val_filenames"}}) {
+    json top = ExampleTransforms();
+    top.update(lists);
+    ExpectRefused(top, kBadFile, token);
+  }
+}
+
+TEST_F(NerfTest, TestFramesAreTestViewsAndBadFramesAreLeftOut) {
+  json top = ExampleTransforms();
+  top["test_frames"] = {top["frames"][2]};
+  top["frames"].erase(2);
+  top["train_filenames"] = {"images/a"};
+  Write(top);
+  EXPECT_EQ(Roles(Read()), "a+b+ct");
+  top["frames"][0]["is_bad"] = true;
+  top["frames"][1]["is_bad"] = false;
+  Write(top);
+  EXPECT_EQ(Roles(Read()), "a+ct");
+  EXPECT_EQ(Read().notes.size(), 2u);
+  top["test_frames"][0]["transform_matrix"] = 7;
+  ExpectRefused(top, kBadFile, "test_frames 0", "transform_matrix");
+  top["test_frames"] = 7;
+  ExpectRefused(top, kBadFile, "test_frames");
+  top["test_frames"] = json::array(), top["frames"][1]["is_bad"] = 1;
+  ExpectRefused(top, kBadFile, "frame 1", "is_bad");
 }
 
 TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
@@ -216,7 +305,7 @@ TEST_F(NerfTest, RefusesPosesThatAreNone) {
 TEST_F(NerfTest, OverwrittenBytesLoadOrAreRefused) {
   const auto read = [&](const std::string& damaged) {
     WriteBytes(folder_ / "transforms.json", damaged);
-    ReadNerfScene(folder_.path(), {10, 0});
+    ReadNerfScene(folder_.path(), {.random_points = {10, 0}});
   };
   EXPECT_GT(CountRefusedCopies(ExampleTransforms().dump(), 250, read), 0);
 }

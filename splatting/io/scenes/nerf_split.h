@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The split into training and test views that a transforms.json defines. Internal to the reader of NeRF scenes.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "problems/gaussian_splatting/scene/scene.h"
+
+namespace vesta::gs {
+
+// Applies the lists train_filenames, val_filenames and test_filenames of nerfstudio, which have values of file_path:
+// - The views in test_filenames are test views. Without such a list, the views in val_filenames are.
+// - All other views in train_filenames are training views. Without such a list, all views in no list are.
+// - The remaining views are removed from the scene.
+// Adds a note with the numbers of views. Does nothing if `top` has none of these lists. file: the name of the file, for
+// messages. Throws Error if a list is no array of strings, if it names no view, or if a view is in two lists.
+void ApplySplitLists(const nlohmann::json& top, const std::string& file, Scene* scene);
+
+// The name of the view with this file_path: a normalized path; without .png, .jpg or .jpeg, .png is appended.
+std::string NameOfFilePath(std::string file_path);
+
+}  // namespace vesta::gs
