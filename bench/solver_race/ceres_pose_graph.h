@@ -12,15 +12,14 @@
 
 namespace vesta::bench {
 
-// Returns the square root of an information matrix (upper triangle, row by row) that Whitening selects: L^T or L.
+// Returns the lower Cholesky factor of an information matrix (upper triangle, row by row).
 template <int D>
-Eigen::Matrix<double, D, D> RootInformation(const double* upper, pose_graph::Whitening whitening) {
+Eigen::Matrix<double, D, D> RootInformation(const double* upper) {
   Eigen::Matrix<double, D, D> information;
   for (int i = 0; i < D; ++i) {
     for (int k = i; k < D; ++k) information(i, k) = information(k, i) = *upper++;
   }
   const Eigen::LLT<Eigen::Matrix<double, D, D>> factor(information);
-  if (whitening == pose_graph::Whitening::kUpper) return factor.matrixU();
   return factor.matrixL();
 }
 
@@ -65,8 +64,8 @@ struct CeresEdge3 {
 // contains the parameter blocks and must outlive the problem. loss: null or the robust loss of each edge; the problem
 // takes ownership.
 template <class Edge>
-void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whitening whitening, ceres::LossFunction* loss,
-                         std::vector<double>& poses, ceres::Problem& problem) {
+void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, ceres::LossFunction* loss, std::vector<double>& poses,
+                         ceres::Problem& problem) {
   constexpr int kPose = Edge::kPose, kTangent = Edge::kTangent;
   const auto pose = [&](Index i) { return poses.data() + i * kPose; };
   for (Index i = 0; i < graph.num_poses(); ++i) {
@@ -80,21 +79,21 @@ void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whiteni
   problem.SetParameterBlockConstant(pose(0));
   for (Index e = 0; e < graph.num_edges(); ++e) {
     const auto& ends = graph.edges[static_cast<std::size_t>(e)];
-    auto* edge = new Edge{
-        graph.measurements.data() + e * kPose,
-        RootInformation<kTangent>(graph.information.data() + e * pose_graph::InformationSize(graph.space), whitening)};
+    auto* edge =
+        new Edge{graph.measurements.data() + e * kPose,
+                 RootInformation<kTangent>(graph.information.data() + e * pose_graph::InformationSize(graph.space))};
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Edge, kTangent, kPose, kPose>(edge), loss, pose(ends.from),
                              pose(ends.to));
   }
 }
 
 // The same for a 2D or 3D graph.
-inline void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, pose_graph::Whitening whitening,
-                                ceres::LossFunction* loss, std::vector<double>& poses, ceres::Problem& problem) {
+inline void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, ceres::LossFunction* loss,
+                                std::vector<double>& poses, ceres::Problem& problem) {
   if (graph.space == pose_graph::PoseSpace::kSe2) {
-    BuildCeresPoseGraph<CeresEdge2>(graph, whitening, loss, poses, problem);
+    BuildCeresPoseGraph<CeresEdge2>(graph, loss, poses, problem);
   } else {
-    BuildCeresPoseGraph<CeresEdge3>(graph, whitening, loss, poses, problem);
+    BuildCeresPoseGraph<CeresEdge3>(graph, loss, poses, problem);
   }
 }
 
@@ -103,7 +102,7 @@ inline double CeresPoseGraphCost(const pose_graph::PoseGraph& graph, ceres::Loss
                                  std::vector<double>* poses) {
   *poses = graph.poses;
   ceres::Problem problem;
-  BuildCeresPoseGraph(graph, pose_graph::Whitening::kUpper, loss, *poses, problem);
+  BuildCeresPoseGraph(graph, loss, *poses, problem);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = 500;

@@ -9,7 +9,7 @@ namespace vesta::bench {
 
 namespace {
 // The same as in Ceres's pose-graph example, so that costs are comparable with published ones.
-constexpr pose_graph::Whitening kWhitening = pose_graph::Whitening::kLower;
+constexpr pose_graph::EdgeError kError = pose_graph::EdgeError::kCeres;
 
 // solve: solves the graph as a ceres::Problem. The time excludes building that problem.
 template <class Solve>
@@ -18,7 +18,7 @@ Contender WithCeres(const std::string& name, const std::string& path, const Solv
             const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
             std::vector<double> poses = graph.poses;
             ceres::Problem problem;
-            BuildCeresPoseGraph(graph, kWhitening, nullptr, poses, problem);
+            BuildCeresPoseGraph(graph, nullptr, poses, problem);
             return solve(problem);
           }};
 }
@@ -29,7 +29,7 @@ Contender NativePoseGraph(const std::string& name, const std::string& path, cons
                           const RaceOptions& race) {
   return {name, [=] {
             const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
-            return SolveNatively([&] { return pose_graph::PoseGraphProblem(graph, {.whitening = kWhitening}); },
+            return SolveNatively([&] { return pose_graph::PoseGraphProblem(graph, {.error = kError}); },
                                  [](const auto& problem) { return std::span<const double>(problem.start()); }, lm,
                                  race);
           }};

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "kernels/math/quaternion.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/pose_graph_linearization.h"
 #include "problems/pose_graph/poses.h"
@@ -43,6 +45,37 @@ void CheckSizes(const PoseGraph& graph) {
   }
 }
 
+// Replaces L by L^T M, where M r is g2o's error for the residual r of poses.h. With q_d = q_a^-1 q_b, the rotation
+// errors are vec(q_m^-1 q_d) and vec(q_m q_d^-1) = -R_m vec(q_m^-1 q_d), so M = diag(R_m^T, -R_m^T / 2). In 2D,
+// M = diag(R_m^T, 1).
+void UseErrorOfG2o(PoseSpace space, const double* m, double* root) {
+  const int d = TangentSize(space);
+  for (int i = 0; i < d; ++i) {
+    for (int k = 0; k < i; ++k) std::swap(root[i * d + k], root[k * d + i]);
+  }
+  double rotation[9];
+  const int n = space == PoseSpace::kSe2 ? 2 : 3;
+  if (space == PoseSpace::kSe2) {
+    const double c = std::cos(m[2]), s = std::sin(m[2]);
+    for (const auto& [k, value] : {std::pair{0, c}, {1, -s}, {2, s}, {3, c}}) rotation[k] = value;
+  } else {
+    RotationFromQuaternion(m + 3, rotation);
+  }
+  // Rows times R_m^T, for n columns from `column`.
+  const auto rotate = [&](int column, double factor) {
+    for (int i = 0; i < d; ++i) {
+      double* row = root + i * d + column;
+      double rotated[3] = {};
+      for (int k = 0; k < n; ++k) {
+        for (int j = 0; j < n; ++j) rotated[k] += factor * row[j] * rotation[k * n + j];
+      }
+      std::copy_n(rotated, n, row);
+    }
+  };
+  rotate(0, 1);
+  if (space == PoseSpace::kSe3) rotate(3, -0.5);
+}
+
 EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphProblemOptions& options) {
   const int d = TangentSize(graph.space);
   EdgeTerms terms{.space = graph.space,
@@ -61,9 +94,8 @@ EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphProblemOptions& optio
              spectrum.least, spectrum.largest);
       }
     }
-    if (options.whitening == Whitening::kLower) continue;
-    for (int i = 0; i < d; ++i) {
-      for (int k = 0; k < i; ++k) std::swap(root[i * d + k], root[k * d + i]);
+    if (options.error == EdgeError::kG2o) {
+      UseErrorOfG2o(graph.space, graph.measurements.data() + e * PoseSize(graph.space), root);
     }
   }
   return terms;

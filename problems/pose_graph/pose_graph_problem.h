@@ -13,16 +13,21 @@
 
 namespace vesta::pose_graph {
 
-// The residual of an edge is e (poses.h), multiplied by a square root L of its information matrix Lambda = L L^T. L is
-// the Cholesky factor. If Lambda is singular, so that the edge does not constrain some direction, L is the symmetric
-// square root.
-enum class Whitening {
-  kUpper,  // L^T e: the cost is 1/2 e^T Lambda e
-  kLower,  // L e, as in Ceres's pose-graph example; the same if Lambda is diagonal
+// The residual of an edge from pose a to pose b with measurement m and information matrix Lambda. Lambda = L L^T, where
+// L is the lower Cholesky factor, or the symmetric square root if Lambda is singular.
+enum class EdgeError {
+  // L^T e, so that the cost is 1/2 e^T Lambda e. e is the pose m^-1 (a^-1 b) as (x, y, yaw), or as the position and the
+  // vector part of the quaternion with w >= 0. This is the error of EDGE_SE2 and EDGE_SE3:QUAT in g2o
+  // (Isometry3d's toVectorMQT).
+  kG2o,
+  // L r with r of poses.h, as in Ceres's pose-graph example: the position error is in the frame of a, and the rotation
+  // error is twice as large. In 2D, both have the same minimum if Lambda is diag(s, s, t); in 3D, they weight rotations
+  // differently.
+  kCeres,
 };
 
 struct PoseGraphProblemOptions {
-  Whitening whitening = Whitening::kUpper;
+  EdgeError error = EdgeError::kG2o;
   // Robust loss of the squared norm of each edge's residual; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   // Fixes the first pose if the graph fixes none. Without a fixed pose, moving all poses together would not change the

@@ -78,7 +78,8 @@ struct Se3 {
     NormalizeQuaternion(q, out + 3);
   }
 
-  // r = (R_a^T (p_b - p_a) - p_m, 2 vec(q_m (q_a^-1 q_b)^-1)), where m is the measured pose of b in the frame of a.
+  // r = (R_a^T (p_b - p_a) - p_m, 2 s vec(e)) with e = q_m (q_a^-1 q_b)^-1, where m is the measured pose of b in the
+  // frame of a. The sign s makes the real part of s e positive, because e and -e are the same rotation.
   template <class T>
   static void Residual(const T* a, const T* b, const double* m, T* r) {
     T rotation[9];
@@ -90,13 +91,14 @@ struct Se3 {
     T g[4], error[4];
     MeasuredTimesInverse(b, m, g);
     QuaternionProduct(g, a + 3, error);
-    for (int i = 0; i < 3; ++i) r[3 + i] = T(2) * error[1 + i];
+    const T twice(error[0] < T(0) ? -2 : 2);
+    for (int i = 0; i < 3; ++i) r[3 + i] = twice * error[1 + i];
   }
 
   // Row-major 6 x 12: derivative of the residual with respect to the steps of a, then of b.
   // Let d = p_b - p_a, g = q_m q_b^-1 and q = q_a, with the real part g_w and the vector part g_v of g. Let da, db be
   // the position steps and ta, tb the orientation steps. Then
-  //   dr_p = R_a^T (db - da + 2 [d]x ta),   dr_q = 2 vec(g (0, ta - tb) q) = 2 M (ta - tb),
+  //   dr_p = R_a^T (db - da + 2 [d]x ta),   dr_q = 2 s vec(g (0, ta - tb) q) = 2 s M (ta - tb),
   //   M = (g_w q_w + g_v.q_v) I + [q_w g_v - g_w q_v]x - (g_v q_v^T + q_v g_v^T).
   template <class T>
   static void Jacobian(const T* a, const T* b, const double* m, T* jacobian) {
@@ -106,6 +108,8 @@ struct Se3 {
     const T d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     const T* q = a + 3;
     const T dot = g[0] * q[0] + g[1] * q[1] + g[2] * q[2] + g[3] * q[3];
+    const T real = g[0] * q[0] - g[1] * q[1] - g[2] * q[2] - g[3] * q[3];
+    const T twice(real < T(0) ? -2 : 2);
     T cross[3];
     for (int i = 0; i < 3; ++i) cross[i] = q[0] * g[1 + i] - g[0] * q[1 + i];
     for (int i = 0; i < 72; ++i) jacobian[i] = T(0);
@@ -122,8 +126,8 @@ struct Se3 {
         if (i == k) entry += dot;
         if (i == next) entry += cross[last];
         if (i == last) entry -= cross[next];
-        turn[3 + k] = T(2) * entry;
-        turn[9 + k] = T(-2) * entry;
+        turn[3 + k] = twice * entry;
+        turn[9 + k] = -twice * entry;
       }
     }
   }

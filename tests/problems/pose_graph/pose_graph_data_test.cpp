@@ -30,7 +30,7 @@ TEST_P(PoseGraphData, ReachesTheBestCostKnown) {
   const std::string folder = DataFolder() + "/nlls/g2o/";
   const std::string path = folder + GetParam().name + ".g2o";
   if (!FileExists(path)) GTEST_SKIP() << "no " << path << ": set VESTA_DATA to a folder with nlls/g2o";
-  PoseGraphProblem problem(ReadG2o(path), {.whitening = Whitening::kLower});
+  PoseGraphProblem problem(ReadG2o(path), {.error = EdgeError::kCeres});
   B backend;
   B::Vector x = test::Start(problem);
   LmOptions options = PoseGraphOptions();
@@ -64,7 +64,7 @@ TEST_P(BridgeData, ReachesTheCostOfCeresSparseCholesky) {
   options.logging_type = ceres::SILENT;
   const auto build = [&](std::vector<double>& poses, ceres::Problem& problem) {
     poses = graph.poses;
-    bench::BuildCeresPoseGraph(graph, Whitening::kLower, nullptr, poses, problem);
+    bench::BuildCeresPoseGraph(graph, nullptr, poses, problem);
   };
   std::vector<double> poses;
   ceres::Problem theirs;

@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <array>
+#include <numbers>
+#include <numeric>
+
 #include "solver/check_problem.h"
 #include "solver/compose.h"
 #include "solver/internal/derivative_check.inl"
@@ -51,29 +56,88 @@ using Spaces = testing::Types<Se2, Se3>;
 TYPED_TEST_SUITE(PoseGraphDerivatives, Spaces);
 
 TYPED_TEST(PoseGraphDerivatives, Plain) { this->Check({}, {}); }
-TYPED_TEST(PoseGraphDerivatives, LowerWhitening) { this->Check({.whitening = Whitening::kLower}, {}); }
+TYPED_TEST(PoseGraphDerivatives, ErrorOfCeres) { this->Check({.error = EdgeError::kCeres}, {}); }
 TYPED_TEST(PoseGraphDerivatives, RobustLoss) { this->Check({.loss = std::make_shared<HuberLoss>(0.5)}, {}); }
 TYPED_TEST(PoseGraphDerivatives, FixedPoses) { this->Check({}, {2, 3, 13}); }
 
-TEST(PoseGraphProblem, CostIsTheInformationMatricesQuadraticForm) {
-  const PoseGraph graph = test::RingGraph<Se2>(9, 0.3, 2);
-  PoseGraphProblem problem(graph);
-  double expected = 0;
-  std::vector<double> parts;
-  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
-    double r[3];
-    Se2::Residual(graph.poses.data() + 3 * graph.edges[e].from, graph.poses.data() + 3 * graph.edges[e].to,
-                  graph.measurements.data() + 3 * e, r);
-    const double* w = graph.information.data() + 6 * e;
-    parts.push_back(0.5 * (w[0] * r[0] * r[0] + w[3] * r[1] * r[1] + w[5] * r[2] * r[2]) + w[1] * r[0] * r[1] +
-                    w[2] * r[0] * r[2] + w[4] * r[1] * r[2]);
-    expected += parts.back();
+template <class Space>
+Eigen::Isometry3d AsIsometry(const double* pose) {
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  if constexpr (Space::kPose == 3) {
+    isometry.linear() = Eigen::AngleAxisd(pose[2], Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    isometry.translation() = {pose[0], pose[1], 0};
+  } else {
+    isometry.linear() = Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]).toRotationMatrix();
+    isometry.translation() = {pose[0], pose[1], pose[2]};
   }
+  return isometry;
+}
+
+// 1/2 e^T Lambda e with the pose e = m^-1 (a^-1 b) of each edge, as g2o computes it.
+template <class Space>
+std::vector<double> CostsOfG2o(const PoseGraph& graph) {
+  constexpr int D = Space::kTangent;
+  std::vector<double> costs;
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    const auto pose = [&](Index i) { return AsIsometry<Space>(graph.poses.data() + i * Space::kPose); };
+    const Eigen::Isometry3d measured = AsIsometry<Space>(graph.measurements.data() + k * Space::kPose);
+    const Eigen::Isometry3d difference =
+        measured.inverse() * (pose(graph.edges[k].from).inverse() * pose(graph.edges[k].to));
+    Eigen::Matrix<double, D, 1> e;
+    if constexpr (D == 3) {
+      e << difference.translation().head<2>(), std::atan2(difference(1, 0), difference(0, 0));
+    } else {
+      const Eigen::Quaterniond q(difference.linear());
+      e << difference.translation(), (q.w() < 0 ? -1 : 1) * q.vec();
+    }
+    const double* upper = graph.information.data() + k * static_cast<std::size_t>(D * (D + 1) / 2);
+    double cost = 0;
+    for (int i = 0; i < D; ++i) {
+      for (int j = i; j < D; ++j, ++upper) cost += (i == j ? 0.5 : 1) * *upper * e[i] * e[j];
+    }
+    costs.push_back(cost);
+  }
+  return costs;
+}
+
+TYPED_TEST(PoseGraphDerivatives, CostIsThatOfG2o) {
+  PoseGraph graph = test::RingGraph<TypeParam>(9, 0.3, 2);
+  if constexpr (TypeParam::kPose == 7) {  // the same rotation
+    for (std::size_t k = 3; k < 7; ++k) graph.measurements[7 + k] *= -1;
+  }
+  PoseGraphProblem problem(graph);
+  const std::vector<double> costs = CostsOfG2o<TypeParam>(graph);
+  const double sum = std::accumulate(costs.begin(), costs.end(), 0.0);
   const B::Vector x = test::Start(problem);
-  EXPECT_NEAR(problem.Cost(x), expected, 1e-12 * expected);
+  EXPECT_NEAR(problem.Cost(x), sum, 1e-12 * sum);
   EXPECT_EQ(problem.num_units(), graph.num_edges());
   const Index units[] = {1, 4};
-  EXPECT_NEAR(problem.Cost(x, units), parts[1] + parts[4], 1e-12 * expected);
+  EXPECT_NEAR(problem.Cost(x, units), costs[1] + costs[4], 1e-12 * sum);
+}
+
+// With anisotropic information, the minimum depends on the frame of the position error.
+TEST(PoseGraphProblem, MinimumIsThatOfG2o) {
+  const double right = std::numbers::pi / 2;
+  const PoseGraph graph{.space = PoseSpace::kSe2,
+                        .ids = {0, 1, 2},
+                        .poses = {0, 0, 0, 1.2, 0.2, 1.5, 0, 0, 0},
+                        .fixed = {0, 2},
+                        .edges = {{0, 1}, {2, 1}},
+                        .measurements = {1, 0, right, 1.5, 0.5, right},
+                        .information = {1000, 0, 0, 1, 0, 1000, 1, 0, 0, 1000, 0, 1000}};
+  const auto solve = [&](EdgeError error) {
+    PoseGraphProblem problem(graph, {.error = error});
+    B backend;
+    B::Vector x = test::Start(problem);
+    SolveLm(PoseGraphOptions(), backend, problem, x.view());
+    return std::array{x[3], x[4]};
+  };
+  const auto [x, y] = solve(EdgeError::kG2o);
+  EXPECT_NEAR(x, 1.4995, 5e-5);
+  EXPECT_NEAR(y, 0.0005, 5e-5);
+  const auto [ceres_x, ceres_y] = solve(EdgeError::kCeres);
+  EXPECT_NEAR(ceres_x, 1.0005, 5e-5);
+  EXPECT_NEAR(ceres_y, 0.4995, 5e-5);
 }
 
 TEST(PoseGraphProblem, FixedPosesStay) {
@@ -159,8 +223,8 @@ TEST(PoseGraphProblem, SemidefiniteInformationIsUsedAsItIs) {
                   .information = {4, 2, 0, 1, 0, 0}};
   CpuBackend<double>::Vector x(6);
   std::copy(graph.poses.begin(), graph.poses.end(), x.begin());
-  for (const Whitening whitening : {Whitening::kUpper, Whitening::kLower}) {
-    PoseGraphProblem problem(graph, {.whitening = whitening});
+  for (const EdgeError error : {EdgeError::kG2o, EdgeError::kCeres}) {
+    PoseGraphProblem problem(graph, {.error = error});
     // e = (2, 1, 0).
     EXPECT_NEAR(problem.Cost(x), 0.5 * (4 * 4 + 2 * 2 * 2 + 1), 1e-12);
   }

@@ -20,7 +20,7 @@ LmOptions ExactOptions() {
 
 // vesta's cost is at most 1e-8 (relative) above Ceres's.
 void ExpectSameMinimum(const PoseGraph& graph, std::shared_ptr<const Loss> loss, ceres::LossFunction* ceres_loss) {
-  PoseGraphProblem problem(graph, {.loss = std::move(loss)});
+  PoseGraphProblem problem(graph, {.error = EdgeError::kCeres, .loss = std::move(loss)});
   B backend;
   B::Vector x = test::Start(problem);
   const double start_cost = problem.Cost(x);
