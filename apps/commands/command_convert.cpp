@@ -25,7 +25,7 @@ int RunConvert(const CommandLine& line) {
   gs::CheckSplatExtension(to);
   CheckWritable("out", to);
   std::string message;
-  const gs::SplatModel model = Filtered(line.flags, gs::ReadSplat(from), &files, &message);
+  const gs::SplatModel model = Filtered(line.flags, LoadSplat(from), &files, &message);
   gs::WriteSplat(to, model);
   Print("{}", message);
   Print("{} Gaussians of SH degree {}: {:.3f} MB, now {:.3f} MB in {}\n", model.count, model.sh_degree,

@@ -48,7 +48,7 @@ class FinishedRuns {
   PosedSplat Load(std::size_t number) {
     const Run& run = runs_[number];
     if (run.scene.empty()) Fail(kBadArgument, "metrics.json does not name the scene; give --scene=SCENE");
-    model_ = gs::ReadSplat(SplatFile(run.folder));
+    model_ = LoadSplat(SplatFile(run.folder));
     gs::TrainOptions options = gs::PresetOptions(kDefaultPreset);
     const ConfigFile metrics(run.folder + "/metrics.json", run.metrics);
     metrics.Apply(options);

@@ -57,7 +57,7 @@ ToView LoadToView(const CommandLine& line) {
   } else if (has_scene) {
     to_view.posed = LoadPosedModel(line);
   } else {
-    to_view.posed.model = gs::ReadSplat(line.arguments[0]);
+    to_view.posed.model = LoadSplat(line.arguments[0]);
     UseRenderingFlags(line.flags, &to_view.posed.model);
   }
   if (!has_scene) to_view.posed.scene.extent = ExtentOf(to_view.posed.model);

@@ -90,6 +90,13 @@ void PrintScene(const gs::Scene& scene) {
   std::fflush(stdout);
 }
 
+gs::SplatModel LoadSplat(const std::string& path) {
+  std::vector<std::string> notes;
+  gs::SplatModel model = gs::ReadSplat(path, &notes);
+  for (const std::string& note : notes) Print("{}\n", note);
+  return model;
+}
+
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model) {
   if (flags.background) model->background = ToFloat(*flags.background);
   if (flags.eps2d) model->eps2d = *flags.eps2d;
@@ -102,7 +109,7 @@ void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* option
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options) {
   PosedModel posed;
-  posed.model = gs::ReadSplat(splat);
+  posed.model = LoadSplat(splat);
   UseRenderingFlags(flags, &posed.model);
   UseSplatRendering(posed.model, &options);
   posed.scene = gs::LoadScene(scene, options);

@@ -37,6 +37,8 @@ struct PosedModel {
   gs::Scene scene;
 };
 
+// Reads a splat and prints the notes of the reader.
+gs::SplatModel LoadSplat(const std::string& path);
 // Replaces the background and eps2d of the splat by --background and --eps2d, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
 // Sets the background and eps2d with which the scene is loaded to the values of the splat.

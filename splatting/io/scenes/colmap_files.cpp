@@ -99,7 +99,10 @@ void Append(std::string* bytes, T value) {
 // The words of a text file, line by line. Errors name the file and the line.
 class LineReader {
  public:
-  explicit LineReader(std::string path) : path_(std::move(path)), text_(ReadFile(path_)), rest_(text_) {}
+  explicit LineReader(std::string path) : path_(std::move(path)), text_(ReadFile(path_)), rest_(text_) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // Windows editors write it
+    if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
+  }
 
   // Moves to the next line; false at the end of the file.
   bool NextLine() {

@@ -342,7 +342,8 @@ Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options)
   if (options.follow_split && test_names.empty()) ApplySplitLists(top, scene.files.front(), &scene);
   const std::string points = FindPoints(folder, scene.files.front(), top);
   if (!points.empty()) scene.files.push_back(points);
-  PlaceInScene(points.empty() ? PointsForCameras(scene_folder, options.random_points, &scene) : ReadPointPly(points),
+  PlaceInScene(points.empty() ? PointsForCameras(scene_folder, options.random_points, &scene)
+                              : ReadPointPly(points, &scene.notes),
                &scene);
   return scene;
 }

@@ -300,7 +300,7 @@ void Part(const SplatModel& model, Index chunk, Iterator begin, Iterator end) {
 
 bool IsCompressedPly(const PlyFile& file) { return file.Has("chunk"); }
 
-SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& options) {
+SplatModel ReadCompressedPly(const PlyFile& file, std::vector<std::string>* notes) {
   const PlyTable chunks(file, "chunk"), vertices(file, "vertex");
   const Index count = vertices.count();
   if (count == 0) Fail(kBadFile, "{}: it holds no Gaussians", file.path());
@@ -335,7 +335,7 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
       Unpack(words, bounds[static_cast<std::size_t>(i / kChunk)], i, &model);
     }
   });
-  RemoveUnusableGaussians(file.path(), options, &model);
+  RemoveUnusableGaussians(file.path(), notes, &model);
   return model;
 }
 

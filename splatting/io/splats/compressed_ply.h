@@ -20,7 +20,7 @@ bool IsCompressedPly(const PlyFile& file);
 // Reads a splat. Chunks may have bounds of the colours; in older files without them, colours are in 0..1. vesta's
 // comments are read too (SplatComments). Throws Error, in one line with the file and the problem, if the file is
 // damaged.
-SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& options = {});
+SplatModel ReadCompressedPly(const PlyFile& file, std::vector<std::string>* notes = nullptr);
 
 // Writes a splat, completely or not at all (kernels/core/files.h). The Gaussians are reordered so that chunks have
 // narrow bounds (ChunkOrder).

@@ -2,12 +2,15 @@
 #include "splatting/io/splats/ply.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <type_traits>
 #include <utility>
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
+#include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/splats/packed_values.h"
 #include "splatting/io/splats/ply_file.h"
@@ -49,19 +52,58 @@ int DegreeOf(const std::string& path, int num_rest) {
   Fail(kBadFile, "{}: {} properties f_rest_*; a splat of degree 0, 1, 2 or 3 has 0, 9, 24 or 45", path, num_rest);
 }
 
-}  // namespace
+using ColorNames = std::array<const char*, 3>;
 
-SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options) {
-  return ReadSplatPly(PlyFile(path), options);
+// The names of the colours that the vertices have; null if they have none.
+const ColorNames* FindColors(const PlyTable& vertices) {
+  static constexpr ColorNames kNames[] = {{"red", "green", "blue"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}};
+  const auto found = std::ranges::find_if(kNames, [&](const ColorNames& names) {
+    return std::ranges::all_of(names, [&](const char* name) { return vertices.Has(name); });
+  });
+  return found == std::end(kNames) ? nullptr : &*found;
 }
 
-SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
+constexpr const char* kThirdScale = "scale_2";
+
+// Replaces colours in 0..full by the SH coefficients of degree 0.
+void ColorsToSh(const PlyTable& vertices, const ColorNames& names, SplatModel* model) {
+  for (int k = 0; k < 3; ++k) {
+    const float full = vertices.FullScale(names[static_cast<std::size_t>(k)]);
+    float* values = model->attribute(splat::kSh + k);
+    for (Index i = 0; i < model->count; ++i) {
+      values[i] = (values[i] / full - 0.5f) / static_cast<float>(sh::k0);
+    }
+  }
+}
+
+void FlattenThirdScale(SplatModel* model) {
+  const float thousandth = std::log(1e-3f);
+  for (Index i = 0; i < model->count; ++i) {
+    const auto log_scale = [&](int axis) -> float& { return model->attribute(splat::kLogScale + axis)[i]; };
+    log_scale(2) = std::min(log_scale(0), log_scale(1)) + thousandth;
+  }
+}
+
+}  // namespace
+
+SplatModel ReadSplatPly(const std::string& path, std::vector<std::string>* notes) {
+  return ReadSplatPly(PlyFile(path), notes);
+}
+
+SplatModel ReadSplatPly(const PlyFile& file, std::vector<std::string>* notes) {
   const std::string& path = file.path();
   const PlyTable vertices(file, "vertex");
   SplatModel model;
   model.Resize(DegreeOf(path, vertices.CountWithPrefix("f_rest_")), 0);
   std::vector<FileColumn> columns = FileColumns(model.sh_degree);
   std::erase_if(columns, [](const FileColumn& column) { return column.attribute < 0; });
+  const ColorNames* colors = vertices.Has("f_dc_0") ? nullptr : FindColors(vertices);
+  const bool is_flat = !vertices.Has(kThirdScale);
+  if (is_flat) std::erase_if(columns, [](const FileColumn& column) { return column.property == kThirdScale; });
+  for (FileColumn& column : columns) {
+    const int channel = column.attribute - splat::kSh;
+    if (colors && channel >= 0 && channel < 3) column.property = (*colors)[static_cast<std::size_t>(channel)];
+  }
   for (const FileColumn& column : columns) {
     if (!vertices.Has(column.property)) {
       Fail(kBadFile, "{}: not a splat in the INRIA layout: its vertices have no property {}", path, column.property);
@@ -74,12 +116,14 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
   copies.reserve(columns.size());
   for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
   vertices.Copy(copies);
+  if (colors) ColorsToSh(vertices, *colors, &model);
+  if (is_flat) FlattenThirdScale(&model);
   // Programs that unpack compact files write opacities of 0 and 1 as infinite logits (packed_values.h).
   for (Index i = 0; i < model.count; ++i) {
     float& logit = model.attribute(splat::kOpacity)[i];
     if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);
   }
-  RemoveUnusableGaussians(path, options, &model);
+  RemoveUnusableGaussians(path, notes, &model);
   return AtStoredDegrees(std::move(model));
 }
 
@@ -119,37 +163,42 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
   }
 }
 
-WorldPoints ReadPointPly(const std::string& path) {
+WorldPoints ReadPointPly(const std::string& path, std::vector<std::string>* notes) {
   const PlyFile file(path);
   const PlyTable vertices(file, "vertex");
   if (vertices.count() == 0) Fail(kBadFile, "{}: it holds no points", path);
   const auto n = static_cast<std::size_t>(vertices.count());
-  const char* const axes[3] = {"x", "y", "z"};
-  const char* const channels[3] = {"red", "green", "blue"};
-  const bool has_colors = std::ranges::all_of(channels, [&](const char* name) { return vertices.Has(name); });
+  const ColorNames axes = {"x", "y", "z"};
+  const ColorNames* channels = FindColors(vertices);
   std::vector<double> positions(3 * n);
   std::vector<float> colors(3 * n, 0.5f);
-  const auto columns = [n](const char* const(&names)[3], auto* values) {
+  const auto columns = [n](const ColorNames& names, auto* values) {
     std::vector<PlyTable::Column<std::remove_pointer_t<decltype(values)>>> result;
     for (std::size_t k = 0; k < 3; ++k) result.push_back({names[k], values + k * n});
     return result;
   };
   vertices.Copy(columns(axes, positions.data()));
-  if (has_colors) vertices.Copy(columns(channels, colors.data()));
+  if (channels) vertices.Copy(columns(*channels, colors.data()));
 
   WorldPoints cloud;
-  cloud.positions.resize(n);
-  cloud.colors.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
+    std::array<double, 3> position;
+    std::array<float, 3> color;
+    bool is_finite = true;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double position = positions[k * n + i];
-      const float color = colors[k * n + i] / (has_colors ? vertices.FullScale(channels[k]) : 1.0f);
-      if (!std::isfinite(static_cast<float>(position)) || !std::isfinite(color)) {
-        Fail(kBadFile, "{}: point {} is not finite; remove it", path, i);
-      }
-      cloud.positions[i][k] = position;
-      cloud.colors[i][k] = std::clamp(color, 0.0f, 1.0f);
+      position[k] = positions[k * n + i];
+      color[k] = colors[k * n + i] / (channels ? vertices.FullScale((*channels)[k]) : 1.0f);
+      is_finite = is_finite && std::isfinite(static_cast<float>(position[k])) && std::isfinite(color[k]);
+      color[k] = std::clamp(color[k], 0.0f, 1.0f);
     }
+    if (!is_finite) continue;
+    cloud.positions.push_back(position);
+    cloud.colors.push_back(color);
+  }
+  const std::size_t bad = n - cloud.positions.size();
+  if (bad == n) Fail(kBadFile, "{}: none of its {} points is finite", path, n);
+  if (bad > 0 && notes != nullptr) {
+    notes->push_back(fmt::format("{}: {} of {} points are not finite, and are left out", path, bad, n));
   }
   return cloud;
 }

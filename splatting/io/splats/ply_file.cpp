@@ -38,6 +38,15 @@ bool TakeLine(std::string_view* text, std::string_view* line) {
   return true;
 }
 
+Index SizeOf(PlyType type) {
+  return std::ranges::find_if(kTypes, [type](const TypeName& known) { return known.type == type; })->size;
+}
+
+const TypeName* FindType(std::string_view name) {
+  const auto* type = std::ranges::find_if(kTypes, [name](const TypeName& known) { return known.name == name; });
+  return type == std::end(kTypes) ? nullptr : type;
+}
+
 double Value(const char* bytes, PlyType type) {
   const auto read = [bytes](auto value) {
     std::memcpy(&value, bytes, sizeof(value));
@@ -62,6 +71,55 @@ double Value(const char* bytes, PlyType type) {
       break;
   }
   return read(float{});
+}
+
+double BigEndianValue(const char* bytes, PlyType type) {
+  char reversed[8];
+  std::reverse_copy(bytes, bytes + SizeOf(type), reversed);
+  return Value(reversed, type);
+}
+
+bool HasLists(const PlyElement& element) {
+  return std::ranges::any_of(element.properties, [](const PlyProperty& p) { return p.count_type.has_value(); });
+}
+
+// Removes the rows of an element from `left`. Returns false if there are too few bytes.
+bool SkipRows(const PlyElement& element, bool is_big_endian, std::string_view* left) {
+  const auto take = [left](Index bytes) {
+    if (bytes < 0 || bytes > static_cast<Index>(left->size())) return false;
+    left->remove_prefix(static_cast<std::size_t>(bytes));
+    return true;
+  };
+  if (!HasLists(element)) return take(element.count * element.stride);
+  for (Index i = 0; i < element.count; ++i) {
+    for (const PlyProperty& property : element.properties) {
+      Index values = 1;
+      if (property.count_type) {
+        const char* bytes = left->data();
+        if (!take(SizeOf(*property.count_type))) return false;
+        const double count =
+            is_big_endian ? BigEndianValue(bytes, *property.count_type) : Value(bytes, *property.count_type);
+        if (!(count >= 0 && count <= static_cast<double>(left->size()))) return false;
+        values = static_cast<Index>(count);
+      }
+      if (!take(values * SizeOf(property.type))) return false;
+    }
+  }
+  return true;
+}
+
+// The same for an ascii file.
+bool SkipAsciiRows(const PlyElement& element, std::string_view* words) {
+  for (Index i = 0; i < element.count; ++i) {
+    for (const PlyProperty& property : element.properties) {
+      Index values = 1;
+      if (property.count_type && (!ParseNumber(NextWord(words), &values) || values < 0)) return false;
+      for (Index k = 0; k < values; ++k) {
+        if (NextWord(words).empty()) return false;
+      }
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -90,7 +148,8 @@ PlyFile::PlyFile(std::string path, std::string bytes) : path_(std::move(path)), 
     } else if (key == "format") {
       const std::string_view format = NextWord(&words);
       is_ascii_ = format == "ascii";
-      has_format = is_ascii_ || format == "binary_little_endian";
+      is_big_endian_ = format == "binary_big_endian";
+      has_format = is_ascii_ || is_big_endian_ || format == "binary_little_endian";
       if (!has_format)
         Fail(kUnsupported, "{}: the format {} is not supported; export as binary_little_endian", path_,
              Printable(format));
@@ -113,11 +172,14 @@ PlyFile::PlyFile(std::string path, std::string bytes) : path_(std::move(path)), 
 void PlyFile::ReadProperty(std::string_view words) {
   PlyElement& element = elements_.back();
   if (!element.fault.empty()) return;
-  const std::string_view type_name = NextWord(&words), name = NextWord(&words);
-  const auto* type = std::find_if(std::begin(kTypes), std::end(kTypes),
-                                  [&](const TypeName& candidate) { return candidate.name == type_name; });
+  std::string_view type_name = NextWord(&words);
+  const bool is_list = type_name == "list";
+  const TypeName* count_type = is_list ? FindType(NextWord(&words)) : nullptr;
+  if (is_list) type_name = NextWord(&words);
+  const std::string_view name = NextWord(&words);
+  const TypeName* type = FindType(type_name);
   const auto has_name = [&](const PlyProperty& other) { return other.name == name; };
-  if (type == std::end(kTypes)) {
+  if (type == nullptr || (is_list && count_type == nullptr)) {
     element.fault = fmt::format("unknown property type '{}' in the header", Printable(type_name));
   } else if (name.empty() || std::any_of(element.properties.begin(), element.properties.end(), has_name)) {
     element.fault = "the header has a property without a unique name";
@@ -125,7 +187,8 @@ void PlyFile::ReadProperty(std::string_view words) {
     element.fault = fmt::format("more than {} properties in a row", kMaxProperties);
   } else {
     element.properties.push_back({std::string(name), type->type, element.stride});
-    element.stride += type->size;
+    if (is_list) element.properties.back().count_type = count_type->type;
+    element.stride += is_list ? count_type->size : type->size;
   }
 }
 
@@ -133,18 +196,27 @@ bool PlyFile::Has(std::string_view element) const {
   return std::any_of(elements_.begin(), elements_.end(), [&](const PlyElement& e) { return e.name == element; });
 }
 
-PlyTable::PlyTable(const PlyFile& file, std::string_view name) : path_(file.path()), holds_doubles_(file.is_ascii()) {
+PlyTable::PlyTable(const PlyFile& file, std::string_view name)
+    : path_(file.path()), is_big_endian_(file.is_big_endian()), holds_doubles_(file.is_ascii()) {
   for (const PlyElement& element : file.elements()) {
     if (!element.fault.empty()) Fail(kBadFile, "{}: {}; export the file again", path_, element.fault);
     if (element.name != name) continue;
     rows_name_ = PlyRows(element.name);
     if (element.properties.empty()) break;
+    if (HasLists(element)) {
+      Fail(kBadFile, "{}: its {} have a property that is a list; export the file again", path_, rows_name_);
+    }
     properties_ = element.properties;
     count_ = element.count;
     file.is_ascii() ? ParseAscii(file, element) : FindBinary(file, element);
     return;
   }
   Fail(kBadFile, "{}: it has no {} with properties", path_, PlyRows(name));
+}
+
+void PlyTable::FailTruncated(const PlyElement& element) const {
+  Fail(kBadFile, "{}: it ends within the {}, or one of their lists is damaged; copy or export it again", path_,
+       PlyRows(element.name));
 }
 
 // Also checks the size of the elements before this one.
@@ -158,7 +230,7 @@ void PlyTable::FindBinary(const PlyFile& file, const PlyElement& element) {
            path_, other.count, PlyRows(other.name), left.size(), most);
     }
     if (&other == &element) break;
-    left.remove_prefix(static_cast<std::size_t>(other.count * other.stride));
+    if (!SkipRows(other, is_big_endian_, &left)) FailTruncated(other);
   }
   stride_ = element.stride;
   first_ = left.data();
@@ -177,7 +249,7 @@ void PlyTable::ParseAscii(const PlyFile& file, const PlyElement& element) {
            path_, other.count, PlyRows(other.name), words.size(), most);
     }
     if (&other == &element) break;
-    for (Index i = 0; i < other.count * width; ++i) NextWord(&words);
+    if (!SkipAsciiRows(other, &words)) FailTruncated(other);
   }
   for (PlyProperty& property : properties_) property.offset = std::exchange(stride_, stride_ + Index{sizeof(double)});
   parsed_.resize(static_cast<std::size_t>(count_ * stride_));
@@ -235,6 +307,11 @@ void PlyTable::Copy(const std::vector<Column<T>>& columns) const {
   ParallelForChunks(count_, 1024, [&](Index begin, Index end) {
     for (const Copied& copy : copies) {
       const char* bytes = first_ + copy.offset;
+      if (is_big_endian_) {
+        for (Index i = begin; i < end; ++i)
+          copy.out[i] = static_cast<T>(BigEndianValue(bytes + i * stride_, copy.type));
+        continue;
+      }
       for (Index i = begin; i < end; ++i) copy.out[i] = static_cast<T>(Value(bytes + i * stride_, copy.type));
     }
   });

@@ -2,6 +2,7 @@
 // A .ply file in memory: its header, and its elements as tables.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,7 +16,8 @@ enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kD
 struct PlyProperty {
   std::string name;
   PlyType type;
-  Index offset;  // bytes from the start of a row in a binary file
+  Index offset;                                      // bytes from the start of a row in a binary file without lists
+  std::optional<PlyType> count_type = std::nullopt;  // of a list: the type of its count
 };
 
 // An element: rows with the same properties.
@@ -23,16 +25,17 @@ struct PlyElement {
   std::string name;
   Index count = 0;
   std::vector<PlyProperty> properties;
-  Index stride = 0;   // bytes per row in a binary file
+  Index stride = 0;   // bytes per row in a binary file; with lists: of its other properties and the counts
   std::string fault;  // if not empty, the reason why neither this element nor later ones can be read
 };
 
 // Name of an element's rows for messages: "vertices", "rows of chunk".
 std::string PlyRows(std::string_view element);
 
-// A .ply file in memory: its parsed header, and its values as bytes. The formats ascii and binary_little_endian are
-// supported. The constructors throw Error, in one line with the file and the problem. If only the description of an
-// element is wrong, they do not; a PlyTable of that element or a later one does (PlyElement::fault).
+// A .ply file in memory: its parsed header, and its values as bytes. The formats ascii, binary_little_endian
+// and binary_big_endian are supported. The constructors throw Error, in one line with the file and the problem. If only
+// the description of an element is wrong, they do not; a PlyTable of that element or a later one does
+// (PlyElement::fault).
 class PlyFile {
  public:
   explicit PlyFile(const std::string& path);
@@ -41,6 +44,7 @@ class PlyFile {
 
   const std::string& path() const { return path_; }
   bool is_ascii() const { return is_ascii_; }
+  bool is_big_endian() const { return is_big_endian_; }
   const std::vector<std::string>& comments() const { return comments_; }  // without the word "comment"
   const std::vector<PlyElement>& elements() const { return elements_; }
   bool Has(std::string_view element) const;
@@ -54,11 +58,12 @@ class PlyFile {
   std::vector<std::string> comments_;
   std::vector<PlyElement> elements_;
   bool is_ascii_ = false;
+  bool is_big_endian_ = false;
   std::size_t values_ = 0;  // offset of the values in bytes_
 };
 
-// One element of a .ply file, such as its vertices, as a table of numbers. Neither the element nor elements before it
-// may have list properties; later elements are ignored. Functions throw Error, in one line with the file and the
+// One element of a .ply file, such as its vertices, as a table of numbers. The element may not have list properties.
+// Other elements are ignored. Functions throw Error, in one line with the file and the
 // problem. The number of rows in the header is checked against the length of the file before memory is allocated.
 class PlyTable {
  public:
@@ -88,11 +93,13 @@ class PlyTable {
  private:
   void FindBinary(const PlyFile& file, const PlyElement& element);
   void ParseAscii(const PlyFile& file, const PlyElement& element);
+  [[noreturn]] void FailTruncated(const PlyElement& element) const;
   const PlyProperty* Find(std::string_view property) const;
 
   std::string path_;
   std::string rows_name_;  // "vertices"
   std::vector<PlyProperty> properties_;
+  bool is_big_endian_;  // the values at first_
   bool holds_doubles_;  // the values at first_ are doubles, parsed from an ascii file
   std::string parsed_;  // bytes of these doubles
   Index count_ = 0;

@@ -86,14 +86,17 @@ bool ReadComment(const std::string& path, const std::vector<std::string>& commen
 
 }  // namespace
 
-void RemoveUnusableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model) {
+void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* notes, SplatModel* model) {
   const std::vector<Index> usable = UsableGaussians(*model);
   const Index bad = model->count - static_cast<Index>(usable.size());
   if (bad == 0) return;
-  if (!options.drop_unusable || usable.empty()) {
-    Fail(kBadFile,
-         "{}: {} of {} Gaussians have values that are not finite or a zero quaternion; remove them, or train again",
-         path, bad, model->count);
+  if (usable.empty()) {
+    Fail(kBadFile, "{}: all {} Gaussians have values that are not finite or a zero quaternion; train again", path, bad);
+  }
+  if (notes != nullptr) {
+    notes->push_back(
+        fmt::format("{}: {} of {} Gaussians have values that are not finite or a zero quaternion, and are left out",
+                    path, bad, model->count));
   }
   *model = InOrder(std::move(*model), usable);
 }
@@ -111,14 +114,14 @@ void CheckDrawable(const std::string& path, const SplatModel& model) {
   }
 }
 
-SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options) {
+SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes) {
   std::string bytes = ReadFile(path);
   if (bytes.starts_with("NGSP")) {
     Fail(kUnsupported, "{}: .spz version 4 or later is not supported; export it as version 1 to 3, or as .ply", path);
   }
-  if (bytes.starts_with("\x1f\x8b")) return ReadSpz(path, bytes, options);
+  if (bytes.starts_with("\x1f\x8b")) return ReadSpz(path, bytes, notes);
   const PlyFile file(path, std::move(bytes));
-  return IsCompressedPly(file) ? ReadCompressedPly(file, options) : ReadSplatPly(file, options);
+  return IsCompressedPly(file) ? ReadCompressedPly(file, notes) : ReadSplatPly(file, notes);
 }
 
 void WriteSplat(const std::string& path, const SplatModel& model) { WriterFor(path)(path, model); }

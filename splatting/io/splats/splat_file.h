@@ -9,15 +9,10 @@
 
 namespace vesta::gs {
 
-struct ReadSplatOptions {
-  // A Gaussian is unusable if one of its values is not finite or its quaternion is zero. true: unusable Gaussians are
-  // removed, and the others keep their order. false: a file with unusable Gaussians is an error.
-  bool drop_unusable = false;
-};
-
-// Removes the unusable Gaussians of a model read from a file. Throws Error, in one line with the file, if there are any
-// and drop_unusable is false, or if no Gaussian is left.
-void RemoveUnusableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model);
+// Removes the unusable Gaussians of a model read from a file: those with a value that is not finite, or with a zero
+// quaternion. The others keep their order. If there are any, adds a note with their number; notes may be null. Throws
+// Error, in one line with the file, if no Gaussian is left.
+void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* notes, SplatModel* model);
 
 // Checks a model before it is written. Throws Error if it has unusable Gaussians, or if its number of values does not
 // fit its degree and count.
@@ -26,7 +21,8 @@ void CheckDrawable(const std::string& path, const SplatModel& model);
 // Reads a splat. The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h),
 // compressed .ply (compressed_ply.h), or .spz (spz.h). Throws Error, in one line with the file and the problem, if it
 // cannot be read.
-SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options = {});
+// notes, unless null, receives a line for the user if some Gaussians are left out (RemoveUnusableGaussians).
+SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes = nullptr);
 
 // Writes a splat. The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case.
 // The file is written completely or not at all (kernels/core/files.h). Throws Error, in one line with the file, for

@@ -260,11 +260,11 @@ std::array<CubeTurn, 24> MakeTurns() {
 
 }  // namespace
 
-SplatModel ReadSpz(const std::string& path, const ReadSplatOptions& options) {
-  return ReadSpz(path, ReadFile(path), options);
+SplatModel ReadSpz(const std::string& path, std::vector<std::string>* notes) {
+  return ReadSpz(path, ReadFile(path), notes);
 }
 
-SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSplatOptions& options) {
+SplatModel ReadSpz(const std::string& path, std::string_view bytes, std::vector<std::string>* notes) {
   GzipReader reader(path, bytes);
   std::array<char, sizeof(Header)> first{};
   const std::size_t read = reader.Read(first.data(), first.size());
@@ -311,7 +311,7 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
       for (int k = 0; k < widths.sh; ++k) set(splat::kSh + 3 + k, (from.sh[i * widths.sh + k] - kShZero) / kShScale);
     }
   });
-  RemoveUnusableGaussians(path, options, &model);
+  RemoveUnusableGaussians(path, notes, &model);
   return AtStoredDegrees(std::move(model));
 }
 

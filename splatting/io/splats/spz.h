@@ -16,9 +16,9 @@ namespace vesta::gs {
 // comment of the gzip header. The flag for splats trained with antialiasing is ignored. Throws Error, in one line with
 // the file and the problem, if the file is damaged or not supported. The number of Gaussians in the header is checked
 // against the length of the file before memory is allocated.
-SplatModel ReadSpz(const std::string& path, const ReadSplatOptions& options = {});
+SplatModel ReadSpz(const std::string& path, std::vector<std::string>* notes = nullptr);
 // bytes: the content of the file.
-SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSplatOptions& options);
+SplatModel ReadSpz(const std::string& path, std::string_view bytes, std::vector<std::string>* notes);
 
 // Writes a splat of format version 2, which all readers support, completely or not at all (kernels/core/files.h).
 // Quantisation steps:

@@ -46,7 +46,8 @@ TEST_F(PlyDamage, MessagesNameWhatIsWrong) {
            {"vertex 3", "vertex 4", "312"},
            {"vertex 3", "vertex 0", ""},
            {"element vertex", "element corner", ""},
-           {"element vertex", "element face 1\nproperty list uchar int i\nelement vertex", "list"},
+           {"element vertex", "element face 1000000\nproperty list uchar int i\nelement vertex", "face"},
+           {"property float nx", "property list uchar", ""},
            {"property float nx", "property list uchar int nx", "list"},
            {"float ny", "float nx", ""},
            {"scale_2", "size__2", "scale_2"},
@@ -60,7 +61,7 @@ TEST_F(PlyDamage, MessagesNameWhatIsWrong) {
     ExpectRefused(Replaced(bytes_, "element", "comment vesta " + text + "\nelement"), kBadFile, key);
   }
   for (const char* none : {"", "plywood\n"}) ExpectRefused(none, kBadFile);
-  ExpectRefused(Replaced(bytes_, "binary_little_endian", "binary_big_endian"), kUnsupported, "binary_big_endian");
+  ExpectRefused(Replaced(bytes_, "binary_little_endian", "binary_middle_endian"), kUnsupported, "binary_middle_endian");
   ExpectRefused("\x1f\x8b\x08 and so on", kUnsupported);
 }
 

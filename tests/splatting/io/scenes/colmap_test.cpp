@@ -90,7 +90,7 @@ TEST(Colmap, ReadsTheObservationsOfABinaryModelAway) {
 // .
 TEST(Colmap, ReadsTextOfOtherHands) {
   const TempFolder folder;
-  WriteBytes(folder / "cameras.txt", "# Camera list\r\n#\r\n\r\n1 SIMPLE_PINHOLE 60 40 50.5 30 20\r\n");
+  WriteBytes(folder / "cameras.txt", "\xEF\xBB\xBF# Camera list\r\n#\r\n\r\n1 SIMPLE_PINHOLE 60 40 50.5 30 20\r\n");
   WriteBytes(
       folder / "images.txt",
       "# Image list\n2 1 0 0 0 0.5 0 -1 1 one.jpg\n1.5 2.5 7 8.5 9.5 -1\n5 1 0 0 0 0 0 0 1 name with space.png\n\n"

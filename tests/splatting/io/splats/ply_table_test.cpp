@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 
 #include "splatting/io/splats/ply_file.h"
@@ -7,15 +10,20 @@
 namespace vesta::gs {
 namespace {
 
-TEST(PlyTable, BinaryTypesOfEveryWidth) {
+class PlyTableOrders : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(BigEndian, PlyTableOrders, testing::Bool());
+
+TEST_P(PlyTableOrders, BinaryTypesOfEveryWidth) {
   const TempFolder folder;
-  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n";
+  const bool big_endian = GetParam();
+  std::string text = fmt::format("ply\nformat binary_{}_endian 1.0\nelement vertex 1\n", big_endian ? "big" : "little");
   const std::pair<const char*, std::string> columns[] = {
       {"char a", "\xfe"},       {"uint8 b", "\xfe"},           {"int16 c", "\xfe\xff"},
       {"ushort d", "\xfe\xff"}, {"int e", "\xfe\xff\xff\xff"}, {"uint32 f", std::string("\0\0\0\xff", 4)}};
   std::string bytes;
-  for (const auto& [property, value] : columns) {
+  for (auto [property, value] : columns) {
     text += std::string("property ") + property + "\n";
+    if (big_endian) std::ranges::reverse(value);
     bytes += value;
   }
   WriteBytes(folder / "v.ply", text + "end_header\n" + bytes);
@@ -30,7 +38,41 @@ TEST(PlyTable, BinaryTypesOfEveryWidth) {
   EXPECT_EQ(vertices.FullScale("d"), 65535);
 }
 
-// Elements before the wanted one are skipped, elements after it ignored.
+// Meshes may have their faces before their vertices.
+TEST(PlyTable, SkipsLists) {
+  const TempFolder folder;
+  const std::string header =
+      "element face 2\nproperty uchar a\nproperty list uchar short indices\nelement vertex 1\nproperty float x\n"
+      "end_header\n";
+  const auto write = [&](const char* name, const std::string& format, const std::string& values) {
+    WriteBytes(folder / name, "ply\nformat " + format + " 1.0\n" + header + values);
+  };
+  const std::string little("\x07\x03\x01\0\x02\0\x03\0\x07\0\0\0\x80\x3f", 14),
+      big("\x07\x03\0\x01\0\x02\0\x03\x07\0\x3f\x80\0\0", 14);
+  write("a.ply", "ascii", "7 3 1 2 3 7 0 1.0\n");
+  write("b.ply", "binary_little_endian", little);
+  write("c.ply", "binary_big_endian", big);
+  for (const char* name : {"a.ply", "b.ply", "c.ply"}) {
+    const PlyFile file(folder / name);
+    float x = 0;
+    PlyTable(file, "vertex").Copy<float>({{"x", &x}});
+    EXPECT_EQ(x, 1);
+  }
+  std::string damaged = little;
+  damaged[1] = '\xff';
+  for (const std::string& values : {damaged, little.substr(0, 9), little.substr(0, 12)}) {
+    write("b.ply", "binary_little_endian", values);
+    const PlyFile file(folder / "b.ply");
+    EXPECT_THAT([&] { PlyTable(file, "vertex"); }, ThrowsError(kBadFile, folder / "b.ply"));
+  }
+  for (const char* values : {"7 3 1 2", "7 -1 7 0 1", "7 x 1 2 3 7 0 1.0"}) {
+    write("a.ply", "ascii", values);
+    const PlyFile file(folder / "a.ply");
+    EXPECT_THAT([&] { PlyTable(file, "vertex"); }, ThrowsError(kBadFile, folder / "a.ply"));
+  }
+}
+
+// Other elements than the wanted one are ignored.
 TEST(PlyTable, ReadsAnyElement) {
   const TempFolder folder;
   const std::string header =

@@ -86,16 +86,18 @@ TEST(SplatPly, ReadsAnyOrderTypeAndExtraProperties) {
   EXPECT_EQ(model.attribute(splat::kSh)[1], -1);
 }
 
-TEST(SplatPly, UnusableGaussiansAreRefusedOrLeftOut) {
+TEST(SplatPly, UnusableGaussiansAreLeftOutWithANote) {
   const TempFolder folder;
   SplatModel model = ExampleSplat(1, 6);
   model.attribute(20)[1] = std::nanf("");
   model.attribute(splat::kLogScale)[3] = HUGE_VALF;
   for (int a = 0; a < 4; ++a) model.attribute(splat::kQuaternion + a)[4] = 0;
   WriteSplatPly(folder / "a.ply", model);
-  EXPECT_THAT([&] { ReadSplatPly(folder / "a.ply"); }, ThrowsError(kBadFile, "a.ply", "3", "6"));
-  const SplatModel kept = ReadSplatPly(folder / "a.ply", {.drop_unusable = true});
+  std::vector<std::string> notes;
+  const SplatModel kept = ReadSplatPly(folder / "a.ply", &notes);
   ASSERT_EQ(kept.count, 3);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_THAT(notes[0], testing::HasSubstr("3 of 6"));
   for (int a = 0; a < model.num_attributes(); ++a) {
     EXPECT_EQ(kept.attribute(a)[0], model.attribute(a)[0]);
     EXPECT_EQ(kept.attribute(a)[1], model.attribute(a)[2]);
@@ -116,7 +118,26 @@ TEST(SplatPly, OpacitiesMayBeInfinite) {
   EXPECT_EQ(again.attribute(splat::kOpacity)[2], model.attribute(splat::kOpacity)[2]);
   model.attribute(splat::kOpacity)[0] = std::nanf("");
   WriteSplatPly(folder / "a.ply", model);
-  EXPECT_THAT([&] { ReadSplatPly(folder / "a.ply"); }, ThrowsError(kBadFile, "a.ply", "1", "3"));
+  EXPECT_EQ(ReadSplatPly(folder / "a.ply").count, 2);
+  for (Index i = 0; i < 3; ++i) model.attribute(splat::kOpacity)[i] = std::nanf("");
+  WriteSplatPly(folder / "a.ply", model);
+  EXPECT_THAT([&] { ReadSplatPly(folder / "a.ply"); }, ThrowsError(kBadFile, "a.ply", "3"));
+}
+
+TEST(SplatPly, TwoScalesMakeDisksAndColoursReplaceHarmonics) {
+  const TempFolder folder;
+  WriteBytes(folder / "a.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+             "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float opacity\n"
+             "property float scale_0\nproperty float scale_1\nproperty float rot_0\nproperty float rot_1\n"
+             "property float rot_2\nproperty float rot_3\nend_header\n1 2 3 255 0 51 0.5 -2 -3 1 0 0 0\n");
+  const SplatModel model = ReadSplatPly(folder / "a.ply");
+  ASSERT_EQ(model.count, 1);
+  EXPECT_EQ(model.sh_degree, 0);
+  EXPECT_FLOAT_EQ(model.Value(splat::kLogScale + 2, 0), -3 - std::log(1000.0f));
+  for (const auto& [channel, color] : {std::pair{0, 1.0}, {1, 0.0}, {2, 0.2}}) {
+    EXPECT_NEAR(0.5 + 0.28209479177387814 * static_cast<double>(model.Value(splat::kSh + channel, 0)), color, 1e-6);
+  }
 }
 
 TEST(PointPly, ColoursOfEveryKind) {
@@ -138,7 +159,22 @@ TEST(PointPly, ColoursOfEveryKind) {
   EXPECT_EQ(ReadPointPly(folder / "p.ply").colors[0], (std::array<float, 3>{0.5f, 0.5f, 0.5f}));
   EXPECT_EQ(ReadPointPly(folder / "p.ply").positions[0], (std::array<double, 3>{1, 2, 3}));
   write("float", "nan 0 0");
-  EXPECT_THAT([&] { ReadPointPly(folder / "p.ply"); }, ThrowsError(kBadFile, "p.ply", "0"));
+  EXPECT_THAT([&] { ReadPointPly(folder / "p.ply"); }, ThrowsError(kBadFile, "p.ply", "1"));
+}
+
+TEST(PointPly, PointsThatAreNotFiniteAreLeftOutWithANote) {
+  const TempFolder folder;
+  WriteBytes(folder / "p.ply",
+             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\n"
+             "property uchar diffuse_red\nproperty uchar diffuse_green\nproperty uchar diffuse_blue\nend_header\n"
+             "1 2 nan 255 0 51\n1 2 3 255 0 51\n1 2 1e39 255 0 51\n");
+  std::vector<std::string> notes;
+  const WorldPoints cloud = ReadPointPly(folder / "p.ply", &notes);
+  ASSERT_EQ(cloud.positions.size(), 1u);
+  EXPECT_EQ(cloud.positions[0], (std::array<double, 3>{1, 2, 3}));
+  EXPECT_EQ(cloud.colors[0], (std::array<float, 3>{1, 0, 0.2f}));
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_THAT(notes[0], testing::HasSubstr("2 of 3"));
 }
 
 }  // namespace
