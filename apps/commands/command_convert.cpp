@@ -5,6 +5,7 @@
 #include "apps/cli/outputs.h"
 #include "apps/cli/print.h"
 #include "apps/commands/commands.h"
+#include "apps/inputs/scene_and_splat.h"
 #include "apps/inputs/splat_filters.h"
 #include "splatting/io/splats/splat_file.h"
 

@@ -86,9 +86,9 @@ TEST_F(BadScene, PlyEmptyOrNotANumber) {
   gs::SplatModel model;
   model.Resize(1, 3);
   std::fill_n(model.attribute(splat::kQuaternion), 3, 1.0f);
-  model.attribute(splat::kOpacity)[1] = std::nanf("");
+  std::fill_n(model.attribute(splat::kOpacity), 3, std::nanf(""));
   gs::WriteSplatPly(ply, model);
-  ExpectRefusal({"refine", ply, scene_, "--out=" + out_}, kFailed, {ply, "1", "3"});
+  ExpectRefusal({"refine", ply, scene_, "--out=" + out_}, kFailed, {ply, "3"});
   model.Resize(1, 0);
   gs::WriteSplatPly(ply, model);
   ExpectRefusal({"refine", ply, scene_, "--out=" + out_}, kFailed, {ply});

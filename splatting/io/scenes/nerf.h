@@ -12,7 +12,7 @@
 namespace vesta::gs {
 
 struct NerfOptions {
-  RandomPoints random_points;           // for scenes without points
+  RandomPoints random_points = {};      // for scenes without points
   std::string image_folder = "images";  // replaces images/ at the start of every file_path
   bool allow_missing = false;           // a missing image of unstated size gives a camera of size 0 x 0
   bool follow_split = true;             // apply the lists of file names (ApplySplitLists)

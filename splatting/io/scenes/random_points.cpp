@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <random>
@@ -87,11 +86,15 @@ std::vector<double> LikelyDepths(const std::vector<View>& views) {
   return std::ranges::all_of(met, is_ahead) ? met : depths;
 }
 
-// The training views; all views if there are none.
-std::vector<View> TrainingOrAll(const std::vector<View>& views) {
-  std::vector<View> training;
-  std::ranges::copy_if(views, std::back_inserter(training), [](const View& view) { return view.is_trained(); });
-  return training.empty() ? views : training;
+// The training views of known size; all views of known size if there are none.
+std::vector<View> UsableViews(const std::vector<View>& views) {
+  std::vector<View> training, all;
+  for (const View& view : views) {
+    if (view.camera.width == 0) continue;
+    all.push_back(view);
+    if (view.is_trained()) training.push_back(view);
+  }
+  return training.empty() ? all : training;
 }
 
 // Whether the camera is outside the cube and its optical axis passes through it.
@@ -129,7 +132,8 @@ WorldPoints PointsInCube(const RandomPoints& random) {
 
 WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random) {
   constexpr double kSpread = 3;  // depths range from 1/kSpread to kSpread times the likely depth
-  const std::vector<View> training = TrainingOrAll(views);
+  const std::vector<View> training = UsableViews(views);
+  VESTA_CHECK(!training.empty(), "random points need a view of known size");
   const std::vector<double> depths = LikelyDepths(training);
   Uniform uniform(random.seed);
   WorldPoints cloud;
@@ -159,7 +163,7 @@ WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& ra
 }
 
 WorldPoints PointsForCameras(const std::string& source, const RandomPoints& random, Scene* scene) {
-  const bool in_cube = std::ranges::all_of(TrainingOrAll(scene->views), FacesCube);
+  const bool in_cube = std::ranges::all_of(UsableViews(scene->views), FacesCube);
   scene->notes.push_back(
       fmt::format("{} has no points: {} random points are used instead, {}", source, random.count,
                   in_cube ? "in the cube from -1.3 to 1.3, because all cameras face it" : "in the cameras' views"));

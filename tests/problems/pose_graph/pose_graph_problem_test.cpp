@@ -65,10 +65,10 @@ Eigen::Isometry3d AsIsometry(const double* pose) {
   Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
   if constexpr (Space::kPose == 3) {
     isometry.linear() = Eigen::AngleAxisd(pose[2], Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    isometry.translation() = {pose[0], pose[1], 0};
+    isometry.translation() << pose[0], pose[1], 0;
   } else {
     isometry.linear() = Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]).toRotationMatrix();
-    isometry.translation() = {pose[0], pose[1], pose[2]};
+    isometry.translation() << pose[0], pose[1], pose[2];
   }
   return isometry;
 }

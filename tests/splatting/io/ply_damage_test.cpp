@@ -50,7 +50,7 @@ TEST_F(PlyDamage, MessagesNameWhatIsWrong) {
            {"property float nx", "property list uchar", ""},
            {"property float nx", "property list uchar int nx", "list"},
            {"float ny", "float nx", ""},
-           {"scale_2", "size__2", "scale_2"},
+           {"scale_1", "size__1", "scale_1"},
            {"float opacity", "float f_rest_9", "10"},
            {"f_rest_3", "f_rest_x", "f_rest_3"}}) {
     ExpectRefused(Replaced(bytes_, from, to), kBadFile, token);

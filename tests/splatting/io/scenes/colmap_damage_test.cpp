@@ -157,10 +157,10 @@ TEST(ColmapDamage, EachImageOfATextModelNeedsItsSecondLine) {
   WriteColmapModel(ExampleModel(), folder.path(), ColmapFormat::kText);
   const std::string one = "1 1 0 0 0 0 0 0 7 one.jpg\n", two = "2 1 0 0 0 0 0 0 7 two two two.jpg\n";
   for (const auto& [text, line] :
-       std::vector<std::pair<std::string, const char*>>{{one + two, "line 2"},
-                                                        {"# two\n" + two + one, "line 3"},
-                                                        {one + "1.5 2.5 -1 3.5\n" + two + "\n", "line 2"},
-                                                        {one + "\n" + two + "1 2 three\n", "line 4"}}) {
+       std::vector<std::pair<std::string, const char*>>{{one + two, "2"},
+                                                        {"# two\n" + two + one, "3"},
+                                                        {one + "1.5 2.5 -1 3.5\n" + two + "\n", "2"},
+                                                        {one + "\n" + two + "1 2 three\n", "4"}}) {
     WriteBytes(folder / "images.txt", text);
     EXPECT_THAT([&] { ReadColmapModel(folder.path()); }, ThrowsError(kBadFile, folder / "images.txt", line)) << text;
   }

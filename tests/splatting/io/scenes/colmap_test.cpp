@@ -117,7 +117,9 @@ TEST(Colmap, FewerImagesThanInTheHeaderGiveANote) {
                fmt::format("# Image list\n# Number of images: {}, mean observations per image: 0\n{}", count, images));
     const Scene scene = ReadColmapScene(folder.path(), "images");
     ASSERT_EQ(scene.notes.size(), notes) << count;
-    if (notes > 0) EXPECT_THAT(scene.notes[0], testing::HasSubstr("4"));
+    if (notes > 0) {
+      EXPECT_THAT(scene.notes[0], testing::HasSubstr("4"));
+    }
   }
 }
 

@@ -266,8 +266,8 @@ TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
     EXPECT_TRUE(std::ranges::any_of(scene.views, [&](const View& view) { return DepthInView(view, point) > 0; }));
   }
   EXPECT_THAT(scene.notes, testing::ElementsAre("the model in " + folder_.path() +
-                                                "/sparse/0 has no points: 500 random points in the cameras' views "
-                                                "are used instead"));
+                                                "/sparse/0 has no points: 500 random points are used instead, "
+                                                "in the cameras' views"));
   EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
 }
 
