@@ -58,7 +58,7 @@ done
 grep -q "vesta has no component unheard_of; there are: core" "$work/refused/build/configure.log" ||
   { cat "$work/refused/build/configure.log"; fail "the message does not name the unknown component"; }
 
-examples=(exponential_fit registration eigen_types slow_detector unknown_gains from_ceres)
+examples=(exponential_fit registration eigen_types slow_detector unknown_gains ceres_examples from_ceres)
 if [[ -e $work/prefix/include/vesta/kernels/mpi ]]; then examples+=(over_processes); fi
 for example in "${examples[@]}"; do
   say "examples/$example"
@@ -68,7 +68,10 @@ for example in "${examples[@]}"; do
   configure "examples/$example" "$work/$example" "${arguments[@]}" ||
     { cat "$work/$example/configure.log"; fail "examples/$example was not configured"; }
   cmake --build "$work/$example" | tail -n 1
-  "$work/$example/$example" >"$work/$example/output.txt" ||
+  run=("$work/$example/$example")
+  # A folder of several programs, which are its tests.
+  if [[ ! -e ${run[0]} ]]; then run=(ctest --test-dir "$work/$example" --output-on-failure --no-tests=error); fi
+  "${run[@]}" >"$work/$example/output.txt" ||
     { cat "$work/$example/output.txt"; fail "examples/$example does not reach the known answer"; }
   tail -n 2 "$work/$example/output.txt"
 done

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -27,52 +28,27 @@ class LossOf final : public Loss {
   const ceres::LossFunction& loss_;
 };
 
-// Common functions for Ceres's Manifold and LocalParameterization.
-int AmbientSize(const ceres::Manifold& manifold) { return manifold.AmbientSize(); }
-int TangentSize(const ceres::Manifold& manifold) { return manifold.TangentSize(); }
-bool PlusJacobianOf(const ceres::Manifold& manifold, const double* x, double* jacobian) {
-  return manifold.PlusJacobian(x, jacobian);
-}
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-int AmbientSize(const ceres::LocalParameterization& kind) { return kind.GlobalSize(); }
-int TangentSize(const ceres::LocalParameterization& kind) { return kind.LocalSize(); }
-bool PlusJacobianOf(const ceres::LocalParameterization& kind, const double* x, double* jacobian) {
-  return kind.ComputeJacobian(x, jacobian);
-}
-
-template <class Kind>
 class ManifoldOf final : public Manifold {
  public:
-  explicit ManifoldOf(const Kind& kind) : kind_(kind) {}
-  int ambient_size() const override { return AmbientSize(kind_); }
-  int tangent_size() const override { return TangentSize(kind_); }
+  explicit ManifoldOf(const ceres::Manifold& manifold) : manifold_(manifold) {}
+  int ambient_size() const override { return manifold_.AmbientSize(); }
+  int tangent_size() const override { return manifold_.TangentSize(); }
   void Plus(const double* x, const double* delta, double* out) const override {
     // Ceres does not guarantee that Plus works in place.
     std::vector<double> from(x, x + ambient_size());
-    if (!kind_.Plus(from.data(), delta, out))
+    if (!manifold_.Plus(from.data(), delta, out)) {
       std::fill_n(out, ambient_size(), std::numeric_limits<double>::quiet_NaN());
+    }
   }
   void PlusJacobian(const double* x, double* jacobian) const override {
-    if (!PlusJacobianOf(kind_, x, jacobian)) {
+    if (!manifold_.PlusJacobian(x, jacobian)) {
       std::fill_n(jacobian, ambient_size() * tangent_size(), std::numeric_limits<double>::quiet_NaN());
     }
   }
 
  private:
-  const Kind& kind_;
+  const ceres::Manifold& manifold_;
 };
-
-std::shared_ptr<const Manifold> ManifoldFor(const ceres::Problem& problem, const double* values) {
-  if (problem.HasManifold(values)) {
-    return std::make_shared<ManifoldOf<ceres::Manifold>>(*problem.GetManifold(values));
-  }
-  if (problem.HasParameterization(values)) {
-    return std::make_shared<ManifoldOf<ceres::LocalParameterization>>(*problem.GetParameterization(values));
-  }
-  return nullptr;
-}
-#pragma GCC diagnostic pop
 
 }  // namespace
 
@@ -88,7 +64,9 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
   block_of_.reserve(values_.size());
   for (const double* values : values_) {
     const int size = problem.ParameterBlockSize(values);
-    const auto manifold = ManifoldFor(problem, values);
+    // Ceres 2.1 wraps a LocalParameterization, which Ceres 2.2 removed, in a Manifold.
+    const ceres::Manifold* const kind = problem.GetManifold(values);
+    const auto manifold = kind != nullptr ? std::make_shared<ManifoldOf>(*kind) : nullptr;
     const bool fixed = problem.IsParameterBlockConstant(values) || (manifold && manifold->tangent_size() == 0);
     const int block = problem_.AddParameterBlock(size, fixed ? nullptr : manifold);
     block_of_[values] = block;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Converts a ceres::Problem to a vesta::BlockProblem, with cost functions, losses, manifolds, constant blocks and
-// bounds. The ceres::Problem is not changed. Needs Ceres 2.1 or later.
+// bounds. The ceres::Problem is not changed. Written for Ceres 2.1 and 2.2; tested with 2.1.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -17,8 +17,8 @@ namespace vesta::ceres_bridge {
 
 // The constructor reads the ceres::Problem once, and ignores residual blocks that are added later. The ceres::Problem
 // must outlive this object. Cost functions are called from several threads at once, as in Ceres with num_threads > 1.
-// Both Manifold and LocalParameterization are supported. An evaluation callback (ceres::Problem::Options) must be
-// passed to SetEvaluationCallback, because it cannot be read from a ceres::Problem.
+// Both Manifold and the LocalParameterization of Ceres 2.1 are supported. An evaluation callback
+// (ceres::Problem::Options) must be passed to SetEvaluationCallback, because it cannot be read from a ceres::Problem.
 class CeresProblem {
  public:
   explicit CeresProblem(ceres::Problem& problem, BlockProblem::Options options = {});

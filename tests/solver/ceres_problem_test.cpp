@@ -41,8 +41,26 @@ struct Drawn {
   }
 };
 
+// Ceres 2.1 has the deprecated LocalParameterization too.
+#if CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR < 2
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+void SetDeprecatedQuaternion(ceres::Problem& problem, double* q) {
+  problem.SetParameterization(q, new ceres::EigenQuaternionParameterization);
+}
+void SetDeprecatedSubset(ceres::Problem& problem, double* t) {
+  problem.SetParameterization(t, new ceres::SubsetParameterization(3, {1}));
+}
+#pragma GCC diagnostic pop
+#else
+void SetDeprecatedQuaternion(ceres::Problem& problem, double* q) {
+  problem.SetManifold(q, new ceres::EigenQuaternionManifold);
+}
+void SetDeprecatedSubset(ceres::Problem& problem, double* t) {
+  problem.SetManifold(t, new ceres::SubsetManifold(3, {1}));
+}
+#endif
+
 // A problem with every feature that the bridge supports.
 struct Mixture {
   Mixture() {
@@ -57,7 +75,7 @@ struct Mixture {
       if (i % 2 == 0) {
         problem.SetManifold(poses[i].q, new ceres::EigenQuaternionManifold);
       } else {
-        problem.SetParameterization(poses[i].q, new ceres::EigenQuaternionParameterization);
+        SetDeprecatedQuaternion(problem, poses[i].q);
       }
     }
     Eigen::Map<Eigen::Vector3d>(direction).setRandom().normalize();
@@ -65,7 +83,7 @@ struct Mixture {
     problem.AddParameterBlock(offset, 2);
     problem.SetParameterLowerBound(offset, 0, -0.01);
     problem.SetParameterUpperBound(offset, 0, 0.01);
-    problem.SetParameterization(poses[3].t, new ceres::SubsetParameterization(3, {1}));
+    SetDeprecatedSubset(problem, poses[3].t);
     problem.SetParameterBlockConstant(poses[0].q);
     problem.SetParameterBlockConstant(poses[0].t);
     for (std::size_t i = 0; i < 4; ++i) {
@@ -91,7 +109,6 @@ struct Mixture {
   double direction[3], offset[2] = {0, 0};
   ceres::Problem problem;
 };
-#pragma GCC diagnostic pop
 
 TEST(CeresProblemTest, EvaluatesAsCeresDoes) {
   Mixture mixture;
