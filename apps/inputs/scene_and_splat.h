@@ -37,13 +37,13 @@ struct PosedModel {
   gs::Scene scene;
 };
 
-// Reads a splat and prints the notes of the reader.
+// Reads a splat and prints notes.
 gs::SplatModel LoadSplat(const std::string& path);
 // Replaces the background and eps2d of the splat by --background and --eps2d, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
 // Sets the background and eps2d with which the scene is loaded to the values of the splat.
 void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
-// Reads the files. The background and eps2d are those of UseRenderingFlags; the values in `options` are replaced.
+// Reads the files. UseRenderingFlags sets the background and eps2d; the values in `options` are replaced.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);
 // Reads the arguments SPLAT and SCENE of eval, render or view.

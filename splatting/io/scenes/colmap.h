@@ -53,7 +53,7 @@ struct ColmapModel {
   std::vector<ColmapCamera> cameras;
   std::vector<ColmapImage> images;
   std::vector<ColmapPoint> points;
-  Index stated_images = 0;  // the number of images in the header of images.txt; 0 if there is none
+  Index stated_images = 0;  // the number of images that the header of images.txt states; 0 without a header
 };
 
 enum class ColmapFormat { kBinary, kText };

@@ -186,11 +186,11 @@ void CheckObservations(const ColmapImage& image, LineReader* in) {
   if (valid && count % 3 == 0) return;
   Fail(
       kBadFile,
-      "{}: this is not the line of 2D points of image {}; each image needs two lines, of which the second may be blank",
+      "{}: this is not the line of 2D points of image {}; each image needs two lines, and the second may be blank",
       in->Where(), image.name);
 }
 
-// The number of images in the first comments of images.txt, as COLMAP writes it; 0 if there is none.
+// The number of images in the first comments of images.txt, as COLMAP writes it; 0 without such a comment.
 Index StatedImages(const std::string& path) {
   const std::string text = ReadFile(path);
   std::string_view rest = text, line;

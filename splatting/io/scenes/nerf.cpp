@@ -267,7 +267,7 @@ bool IsBad(const FrameValues& values) {
   return flag != nullptr && flag->get<bool>();
 }
 
-// Appends the views of the frames top[key] of a transforms file, except those with is_bad, which get a note.
+// Appends the views of the frames top[key] of a transforms file, except frames with is_bad. Adds a note about these.
 void ReadFrames(const json& top, const char* key, const std::string& path, const ImageFolder& images, Scene* scene) {
   const fs::path folder = fs::path(path).parent_path();
   Index bad = 0;

@@ -28,8 +28,8 @@ bool IsNerfScene(const std::string& scene_folder);
 // principal point. Distortion: k1, k2, k3, p1, p2 as in OpenCV. If is_fisheye is true or camera_model is a fisheye: k1
 // to k4 of OpenCV's fisheye. mask_path may name the mask of a frame (photographs.h). A file_path without .png, .jpg or
 // .jpeg gets .png.
-// Test views: the views of transforms_test.json, else test_frames (ScanNet++), else those of the lists of file names
-// (ApplySplitLists, nerf_split.h), else every 8th by name. Frames with is_bad are left out, with a note. Points: the
+// Test views: the views of transforms_test.json, else test_frames (ScanNet++), else the views in the lists of
+// file names (ApplySplitLists, nerf_split.h), else every 8th by name. Frames with is_bad are left out, with a note. Points: the
 // .ply file that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else random points, with a note
 // (PointsForCameras).
 // Throws Error, in one line with file and frame, for other camera models, k4 without a fisheye lens, invalid poses or

@@ -9,8 +9,8 @@
 
 namespace vesta::gs {
 
-// Removes the unusable Gaussians of a model read from a file: those with a value that is not finite, or with a zero
-// quaternion. The others keep their order. If there are any, adds a note with their number; notes may be null. Throws
+// Removes the Gaussians of a model read from a file that have a value that is not finite or a zero quaternion. The
+// others keep their order. If there are any, adds a note with their number; notes may be null. Throws
 // Error, in one line with the file, if no Gaussian is left.
 void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* notes, SplatModel* model);
 
