@@ -14,7 +14,7 @@ namespace vesta::bundle {
 namespace internal {
 namespace {
 
-// Let p be the number of observation pairs per observation. Forming the reduced matrix takes the time of about 2 p
+// Let p be the number of observation pairs per observation. Forming the reduced matrix takes as long as about 2 p
 // implicit products; the inner solves need some tens of products. So forming it pays off unless tracks are long.
 constexpr Index kPairsPerObservation = 12;
 
@@ -67,7 +67,7 @@ double BundleProblem::SumOverSlices(ConstVectorView x, const Term& term) {
               s.num_parameters());
   const HostBuffer<Camera<double>> cameras = internal::MakeCameras(s, x);
   const double* points = x.data() + s.num_camera_parameters();
-  // Cost uses the double kernel for either storage.
+  // The double kernel serves either storage.
   const auto squared_norms = KernelsFor<double>(context_->options.isa).squared_norms;
   return ParallelSum<double>(s.num_slices(), 1, [&](Index begin, Index end) {
     double sum = 0;
@@ -108,7 +108,6 @@ std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(Cons
   return internal::MakeLinearization<double>(*context_, x);
 }
 
-// Kernels compiled for each instruction set.
 VESTA_DECLARE_PER_ISA(template <class S> const Kernels<S>& CompiledKernels();
                       SymmetricProduct CompiledSymmetricProduct();)
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses in 2D and 3D, their steps, and the residual of a measured relative pose, with its Jacobian. R is the rotation
-// matrix of a pose and p its position; angles are in radians.
+// 2D and 3D poses, their steps, and the residual of a measured relative pose, with its Jacobian. A pose has rotation
+// matrix R and position p; angles are in radians.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ struct Se2 {
     return angle - T(kTurn) * floor((angle + T(std::numbers::pi)) / T(kTurn));
   }
 
-  // out = x (+) delta: adds delta to position and yaw, and normalises the yaw.
+  // out = x (+) delta: adds, and normalises the yaw.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     out[0] = x[0] + delta[0];
@@ -32,8 +32,7 @@ struct Se2 {
     out[2] = NormalizeAngle(x[2] + delta[2]);
   }
 
-  // r = (R_a^T (p_b - p_a) - p_m, yaw_b - yaw_a - yaw_m in [-pi, pi)), where m is the measured pose of b in the frame
-  // of a.
+  // r = (R_a^T (p_b - p_a) - p_m, yaw_b - yaw_a - yaw_m in [-pi, pi)); m: measured pose of b in the frame of a.
   template <class T>
   static void Residual(const T* a, const T* b, const double* m, T* r) {
     using std::cos, std::sin;
@@ -60,15 +59,14 @@ struct Se2 {
   }
 };
 
-// 3D poses: position (x, y, z) and unit quaternion (w, x, y, z). A step has six values: three of the position, then
-// three of the rotation.
+// 3D poses: position (x, y, z) and unit quaternion (w, x, y, z). A step has three values of the position, then three of
+// the rotation.
 struct Se3 {
   static constexpr int kPose = 7;
   static constexpr int kTangent = 6;
 
-  // out = x (+) delta. The position grows by delta[0..3). The orientation q is rotated in the world frame. The axis of
-  // this rotation is d = delta[3..6), and its angle is 2 |d|: q' = (cos |d|, d sin |d| / |d|) q. Because of rounding,
-  // q' is then normalised.
+  // out = x (+) delta. Adds delta[0..3) to the position. Rotates the orientation q in the world frame by the angle 2
+  // |d| about d = delta[3..6): q' = (cos |d|, d sin |d| / |d|) q. Then normalises q', because of rounding.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     for (int i = 0; i < 3; ++i) out[i] = x[i] + delta[i];
@@ -78,7 +76,7 @@ struct Se3 {
     NormalizeQuaternion(q, out + 3);
   }
 
-  // r = (R_a^T (p_b - p_a) - p_m, 2 vec(q_m (q_a^-1 q_b)^-1)), where m is the measured pose of b in the frame of a.
+  // r = (R_a^T (p_b - p_a) - p_m, 2 vec(q_m (q_a^-1 q_b)^-1)); m: measured pose of b in the frame of a.
   template <class T>
   static void Residual(const T* a, const T* b, const double* m, T* r) {
     T rotation[9];
@@ -94,8 +92,8 @@ struct Se3 {
   }
 
   // Row-major 6 x 12: derivative of the residual with respect to the steps of a, then of b.
-  // Let d = p_b - p_a, g = q_m q_b^-1 and q = q_a, with the real part g_w and the vector part g_v of g. Let da, db be
-  // the position steps and ta, tb the orientation steps. Then
+  // Let d = p_b - p_a, q = q_a and g = q_m q_b^-1, with real part g_w and vector part g_v. Let da, db be the position
+  // steps and ta, tb the orientation steps. Then
   //   dr_p = R_a^T (db - da + 2 [d]x ta),   dr_q = 2 vec(g (0, ta - tb) q) = 2 M (ta - tb),
   //   M = (g_w q_w + g_v.q_v) I + [q_w g_v - g_w q_v]x - (g_v q_v^T + q_v g_v^T).
   template <class T>
