@@ -17,24 +17,23 @@ class AtomicFile;
 namespace vesta::gs {
 
 // Reads a splat in the layout of the INRIA code (Kerbl et al. 2023), with the properties x y z nx ny nz f_dc_0..2
-// f_rest_0.. opacity scale_0..2 rot_0..3. f_rest has all coefficients of red, then green, then blue. Properties may
-// have any order and be float or double; files may be binary or ascii. Other properties are ignored. The number of
-// f_rest properties (0, 9, 24 or 45) gives the SH degree. vesta's comments are read too (SplatComments). An opacity
-// logit may be infinite. Throws Error, in one line with the file and the problem, if the file is damaged or has another
-// layout.
+// f_rest_0.. opacity scale_0..2 rot_0..3, in any order, float or double, binary or ascii. f_rest has all coefficients
+// of red, then green, then blue; their number (0, 9, 24 or 45) gives the SH degree. Other properties are ignored. Reads
+// vesta's comments too (SplatComments). An opacity logit may be infinite. Throws Error, with the file and the problem,
+// if the file is damaged or has another layout.
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options = {});
 SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options);
 
-// Writes that layout in binary with floats, completely or not at all (kernels/core/files.h). Reading the file gives the
-// same bits.
+// Writes that layout in binary with floats, completely or not at all (kernels/core/files.h). Reading gives the same
+// bits.
 void WriteSplatPly(const std::string& path, const SplatModel& model);
-// Writes to an open file, which stays open.
+// To an open file, which stays open.
 void WriteSplatPly(AtomicFile& file, const SplatModel& model);
-// Approximate file size in bytes; not above the true size.
+// Approximate bytes; not above the true size.
 std::int64_t SplatPlyBytes(Index gaussians, int sh_degree);
 
-// Reads a point cloud: properties x y z, and red green blue (8 or 16 bits, or float in 0..1). Points without colours
-// become grey. Throws Error if a point is not finite, or if the file has no points.
+// Properties x y z, and red green blue (8 or 16 bits, or float in 0..1). Points without colours become grey. Throws
+// Error if a point is not finite, or if there are no points.
 WorldPoints ReadPointPly(const std::string& path);
 
 }  // namespace vesta::gs

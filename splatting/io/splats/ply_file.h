@@ -18,21 +18,21 @@ struct PlyProperty {
   Index offset;  // bytes from the start of a row in a binary file
 };
 
-// An element: rows with the same properties.
+// Rows with the same properties.
 struct PlyElement {
   std::string name;
   Index count = 0;
   std::vector<PlyProperty> properties;
   Index stride = 0;   // bytes per row in a binary file
-  std::string fault;  // if not empty, the reason why neither this element nor later ones can be read
+  std::string fault;  // if not empty, why neither this element nor later ones can be read
 };
 
-// Name of an element's rows for messages: "vertices", "rows of chunk".
+// For messages: "vertices", "rows of chunk".
 std::string PlyRows(std::string_view element);
 
-// A .ply file in memory: its parsed header, and its values as bytes. The formats ascii and binary_little_endian are
-// supported. The constructors throw Error, in one line with the file and the problem. If only the description of an
-// element is wrong, they do not; a PlyTable of that element or a later one does (PlyElement::fault).
+// A .ply file in memory, ascii or binary_little_endian: its parsed header, and its values as bytes. The constructors
+// throw Error, with the file and the problem. If only the description of an element is wrong, a PlyTable of that
+// element or a later one throws instead (PlyElement::fault).
 class PlyFile {
  public:
   explicit PlyFile(const std::string& path);
@@ -58,8 +58,8 @@ class PlyFile {
 };
 
 // One element of a .ply file, such as its vertices, as a table of numbers. Neither the element nor elements before it
-// may have list properties; later elements are ignored. Functions throw Error, in one line with the file and the
-// problem. The number of rows in the header is checked against the length of the file before memory is allocated.
+// may have list properties. Functions throw Error, with the file and the problem. The number of rows in the header is
+// checked against the length of the file before memory is allocated.
 class PlyTable {
  public:
   // The file must outlive the table.
@@ -67,12 +67,9 @@ class PlyTable {
 
   Index count() const { return count_; }
   bool Has(std::string_view property) const { return Find(property) != nullptr; }
-  // Number of properties whose names have this prefix.
   int CountWithPrefix(std::string_view prefix) const;
-  // Whether the table has a property of this name and type.
   bool Has(std::string_view property, PlyType type) const;
-  // The value of full brightness if the property is a colour: 255 or 65535 for 8 or 16 unsigned bits, 1 for other
-  // types.
+  // The value of full brightness if the property is a colour: 255 or 65535 for 8 or 16 unsigned bits, else 1.
   float FullScale(std::string_view property) const;
 
   // T: float or double.
@@ -81,7 +78,7 @@ class PlyTable {
     std::string property;
     T* out;  // receives count() values
   };
-  // Copies properties to arrays, in parallel over rows. Throws Error if the element lacks one.
+  // In parallel over rows. Throws Error if the element lacks one.
   template <class T>
   void Copy(const std::vector<Column<T>>& columns) const;
 

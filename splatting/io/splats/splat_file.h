@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splat files of any supported format, and comment lines with which vesta stores further data about a splat in them.
+// Splat files of any supported format, and comment lines for vesta's further data.
 #pragma once
 
 #include <string>
@@ -11,38 +11,37 @@ namespace vesta::gs {
 
 struct ReadSplatOptions {
   // A Gaussian is unusable if one of its values is not finite or its quaternion is zero. true: unusable Gaussians are
-  // removed, and the others keep their order. false: a file with unusable Gaussians is an error.
+  // removed. false: they are an error.
   bool drop_unusable = false;
 };
 
-// Removes the unusable Gaussians of a model read from a file. Throws Error, in one line with the file, if there are any
-// and drop_unusable is false, or if no Gaussian is left.
+// Removes the unusable Gaussians of a model from a file. Throws Error, with the file, if there are any and
+// drop_unusable is false, or if no Gaussian is left.
 void RemoveUnusableGaussians(const std::string& path, const ReadSplatOptions& options, SplatModel* model);
 
-// Checks a model before it is written. Throws Error if it has unusable Gaussians, or if its number of values does not
-// fit its degree and count.
+// Before writing: throws Error if the model has unusable Gaussians, or if its number of values does not fit its degree
+// and count.
 void CheckDrawable(const std::string& path, const SplatModel& model);
 
-// Reads a splat. The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h),
-// compressed .ply (compressed_ply.h), or .spz (spz.h). Throws Error, in one line with the file and the problem, if it
-// cannot be read.
+// The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h), compressed .ply
+// (compressed_ply.h), or .spz (spz.h). Throws Error, with the file and the problem, if it cannot be read.
 SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options = {});
 
-// Writes a splat. The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case.
-// The file is written completely or not at all (kernels/core/files.h). Throws Error, in one line with the file, for
-// another extension, a model that the format cannot represent, or a file that cannot be written.
+// The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case. The file is
+// written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension, a model
+// that the format cannot represent, or a file that cannot be written.
 void WriteSplat(const std::string& path, const SplatModel& model);
 // Throws Error if WriteSplat does not support the extension of `path`.
 void CheckSplatExtension(const std::string& path);
 
-// The comment lines of a splat, which other programs ignore:
+// Comment lines of a splat:
 // "vesta background R G B": the background colour in training;
 // "vesta eps2d H": the 2D dilation in pixels^2 for rendering, unless it is the default;
 // "vesta origin X Y Z": the world point that is the origin of the means, unless it is zero.
 std::vector<std::string> SplatComments(const SplatModel& model);
 
-// Sets background, eps2d and origin of the model from its comment lines; other comments are ignored. Throws Error, in
-// one line with the file, if numbers are missing or invalid.
+// Sets background, eps2d and origin from these lines; ignores others. Throws Error, with the file, if numbers are
+// missing or invalid.
 void ReadSplatComments(const std::string& path, const std::vector<std::string>& comments, SplatModel* model);
 
 }  // namespace vesta::gs
