@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The notes of a training: lines for the user about deviations from the options. All texts are here.
+// The notes of a training: lines for the user about deviations from the options.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,7 @@
 
 namespace vesta::gs {
 
-// Formats for TrainingSession::Note. In most formats that end with ": {}", the last argument is the message of an
-// Error.
+// Formats for TrainingSession::Note. In most that end with ": {}", the last argument is an Error's message.
 namespace notes {
 
 inline constexpr char kEvaluatesSomeViews[] =
@@ -49,14 +48,14 @@ inline constexpr char kLmByOneView[] = "LM continues with one view at a time: {}
 
 }  // namespace notes
 
-// The notes so far. A note that is already in the list is not added again, since a resumed training may repeat it.
+// Skips repeated notes, which a resumed training may add.
 class TrainingNotes {
  public:
   void Add(std::string line) {
     if (std::ranges::find(lines_, line) == lines_.end()) lines_.push_back(std::move(line));
   }
   const std::vector<std::string>& lines() const { return lines_; }
-  // Restores the notes of a resumed training.
+  // Of a resumed training.
   void Restore(std::vector<std::string> lines) { lines_ = std::move(lines); }
   std::vector<std::string> Take() { return std::move(lines_); }
 
