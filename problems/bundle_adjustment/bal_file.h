@@ -39,7 +39,7 @@ BundleData ReadBal(const std::string& path);
 
 // Writes the complete file, or none. ReadBal then reads the same bits. Throws Error if the file cannot be written.
 void WriteBal(const std::string& path, const BundleData& data);
-// The same, to an open file, which the caller commits.
+// Writes to an open file, which the caller commits.
 void WriteBal(AtomicFile& file, const BundleData& data);
 
 }  // namespace vesta::bundle

@@ -23,7 +23,7 @@ struct AdamKernels {
   // the next gradient is added to it. Memory bound: reads and writes 16 bytes per parameter. If all gradients of a SIMD
   // vector are zero, it reads 4 bytes per parameter and writes nothing.
   void (*step)(const AdamRange& range);
-  // For the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
+  // Process the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);
   void (*rotate_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
 };

@@ -25,7 +25,6 @@ struct AdamOptions {
   double iterations_scale = 1;
   // Views per iteration, whose gradients are summed.
   int batch_size = 1;
-  // For the eleven geometric parameters of a Gaussian.
   SecondMoment second_moment = SecondMoment::kBlock;
   // Factor on all learning rates at the start. The learning rates of Kerbl et al. suit 30,000 iterations; shorter runs
   // need larger ones. The factor decays geometrically to lr_scale * lr_final_ratio.

@@ -21,7 +21,7 @@ template <>
 class BlockBases<Host> {
  public:
   BlockBases() = default;
-  // Before the first step: Q = I, C = 0.
+  // Starts with Q = I, C = 0.
   explicit BlockBases(Index count);
   // The inverse of Flat().
   BlockBases(Index count, HostSpan<const float> flat);
@@ -45,7 +45,7 @@ class BlockBases<Host> {
   // All pieces in one array of BlockArraySize.
   HostBuffer<float> Flat() const;
 
-  // As the bytes of Flat(), so that a file does not depend on the memory space.
+  // Saves or reads the bytes of Flat(), so that a file does not depend on the memory space.
   template <class Archive>
   void Visit(Archive& archive) {
     Index all = size();

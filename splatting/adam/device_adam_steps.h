@@ -7,7 +7,7 @@
 
 namespace vesta::gs {
 
-// One array for all Gaussians (BlockEntry). Rearrange needs memory for a second one. Without it, the Adam stage
+// All Gaussians share one array (BlockEntry). Rearrange needs memory for a second one. Without it, the Adam stage
 // restores an earlier state or ends (RunAdamStage).
 template <>
 class BlockBases<Device> {

@@ -32,9 +32,9 @@ class DensityControl {
   DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
       : options_(options), extent_(extent), seed_(seed) {}
 
-  // In addition to DensityOptions::max_gaussians.
+  // This limit adds to DensityOptions::max_gaussians.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
-  // For a model of `count` Gaussians.
+  // Clears the statistics, for `count` Gaussians.
   void ResetStatistics(Index count) {
     grad2d_sum_.Resize(count);
     seen_.Resize(count);
@@ -53,8 +53,8 @@ class DensityControl {
     ForEach<Space>(grad2d_sum_.size(), 4096, density::Observe{grad2d_view, grad2d_sum_.data(), seen_.data()});
   }
 
-  // Per Gaussian, over the views that saw it since the last reset. grad2d(): sum of the norms of the derivative of the
-  // loss by the projected mean (Grad2d, density_steps.h). seen(): number of these views.
+  // Statistics per Gaussian over the views that saw it since the last reset. grad2d(): sum of the norms of the
+  // derivative of the loss by the projected mean (Grad2d, density_steps.h). seen(): number of these views.
   Buffer<float, Space>& grad2d() { return grad2d_sum_; }
   Buffer<int, Space>& seen() { return seen_; }
 
@@ -67,7 +67,7 @@ class DensityControl {
     ForEach<Space>(plan.count, kGrain,
                    density::InitChild{plan.count, plan.source.data(), plan.action.data(), seed_, iteration, x});
   }
-  // To at most 0.01.
+  // Limits opacities to 0.01.
   static void LowerOpacities(float* x, Index count) {
     ForEach<Space>(count, kGrain, density::LowerLogit{x + splat::kOpacity * count});
   }

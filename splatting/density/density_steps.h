@@ -58,7 +58,7 @@ inline constexpr DensifyNumbers kChildren{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 
 inline constexpr float kSplitShrink = 1.6f;         // factor by which the children of a split are smaller
 inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01
 
-// In world units.
+// Largest standard deviation, world units.
 VESTA_HD inline float LargestScale(const float* x, Index count, Index i) {
   using std::exp;
   float largest = x[splat::kLogScale * count + i];

@@ -33,7 +33,7 @@ class ViewGradient {
   Index blocks() const { return header_.blocks; }
   Index rows() const { return header_.rows; }
 
-  // As bytes for another process, in the byte order of this machine. Host only.
+  // Bytes to send to another process, in the byte order of this machine. Host only.
   HostSpan<const unsigned char> Bytes() {
     static_assert(std::is_same_v<Space, Host>);
     term::WriteHeader(header_, bytes_.data());
@@ -200,7 +200,7 @@ class SumOfViews {
       terms_.Join(layout_, left, std::move(right));
     });
   }
-  // The same as bytes. node: the views in the term.
+  // Adds a term as bytes. node: its views.
   void AddPart(const TreeNode& node, HostSpan<const unsigned char> bytes) {
     Term term = terms_.TakeSpare();
     term.Assign(bytes);

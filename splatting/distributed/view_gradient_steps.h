@@ -111,7 +111,7 @@ struct RowOfBlock {
     const Index number = block[k];
     if (row < layout.RowsOf(number)) body(k, number, row);
   }
-  // For rows of attributes only: calls body(k, r, first, length). The row corresponds to the elements [first, first +
+  // Rows of attributes only: calls body(k, r, first, length). The row corresponds to the elements [first, first +
   // length) of an array with the layout of the model.
   template <class Body>
   VESTA_HD void VisitAttribute(Index index, const Body& body) const {

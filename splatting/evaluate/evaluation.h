@@ -52,7 +52,7 @@ struct MeasuredViews {
   ProcessGroup processes = {};  // each measures its share of the views
 };
 
-// For each view, whether any process measures it.
+// True for each view that any process measures.
 inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::vector<View>& views) {
   const Index trained = NumTrainingViews(views);
   const Index most = std::min<Index>(measured.most_trained, trained);
@@ -120,7 +120,7 @@ class Renderer {
   // Colours are not clamped.
   Image Render(const SplatModel& model, const View& view);
   Evaluation Evaluate(const SplatModel& model, const Scene& scene);
-  // For a model in training, which may have fewer active SH bands.
+  // The model may be in training, with fewer active SH bands.
   Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured = {});
 
  private:

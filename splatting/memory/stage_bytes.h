@@ -89,7 +89,7 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 // hold_batches: see EngineBytes.
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
-// For LM that also optimises cameras (cameras/joint/joint_problem.h), with cached views. eliminate_views: stores the
+// LM that also optimises cameras (cameras/joint/joint_problem.h) caches all views. eliminate_views: stores the
 // derivatives of views by their own unknowns too.
 double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views);
 // The model and its evaluation, between the stages.

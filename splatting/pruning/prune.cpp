@@ -18,7 +18,7 @@
 namespace vesta::gs {
 namespace {
 
-// By increasing score; ties: the higher index first.
+// Sorts by increasing score; ties: the higher index first.
 std::vector<Index> LeastFirst(const std::vector<double>& scores) {
   std::vector<Index> order(scores.size());
   std::iota(order.begin(), order.end(), Index{0});
@@ -32,7 +32,7 @@ constexpr double kPartOfRound = 0.25;
 
 Index PartOf(Index count, double part) { return static_cast<Index>(std::ceil(part * static_cast<double>(count))); }
 
-// Ascending; at least one.
+// Indices of the highest scores, ascending; at least one.
 std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
   std::vector<Index> order = LeastFirst(scores);
   order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, static_cast<Index>(scores.size())));

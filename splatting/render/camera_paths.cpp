@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-// In radians.
+// Widest gap between angles on a circle, radians.
 double WidestGap(std::vector<double> angles) {
   std::ranges::sort(angles);
   double widest = angles.front() + kTurn - angles.back();

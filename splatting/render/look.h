@@ -63,7 +63,8 @@ using Point3 = std::array<double, 3>;
 // parallel to the viewing direction.
 View LookingAt(const Camera& camera, const Point3& center, const Point3& target, const Point3& up);
 
-// In world axes. Its length is 1 if all views look in one direction, and near 0 if they look in all directions.
+// Mean viewing direction in world axes. Its length is 1 if all views look in one direction, and near 0 if they look in
+// all directions.
 Point3 MeanDirection(const std::vector<View>& views);
 
 // Unit vector that points upwards in most views and is, by least squares, perpendicular to their image rows: the

@@ -57,11 +57,12 @@ class SurfaceRenderer {
   splat::ViewWorkspace<float> workspace_;
 };
 
-// From yellow (near) to violet (far); black: no depth. The position on the colour scale is middle / (middle + depth):
-// one half at the depth `middle` > 0. Images with the same `middle` have comparable colours.
+// Colours from yellow (near) to violet (far); black: no depth. The position on the colour scale is middle /
+// (middle + depth): one half at the depth `middle` > 0. Images with the same `middle` have comparable colours.
 Image DepthColors(const DepthImage& depth, double middle);
 
-// Red, green and blue are x, y and z from -1 to 1. Surfaces that face the camera are light blue; black: no normal.
+// Colours of normal maps: red, green and blue are x, y and z from -1 to 1. Surfaces that face the camera are light
+// blue; black: no normal.
 Image NormalColors(const NormalImage& normals);
 
 }  // namespace vesta::gs

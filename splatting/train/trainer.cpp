@@ -22,7 +22,7 @@
 namespace vesta::gs {
 namespace {
 
-// That the store of photographs may still fill.
+// Memory that the store of photographs may still fill.
 double UnfilledMib(const Scene& scene) {
   if (!scene.photographs) return 0;
   return (scene.photographs->MostBytes() - scene.photographs->kept_bytes()) / kMib;
@@ -52,7 +52,7 @@ struct TrainingStart {
   BeforeTraining before;
 };
 
-// If the training resumes in LM.
+// Takes the model of a saved LM stage, if the training resumes there.
 void ResumeFromLm(TrainingSession& session, SplatModel* model) {
   if (session.saved().first_stage() != Stage::kLm || !session.saved().state()) return;
   *model = session.saved().Validate([&] { return ModelOfLmStage(*session.saved().state()); });

@@ -28,7 +28,7 @@ TrainResult Train(const Scene& scene, const TrainOptions& options, const BeforeT
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, const BeforeTraining& before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 
-// In the coordinates of its scene. options: of the training that wrote the checkpoint. Throws Error with the file's
+// Has the coordinates of its scene. options: of the training that wrote the checkpoint. Throws Error with the file's
 // name if the state does not fit them.
 SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& options);
 

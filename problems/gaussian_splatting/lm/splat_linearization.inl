@@ -34,7 +34,7 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
   }
   const bool rebuilds = options.jacobian == JacobianKind::kOnTheFly;
   scratch_->Fit(rebuilds ? std::min<std::size_t>(views_.size(), 1) : views_.size(), largest);
-  // One of many parts without cached views computes its gradient only on request.
+  // A part without cached views computes its gradient only on request.
   if (!options.is_part || !rebuilds) BuildViews();
 }
 
@@ -55,7 +55,7 @@ void SplatLinearization<B>::BuildViews() {
     if (steers) {
       ForEach<Space>(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), rhs_.data()});
     }
-    // After the gradient, so that the gradient is exact.
+    // The cache comes after the gradient, so that the gradient is exact.
     if (IsCached(options_.jacobian)) {
       unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
     }

@@ -34,7 +34,7 @@ class ViewBatches {
   static Index CutCount(int count, int size, Index num_views);
   int num_batches() const { return static_cast<int>(batches_.size()); }
   void OnNewPoint(int turn);
-  // Ascending.
+  // View indices, ascending.
   const std::vector<Index>& views(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
   // Number of all views / number of views in the batches. A sum over the batches times this factor estimates the sum
   // over all views. 1 without views.

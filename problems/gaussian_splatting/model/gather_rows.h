@@ -50,8 +50,8 @@ Buffer<T, Space> GatherNumbers(const Buffer<T, Space>& from, const Buffer<std::u
   return to;
 }
 
-// For an array in the layout of layout.h: Gaussian k of `to` becomes Gaussian source[k] of `from`, or zero if kept[k]
-// is 0 (kept null: all are copied). A spherical-harmonics band becomes zero if the Gaussian lacks it in `from`, and is
+// Arrays have the layout of layout.h. Gaussian k of `to` becomes Gaussian source[k] of `from`, or zero if kept[k] is 0
+// (kept null: all are copied). A spherical-harmonics band becomes zero if the Gaussian lacks it in `from`, and is
 // dropped if it lacks it in `to`.
 template <class Space, class Row>
 void GatherGaussians(const splat::ModelLayout& from_layout, const splat::ModelLayout& to_layout, const Row* source,

@@ -31,7 +31,7 @@ VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, d
 
 }  // namespace VESTA_ISA
 
-// At most 64 of `views`, evenly spread. near: distance of the near plane.
+// Takes at most 64 of `views`, evenly spread. near: distance of the near plane.
 std::vector<splat::PosedCamera> LengthUnitViews(const std::vector<const View*>& views, double near);
 
 // units[i] = LengthUnit of Gaussian i. All pointers are in one memory space.

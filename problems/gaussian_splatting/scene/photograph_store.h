@@ -48,7 +48,7 @@ class PhotographStore {
   // first. If only images in use are left to evict, the budget is exceeded. Throws the exceptions of
   // PhotographSource::decode.
   std::shared_ptr<const Image> Get(Index number);
-  // For a single use: an image that has to be decoded is not stored.
+  // The same for a single use: does not store an image that it has to decode.
   std::shared_ptr<const Image> Read(Index number) const;
   // Announces the next calls of Get, in order, for decoding ahead. Without an announcement, or after a different
   // request, the store expects the kAhead numbers after the latest one.
@@ -76,7 +76,7 @@ class PhotographStore {
   bool MakeRoom(double bytes, bool spares_expected);
   // Releases the lock while decoding.
   void DecodeInto(Entry& entry, Lock& lock);
-  // To call after a request.
+  // Call after a request.
   void UpdateExpected(Index number);
   void DecodeAhead();
 

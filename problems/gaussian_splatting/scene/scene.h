@@ -61,7 +61,7 @@ struct View {
   // Used instead of `image` if the photographs do not fit into memory, else null.
   std::shared_ptr<const StoredPhotograph> stored;
   Distortion distortion;  // of the photograph; none after LoadScene has undistorted it
-  // If LoadScene has undistorted the photograph: the camera in the file.
+  // Camera in the file, if LoadScene has undistorted the photograph.
   std::optional<LensCamera> bent;
 
   bool is_trained() const { return role == ViewRole::kTraining; }
@@ -120,7 +120,7 @@ void HoldOut(std::vector<View>* views);
 // would be the length of the row. It is used here if no point is visible; 1 if all camera centres coincide too.
 double SceneExtent(const std::vector<View>& views, const PointCloud& points);
 
-// For an even number of values the upper one. `values` must not be empty.
+// The upper one for an even number of values. `values` must not be empty.
 template <class T>
 T Median(std::vector<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

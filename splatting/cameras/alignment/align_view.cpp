@@ -114,7 +114,7 @@ Image Columns(const Image& image, int begin, int end) {
   return part;
 }
 
-// Over the unmasked pixels.
+// Measures the unmasked pixels.
 ImageQuality Measure(ImageQualityMeter& meter, Image rendered, const Image& truth) {
   FillMasked<CpuBackend<float>>(MaskOf(truth), ValuesOf(truth),
                                 {rendered.rgb.data(), static_cast<Index>(rendered.rgb.size())});

@@ -26,7 +26,7 @@ struct ProcessedView {
   typename B::ConstVectorView image, image_gradient;  // rendered image (for exposures); dCost/dImage
 };
 
-// In the order of FreeUnknowns. Users must include camera_jacobian.h (CPU) or device_camera.h (GPU), which define
+// Has the order of FreeUnknowns. Users must include camera_jacobian.h (CPU) or device_camera.h (GPU), which define
 // PoseCotangent and LensCotangent.
 template <class B>
 std::vector<double> GradientOf(const ProcessedView<B>& seen, const FreeUnknowns& free) {

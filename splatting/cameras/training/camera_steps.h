@@ -111,7 +111,7 @@ struct CameraEvidence {
   // are never chosen: new views would be rendered with the mean exposure of the photographs, which is worse than the
   // exposure of neighbouring views.
   CameraChoice Choice() const;
-  // As text, for a note to the user.
+  // Text for a note to the user.
   std::string Summary() const;
 };
 

@@ -17,7 +17,7 @@ struct Channels {
   S of[kCount];
 };
 
-// For pixel i of three planes of `plane` pixels: value = gain * value + offset, per channel.
+// Pixel i of three planes of `plane` pixels: value = gain * value + offset, per channel.
 template <class S>
 struct ExposePixel {
   Channels<S> gain, offset;
@@ -31,7 +31,7 @@ struct ExposePixel {
   }
 };
 
-// For pixel i: value *= factor of the channel.
+// Pixel i: value *= factor of the channel.
 template <class S>
 struct ScalePixel {
   Channels<S> factor;
@@ -67,7 +67,7 @@ Channels<S> ChannelsOf(const std::array<double, 3>& values) {
   return {{static_cast<S>(values[0]), static_cast<S>(values[1]), static_cast<S>(values[2])}};
 }
 
-// In place. B: host or GPU.
+// Changes the image in place. B: host or GPU.
 template <class B>
 void Expose(const AffineColor& color, typename B::VectorView image) {
   using S = typename B::Scalar;
@@ -76,7 +76,7 @@ void Expose(const AffineColor& color, typename B::VectorView image) {
       plane, kExposureGrain,
       ExposePixel<S>{ChannelsOf<S>(color.gain), ChannelsOf<S>(color.offset), image.data(), plane});
 }
-// Per channel.
+// Multiplies each channel by its factor.
 template <class B>
 void ScaleChannels(const Channels<typename B::Scalar>& factors, typename B::VectorView image) {
   using S = typename B::Scalar;

@@ -26,7 +26,7 @@ Vector3 LogOf(const splat::CameraMotion& motion) {
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
   return turn.angle() * turn.axis();
 }
-// In world axes: the rotation, and the shift of the centre.
+// Rotation, and shift of the centre, in world axes.
 struct WorldMotion {
   Vector3 turn, shift;
 };

@@ -13,10 +13,10 @@
 
 namespace vesta::gs {
 
-// Without its image.
+// Leaves out the image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
 
-// With the found motion and lens, but without the exposure; a view gets no image.
+// Applies the found motion and lens, but not the exposure; a view gets no image.
 View AsFound(const View& view, const ViewUnknowns& found);
 splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found);
 

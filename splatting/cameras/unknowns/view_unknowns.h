@@ -27,7 +27,7 @@ struct AffineColor {
   // Applies `first`, then this.
   AffineColor After(const AffineColor& first) const;
 
-  // On every pixel of a planar image.
+  // Changes every pixel of a planar image.
   template <class S>
   void Apply(HostSpan<S> image) const;
 };
@@ -80,15 +80,15 @@ struct FreeUnknowns {
   constexpr int Gain(int channel) const { return pose_tangent() + channel; }
   constexpr int Offset(int channel) const { return Gain(ImageShape::kChannels) + channel; }
   constexpr int Lens(int k) const { return pose_tangent() + color_tangent() + k; }
-  // Without the lens, which views may share. Its numbers come first in a step.
+  // Leaves out the lens, which views may share. The numbers of pose and exposure come first in a step.
   constexpr FreeUnknowns OwnOfView() const { return {pose, color}; }
 };
 
 // Applies a step: motions and lenses are composed with it (Compose), gains and offsets are added.
 ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSpan<const double> delta);
 
-// Over all views: median rotation angle, median and maximum of MedianShift, maximum of |gain - 1|, and maximum relative
-// change of a focal length.
+// Summary of all views: median rotation angle, median and maximum of MedianShift, maximum of |gain - 1|, and maximum
+// relative change of a focal length.
 struct CameraChanges {
   double degrees = 0, pixels = 0, most_pixels = 0, most_gain = 0, most_focal = 0;
 

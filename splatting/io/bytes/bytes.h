@@ -27,7 +27,7 @@ class ByteReader {
     std::memcpy(&value, Take(1, sizeof(T), what), sizeof(T));
     return value;
   }
-  // Up to a terminating zero byte.
+  // Reads text up to a terminating zero byte.
   std::string ReadText(const char* what);
   // A 64-bit number of items of at least bytes_each bytes. Throws Error unless they fit into the rest of the file. Read
   // counts this way before allocating memory: a damaged file may state any number.

@@ -20,17 +20,17 @@ namespace vesta::gs {
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
                 double* work_bytes = nullptr);
 
-// From the header. Throws Error like LoadImage.
+// Reads the header only. Throws Error like LoadImage.
 ImageSize ReadImageSize(const std::string& path);
 
 // Values are clamped to 0..1 and rounded. quality: 1 to 100, as in libjpeg. Throws Error for an image without pixels,
 // or with a side above 65500.
 std::string EncodeJpeg(const Image& image, int quality);
 
-// 8-bit RGB; values are clamped to 0..1 and rounded. Written completely or not at all (kernels/core/files.h).
+// Writes 8-bit RGB; values are clamped to 0..1 and rounded. Written completely or not at all (kernels/core/files.h).
 void SavePng(const std::string& path, const Image& image);
 
-// 16-bit grey without gamma; values row by row. comment: one line of ASCII that explains the values (chunk tEXt,
+// Writes 16-bit grey without gamma; values row by row. comment: one line of ASCII that explains the values (chunk tEXt,
 // "Comment"). Written completely or not at all (kernels/core/files.h).
 void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std::uint16_t>& values,
                  const std::string& comment);

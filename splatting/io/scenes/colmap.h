@@ -12,7 +12,7 @@
 
 namespace vesta::gs {
 
-// With COLMAP's numbers.
+// The supported models, with COLMAP's numbers.
 enum class ColmapCameraModel : std::int32_t {
   kSimplePinhole = 0,
   kPinhole = 1,
@@ -47,7 +47,7 @@ struct ColmapPoint {
   double error = 0;  // mean reprojection error in pixels
 };
 
-// Without image observations (2D points and tracks), which are skipped on reading and left empty on writing.
+// Image observations (2D points and tracks) are skipped on reading and left empty on writing.
 struct ColmapModel {
   std::vector<ColmapCamera> cameras;
   std::vector<ColmapImage> images;

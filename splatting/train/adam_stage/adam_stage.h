@@ -118,7 +118,7 @@ class AdamStage {
     const IterationPlan plan = session_.schedule().At(planner_.NextSpan(Progress()));
     const int degree = DegreeOf(plan);
     Step(plan, degree);
-    // Before densification: directly after cloning and splitting, the image quality is lower.
+    // Evaluate before densification: directly after cloning and splitting, the image quality is lower.
     const bool is_stopped = RecordWhereDue(plan);
     const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
     session_.interim().SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
@@ -229,7 +229,7 @@ class AdamStage {
     planner_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
   }
 
-  // For the whole stage.
+  // Predicts time and memory of the whole stage.
   void PredictWhereDue(const IterationPlan& plan, int degree) {
     const auto kind = planner_.NextForecast(plan.observes);
     if (kind == StagePlanner::ForecastKind::kNothing) return;

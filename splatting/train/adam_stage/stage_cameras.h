@@ -21,7 +21,7 @@
 
 namespace vesta::gs {
 
-// For checkpoints. The current cameras are saved in RunState.
+// State for checkpoints. RunState has the current cameras.
 struct StageCamerasState {
   std::vector<CameraStepState> views;
   std::vector<LensSystem> lenses;           // since the last step of each lens

@@ -30,7 +30,7 @@ class StagePruning {
   template <class Before>
   void Prune(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
     const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_fraction, state);
-    // Only after all SH bands are in use.
+    // Lower degrees only after all SH bands are in use.
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
     if (!plan.prunes_unseen && !prunes && !lowers) return;
@@ -38,7 +38,7 @@ class StagePruning {
     before();
     session_.memory().NoteModel(state.model.layout());
     if (plan.prunes_unseen) KeepOnly(WellObserved(OnHost(state, degree), MakeScoringViews()), state);
-    // First, because scoring Gaussians is then faster.
+    // Lower degrees first, because scoring Gaussians is then faster.
     if (lowers) LowerDegrees(state, degree);
     if (prunes) PruneByScore(state, degree);
     copy_ = SplatModel();

@@ -42,7 +42,7 @@ class StageTargets {
     stored_.front()->store()->Expect(numbers);
   }
 
-  // Their images must outlive this object. near: distance of the near plane.
+  // The images of `views` must outlive this object. near: distance of the near plane.
   void Load(const std::vector<const View*>& views, double near) {
     bool are_stored = false;
     for (const View* view : views) are_stored = are_stored || view->stored;
@@ -56,7 +56,7 @@ class StageTargets {
       stored_.push_back(view->stored);
     }
   }
-  // For views whose images this object then owns.
+  // The object then owns the images of `views`.
   void LoadOwned(std::vector<View> views, double near) {
     views_ = std::move(views);
     std::vector<const View*> pointers;

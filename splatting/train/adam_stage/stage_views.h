@@ -59,7 +59,6 @@ class StageViews {
   void LoadFull() {
     if (full_.empty()) full_.Load(session_.training_views(), near_);
   }
-  // For an iteration.
   void ChooseSize(bool wants_coarse) {
     if (!wants_coarse) coarse_.Clear();
     if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
@@ -90,7 +89,7 @@ class StageViews {
     state->model.Step(splat::NumAttributes(degree), plan.lr_factor);
     return cost;
   }
-  // Of the latest iteration.
+  // Pixels of the latest iteration.
   double pixels() const { return pixels_; }
   // Copies the moved cameras to the targets, for later iterations.
   void UpdateMovedCameras() {
@@ -176,7 +175,6 @@ class StageViews {
     while (cameras_.IsHeldOut(next, state.cameras)) next = order.Next();
     return next;
   }
-  // Prefetches the next views from the store.
   void Prefetch(const AdamStageState<B>& state) {
     if (!targets().are_stored()) return;
     ViewOrder order = state.order;
@@ -197,7 +195,7 @@ class StageViews {
     const double share = HalfSizeGradScale(shape.width, full_.camera(view).width);
     const density::Grad2dView grad2d_view =
         density::Grad2dOf(passes().view, passes().workspace.splat_sums.data(), share * values);
-    // Last, so that a device already runs all work of the view.
+    // Read the loss last, so that a device already runs all work of the view.
     passes().views.Add(k, grad2d_view, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
   }
 

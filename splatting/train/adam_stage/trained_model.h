@@ -47,7 +47,7 @@ class TrainedModel {
   DensityControl<Space>& density() { return density_; }
   const Vector& parameters() const { return x_; }
 
-  // For the first `attributes` attributes. Zero before the first view of an iteration and after Step.
+  // Gradient of the first `attributes` attributes. Zero before the first view of an iteration and after Step.
   float* gradient(int attributes) {
     if (gradient_.size() != layout_.Offset(attributes)) gradient_.Resize(layout_.Offset(attributes));
     return gradient_.data();
@@ -88,7 +88,7 @@ class TrainedModel {
     density_.Reorder(rows);
     adam_.SetUnits(GatherNumbers(adam_.units(), rows));
   }
-  // For all Gaussians that have it. Discards the average.
+  // Sets one attribute of all Gaussians that have it. Discards the average.
   void SetAttribute(int attribute, const std::vector<float>& values) {
     average_.Clear();
     const Index rows = layout_.Rows(attribute);
@@ -104,13 +104,13 @@ class TrainedModel {
   // Copies result() to the host.
   void DownloadResult(SplatModel& model) const { Download(Result(), model); }
   void DownloadParameters(SplatModel& model) const { Download(x_, model); }
-  // The same at the end of the stage; frees the gradient and Adam's state first.
+  // Frees the gradient and Adam's state, then calls DownloadResult. Ends the stage.
   void Finish(SplatModel& model) {
     gradient_ = Vector();
     adam_.Free();
     DownloadResult(model);
   }
-  // Before Visit reads a saved state.
+  // Frees the arrays before Visit reads a saved state.
   void Free() {
     x_ = Vector(), gradient_ = Vector();
     average_.Clear();

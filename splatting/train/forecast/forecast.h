@@ -26,11 +26,11 @@ class IterationTimer {
     Scale& scale = scales_[is_coarse];
     if (scale.observed++ > 0) scale.Add(seconds / Growth(static_cast<double>(gaussians)));
   }
-  // One densification. gaussians: their number afterwards.
+  // Records a densification. gaussians: their number afterwards.
   void ObserveChange(Index gaussians, double seconds) {
     changed_gaussians_ += static_cast<double>(gaussians), change_seconds_ += seconds;
   }
-  // One scoring round over all views.
+  // Records a scoring round over all views.
   void ObserveScoring(Index gaussians, double seconds) {
     scored_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
   }
@@ -40,7 +40,7 @@ class IterationTimer {
 
   // True after a second iteration at one size.
   bool is_known() const { return scales_[0].is_known() || scales_[1].is_known(); }
-  // Of one iteration. Needs is_known().
+  // Predicts one iteration. Needs is_known().
   double Seconds(bool is_coarse, double gaussians) const {
     const double growth = Growth(gaussians);
     if (scales_[is_coarse].is_known()) return growth * scales_[is_coarse].mean;
@@ -48,12 +48,12 @@ class IterationTimer {
     const double coarse = growth * scales_[1].mean;
     return full_minus_coarse_ ? coarse + *full_minus_coarse_ : coarse * kFullByCoarse;
   }
-  // Of one densification: proportional to the number of Gaussians; 0 before the first one.
+  // Predicts one densification: proportional to the number of Gaussians; 0 before the first one.
   double ChangeSeconds(double gaussians) const {
     return changed_gaussians_ > 0 ? change_seconds_ / changed_gaussians_ * gaussians : 0;
   }
-  // Of one scoring round. iterations: Adam iterations with as many views. Before the first measurement, scoring a view
-  // is assumed to take as long as training on it at full size.
+  // Predicts one scoring round. iterations: Adam iterations with as many views. Before the first measurement, scoring a
+  // view is assumed to take as long as training on it at full size.
   double ScoringSeconds(double gaussians, double iterations) const {
     if (scored_gaussians_ > 0) return scoring_seconds_ / scored_gaussians_ * gaussians;
     return iterations * Seconds(false, gaussians);
@@ -69,7 +69,7 @@ class IterationTimer {
   // Assumed time of a full-size iteration divided by a half-size one, until both are measured
   // (docs/decisions/forecast.md).
   static constexpr double kFullByCoarse = 1.4;
-  // At one image size: seconds divided by Growth.
+  // Measurements at one image size: seconds divided by Growth.
   struct Scale {
     std::size_t observed = 0;
     std::array<double, kLatest> latest{};
@@ -130,7 +130,7 @@ struct StageProgress {
   bool has_coarse_views = true;                             // half-size views exist
 };
 
-// For the rest of the stage.
+// Prediction for the rest of the stage.
 struct RemainingWork {
   double seconds = 0;         // per iteration, mean
   double full_seconds = 0;    // per iteration, if all views had full size
@@ -158,15 +158,15 @@ class StagePlanner {
 
   // Pruning adds the times of its scoring rounds (StagePruning).
   IterationTimer& timer() { return timer_; }
-  // On `pixels` pixels.
+  // Records an iteration on `pixels` pixels.
   void ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds);
   void ObserveGrowth(Index before, Index after, double seconds);
 
   // Span of the next iteration; longer if the time limit leaves fewer iterations.
   StageSpan NextSpan(const StageProgress& now) const;
-  // In total.
+  // Predicted total of iterations.
   int ExpectedIterations(const StageProgress& now) const;
-  // For the next evaluation; 0: unknown.
+  // Predicted seconds of the next evaluation; 0: unknown.
   double EvaluationSeconds() const { return session_.history().SecondsAhead(SecondsPerPixel()); }
 
   // The forecast to report after this iteration: the first guess about a second after the start, and the final forecast

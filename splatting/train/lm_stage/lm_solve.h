@@ -39,7 +39,6 @@ struct LmStageHeader {
   }
 };
 
-// From a saved LM stage.
 inline SplatModel ModelOfLmStage(std::string_view saved) {
   ArchiveReader reader(saved);
   LmStageHeader header;

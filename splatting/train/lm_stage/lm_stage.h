@@ -22,7 +22,7 @@
 
 namespace vesta::gs {
 
-// For a model with this layout. units: length unit of each Gaussian.
+// layout: of the model. units: length unit of each Gaussian.
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const splat::ModelLayout& layout,
                                      const std::vector<float>& units);
 

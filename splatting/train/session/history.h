@@ -37,13 +37,13 @@ class RecordedHistory {
         renderer_(options.background, NearPlane(cameras.scene())) {}
 
   const MeasuredViews& measured_views() const { return measured_; }
-  // In host memory.
+  // Evaluates a model in host memory.
   Evaluation Evaluate(const splat::Model<float>& model) {
     return renderer_.Evaluate(model, cameras_.scene(), measured_);
   }
   // Evaluates the model while the clock is paused, and adds a row. Collective.
   void Record(Stage stage, int iteration, const ModelToRecord& model);
-  // For a model in host memory.
+  // Records a model in host memory.
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
     Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
@@ -59,7 +59,7 @@ class RecordedHistory {
   double held_out_psnr() const { return empty() ? 0 : rows_.back().held_out.psnr; }
 
   const std::vector<HistoryRow>& rows() const { return rows_; }
-  // Of a resumed training.
+  // Restores the rows of a resumed training.
   void Restore(std::vector<HistoryRow> rows) { rows_ = std::move(rows); }
   std::vector<HistoryRow> Take() { return std::move(rows_); }
 
@@ -84,7 +84,7 @@ class TimeBudget {
   // Whether there is time for a history row that takes `seconds`: all rows but the last may take a twentieth of the
   // time so far. Always true without a limit. Collective.
   bool HasTimeToRecord(double seconds) const;
-  // For the Adam stage and its last evaluation; infinity without a limit.
+  // Includes the stage's last evaluation; infinity without a limit.
   double SecondsForAdam() const;
 
  private:

@@ -44,7 +44,7 @@ class InterimOutput {
   // Call at the end of each iteration except the last. Passes the model to the viewer on request. Returns only after
   // the viewer's pauses, which count neither as training nor as evaluation.
   void ServeViewer(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
-  // To TrainCallbacks::snapshot if its interval has passed. A failure becomes a note.
+  // Calls TrainCallbacks::snapshot if its interval has passed. A failure becomes a note.
   void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
 
  private:

@@ -55,7 +55,7 @@ class TrainingNotes {
     if (std::ranges::find(lines_, line) == lines_.end()) lines_.push_back(std::move(line));
   }
   const std::vector<std::string>& lines() const { return lines_; }
-  // Of a resumed training.
+  // Restores the notes of a resumed training.
   void Restore(std::vector<std::string> lines) { lines_ = std::move(lines); }
   std::vector<std::string> Take() { return std::move(lines_); }
 

@@ -39,7 +39,7 @@ class TrainingMemory {
   // cameras must outlive this object.
   explicit TrainingMemory(const TrainingCameras& cameras) : cameras_(cameras) {}
 
-  // Of this model in the training views. most, with_entries: see CountMemory (memory/stage_bytes.h).
+  // Sizes of this model in the training views. most, with_entries: see CountMemory (memory/stage_bytes.h).
   MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
 
   // spare_device_bytes: free GPU memory that the plan of the Adam stage does not use. device_snapshot_bytes: the
@@ -75,12 +75,12 @@ class TrainingSession {
   // Write access for decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp), which only read the
   // plan.
   ResolvedPlan& Decide() { return plan_; }
-  // Of the Adam stage.
+  // Schedule of the Adam stage.
   const TrainingSchedule& schedule() const { return schedule_; }
 
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
-  // With the current cameras and exposures of the training views.
+  // Has the current cameras and exposures of the training views.
   const Scene& scene() const { return cameras_.scene(); }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
   // Adam iterations per pass over the training views.
@@ -99,7 +99,7 @@ class TrainingSession {
   const TimeBudget& time() const { return time_; }
   TrainingMemory& memory() { return memory_; }
   const TrainingMemory& memory() const { return memory_; }
-  // To resume from, if any.
+  // The saved state to resume from, if any.
   SavedStage& saved() { return saved_; }
   const SavedStage& saved() const { return saved_; }
   InterimOutput& interim() { return interim_; }

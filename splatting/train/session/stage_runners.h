@@ -26,7 +26,7 @@ struct StageRunners {
   std::string note = {};                                // why they run on another device than expected
 };
 StageRunners HostStages();
-// In builds with CUDA. Throws Error without a usable GPU.
+// Available in builds with CUDA. Throws Error without a usable GPU.
 StageRunners DeviceStages();
 
 }  // namespace vesta::gs

@@ -15,7 +15,7 @@
 
 namespace vesta::gs {
 
-// After every iteration of either stage.
+// Reported after every iteration of either stage.
 struct TrainProgress {
   Stage stage = Stage::kAdam;
   int iteration = 0, iterations = 0;  // done; expected in total
@@ -59,18 +59,18 @@ struct TrainWatch {
 
 struct TrainCallbacks {
   std::function<void(const TrainProgress&)> progress;
-  // About a second after the start, and when the growth of the Gaussians is known.
+  // Called about a second after the start, and when the growth of the Gaussians is known.
   std::function<void(const Prediction&)> predicted;
-  // With every history row and its model, while the training clock is paused.
+  // Called with every history row and its model, while the training clock is paused.
   std::function<void(const HistoryRow&, const splat::Model<float>&)> evaluated;
-  // After every iteration. If true, the training stops and returns its current result.
+  // Called after every iteration. If true, the training stops and returns its current result.
   std::function<bool()> stop;
   // snapshot: called every snapshot_every, for example to save the model that an evaluation would use.
   Interval snapshot_every;
   std::function<void(Stage, int iteration, const splat::Model<float>&)> snapshot;
   CheckpointOptions checkpoint;
   TrainWatch watch;
-  // With Adam's result before LM. If it throws Error, LM is skipped for that reason.
+  // Called with Adam's result before LM. If it throws Error, LM is skipped for that reason.
   std::function<void(const SplatModel&)> before_lm;
   // Checkpoint to resume from, or null. Must outlive the training.
   const Checkpoint* resume = nullptr;

@@ -43,7 +43,7 @@ bool TrainingCameras::Develop(std::size_t view) {
   if (image.empty()) return false;
   const AffineColor& wanted = found_[view].color;
   if (wanted == developed_[view]) return false;
-  // In place: other objects refer to these values.
+  // Overwrite in place: other objects refer to these values.
   std::ranges::copy(given.Photograph()->rgb, image.rgb.begin());
   wanted.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
   developed_[view] = wanted;

@@ -17,13 +17,13 @@ class TrainingCameras {
   // are refined, also with the photographs of a store.
   TrainingCameras(const Scene& given, const CameraOptions& options);
 
-  // With the current training views; other views keep their given cameras.
+  // Has the current training views; other views keep their given cameras.
   const Scene& scene() const { return moved_ ? *moved_ : given_; }
-  // Of scene(). The addresses of views and pixels do not change.
+  // The training views of scene(). The addresses of views and pixels do not change.
   const std::vector<const View*>& views() const { return views_; }
-  // With their given cameras.
+  // The same views with their given cameras.
   const std::vector<const View*>& given() const { return given_views_; }
-  // Of each training view, relative to its given camera; empty without refinement.
+  // Unknowns of each training view, relative to its given camera; empty without refinement.
   const std::vector<ViewUnknowns>& found() const { return found_; }
   // Moves the camera of a training view. The photograph changes only in Develop.
   void Set(std::size_t view, const ViewUnknowns& found);
@@ -31,9 +31,9 @@ class TrainingCameras {
   bool Develop(std::size_t view);
   void DevelopAll();
   double CopiedMib() const;
-  // From a checkpoint, for all training views. Returns false, and changes nothing, if they are invalid: wrong number of
-  // views, values that are not finite or not plausible, a change of a fixed lens or exposure, or different lenses for
-  // views that share one.
+  // Restores all training views from a checkpoint. Returns false, and changes nothing, if they are invalid: wrong
+  // number of views, values that are not finite or not plausible, a change of a fixed lens or exposure, or different
+  // lenses for views that share one.
   bool Restore(const std::vector<ViewUnknowns>& found);
 
  private:

@@ -8,8 +8,8 @@
 
 namespace vesta::gs {
 
-// In Adam iterations, in minutes of the training clock, or both; both 0: never. If `iterations` is set, every LM
-// iteration is due, since one takes the time of hundreds of Adam iterations.
+// Interval in Adam iterations, in minutes of the training clock, or both; both 0: never. If `iterations` is set, every
+// LM iteration is due, since one takes the time of hundreds of Adam iterations.
 struct Interval {
   int iterations = 0;
   double minutes = 0;
@@ -37,11 +37,11 @@ class IntervalTimer {
 class TrainingClock {
  public:
   TrainingClock(double before, double paused) : start_(Now() - before - paused), paused_(paused) {}
-  // Without pauses.
+  // Seconds without pauses.
   double Seconds() const { return Now() - start_ - paused_; }
   // Including pauses.
   double Total() const { return Now() - start_; }
-  // Of all pauses.
+  // Seconds of all pauses.
   double Paused() const { return paused_; }
 
   class Pause {
