@@ -12,8 +12,8 @@ namespace vesta::bundle {
 
 class BundleParts final : public ProblemParts<CpuBackend<double>> {
  public:
-  // Parts have about the same number of observations. There are at most as many parts as points. data must outlive this
-  // object. Throws Error for num_parts < 1.
+  // Parts have about the same number of observations, and at least one point. data must outlive this object. Throws
+  // Error for num_parts < 1.
   BundleParts(const BundleData& data, int num_parts, BundleProblemOptions options = {});
 
   int num_parts() const override { return static_cast<int>(first_point_.size()) - 1; }

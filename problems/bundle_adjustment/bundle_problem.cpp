@@ -43,7 +43,7 @@ LmOptions BundleLmOptions() {
   LmOptions options;
   options.normal_system.linear_solver = LinearSolverKind::kReducedPcg;
   // Chosen by measurements on BAL problems and generated ones. Products with the reduced matrix are cheap compared with
-  // the linearization, so each system is solved rather accurately.
+  // the linearization, so systems are solved accurately.
   options.normal_system.pcg.model_tolerance = 0.01;
   // One iteration reaches this if the reduced matrix is factorised.
   options.normal_system.pcg.relative_tolerance = 1e-8;

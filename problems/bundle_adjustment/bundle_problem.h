@@ -17,7 +17,7 @@ namespace vesta::bundle {
 // Precision of the stored Jacobian. Arithmetic, residuals and gradient are always double.
 enum class JacobianStorage { kDouble, kFloat };
 
-// Products with the matrix of the reduced system: the linear system of the cameras after elimination of the points.
+// Products with the matrix of the reduced system: the system of the cameras after elimination of the points.
 enum class ReducedForm {
   kAuto,      // explicit if forming the matrix costs at most about twenty implicit products
   kImplicit,  // from the Jacobian, one pass over the observations per product
@@ -25,12 +25,12 @@ enum class ReducedForm {
 };
 
 struct BundleProblemOptions {
-  // Robust loss of the squared reprojection error of each observation; null: plain least squares.
+  // Robust loss of each squared reprojection error; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   JacobianStorage storage = JacobianStorage::kDouble;
   ReducedForm reduced_form = ReducedForm::kAuto;
-  // Explicit form only: uses a sparse Cholesky factor of the matrix as preconditioner, if computing it takes at most
-  // about a hundred products with the matrix.
+  // Explicit form only: preconditions with a sparse Cholesky factor, if computing it takes at most about a hundred
+  // products with the matrix.
   bool factorize_reduced = true;
   // Instruction set of the loops over observations; the CPU must support it.
   Isa isa = ActiveIsa();

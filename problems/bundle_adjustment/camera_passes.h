@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The passes `squared_norms` and `linearize` of kernels.h, for four observations of one camera at a time in the lanes
-// of a Quad.
+// The passes `squared_norms` and `linearize` of kernels.h. The lanes of a Quad are four observations of one camera.
 #pragma once
 
 #include "problems/bundle_adjustment/kernels.h"
@@ -151,7 +150,7 @@ void Linearize(const Camera<double>& camera, const double* points, const CameraS
     sums.AddGradient(linearized);
     StoreFour(slice, four, linearized, out);
     // Jc' Jc uses the stored Jacobian, rounded to S. Only then is the reduced matrix a Schur complement of J' J +
-    // damping, and thus positive definite in exact arithmetic.
+    // damping, and positive definite in exact arithmetic.
     if (sizeof(S) == sizeof(float)) {
       for (Quad& entry : linearized.jacobian) entry = RoundToFloat(entry);
     }

@@ -68,7 +68,7 @@ struct BundleContext {
 // Prepares the cameras of x for projection.
 HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVectorView x);
 
-// The linearization at x, with the Jacobian stored in type S.
+// S: type of the stored Jacobian.
 template <class S>
 std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cpu::ConstVectorView x);
 
@@ -85,8 +85,8 @@ inline void PadCameras(Index num_cameras, const double* x, double* padded) {
               [&](Index i) { std::copy_n(x + kCameraSize * i, kCameraSize, padded + kRowSize * i + kPointSize); });
 }
 
-// Sums nine values per camera over the points, in parallel. A fixed number of chunks of points each have their own
-// padded sums, which are then added in order. So the result does not depend on the number of threads.
+// Sums nine values per camera over the points, in parallel. A fixed number of chunks of points have their own padded
+// sums, which are then added in order, for any number of threads.
 class CameraSums {
  public:
   CameraSums(Index num_cameras, Index num_chunks)

@@ -3,10 +3,10 @@
 // cameras and points; ' means transposed. With the damped normal matrix [B E; E' C] for cameras and points, the reduced
 // matrix of the cameras is S = B - E C^-1 E'.
 //
-// A track is the set of all observations of one point. Camera order serves projection and linearization: the camera
-// stays in registers. Track order serves storing and multiplying the Jacobian: the point's part of a product stays in
-// registers. Track order is track by track, cameras ascending within a track. Tracks are sorted by their first camera,
-// so that the observations of a camera are close together in memory.
+// A track is the set of all observations of one point. Camera order keeps the camera in registers for projection and
+// linearization. Track order keeps the point's part of products in registers when the Jacobian is stored and
+// multiplied. Track order is track by track, cameras ascending within a track. Tracks are sorted by their first camera,
+// so that a camera's observations are close in memory.
 //
 // A record holds the two Jacobian rows of an observation: 12 entries each, three for the point and nine for the camera.
 // Vectors over cameras are padded in the same way: three unused entries per camera, then nine parameters. The unused

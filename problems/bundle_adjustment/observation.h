@@ -10,8 +10,8 @@
 
 namespace vesta::bundle {
 
-// One observation as a functor of three point parameters, then nine camera parameters. Residual: predicted minus
-// observed position, pixels.
+// A functor of three point parameters, then nine camera parameters. Residual: predicted minus observed position,
+// pixels.
 struct BundleObservation {
   static constexpr int kResiduals = 2, kParameters = kRowSize;
   double u, v;

@@ -19,7 +19,7 @@ constexpr Index kBlocksPerTask = 2048;
 
 constexpr double kMaxBytes = 0x1p32;
 // Limit for the cost of factorising, in multiplications per entry of the matrix. Factorising a front does about ten
-// multiplications per nanosecond, a product with the matrix about one. So 1000 equal a hundred products.
+// multiplications per nanosecond, a product with the matrix about one.
 constexpr double kMultiplicationsPerEntry = 1000;
 
 std::vector<BlockGroup> PointBlocks(Index num_points) { return {{kPointSize, num_points, 0, 1, kPointSize}}; }

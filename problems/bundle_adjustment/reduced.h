@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reduced system of a bundle adjustment: the damped linear system of the cameras after elimination of the points
-// (docs/guide/eliminated_group.md). Its matrix is a Schur complement. Also its sparse Cholesky factor.
+// The reduced system of a bundle adjustment: the damped system of the cameras after elimination of the points
+// (docs/guide/eliminated_group.md), with a Schur complement as matrix. Its sparse Cholesky factor.
 #pragma once
 
 #include <memory>
@@ -18,8 +18,8 @@ namespace vesta::bundle::internal {
 // Elimination order and memory of all Cholesky factors of one problem.
 class ReducedCholeskyPlan {
  public:
-  // Null if the pattern has only diagonal blocks or the factor would exceed 4 GiB. Also null if factorising would take
-  // longer than about a hundred products with the matrix: PCG with the diagonal blocks usually needs fewer.
+  // Null if the pattern has only diagonal blocks, if the factor would exceed 4 GiB, or if factorising would take longer
+  // than about a hundred products with the matrix: PCG with the diagonal blocks usually needs fewer.
   static std::shared_ptr<ReducedCholeskyPlan> Make(const ReducedPattern& pattern);
 
   std::string description() const;

@@ -10,8 +10,8 @@
 namespace vesta::pose_graph {
 
 struct G2oOptions {
-  // Replaces information matrices with negative eigenvalues (indefinite ones) by the nearest positive semidefinite
-  // matrices: negative eigenvalues become 0. PoseGraph::notes reports them. False: they are errors.
+  // Replaces indefinite information matrices by the nearest positive semidefinite ones: negative eigenvalues become 0.
+  // PoseGraph::notes reports them. False: they are errors.
   bool clip_indefinite = false;
 };
 

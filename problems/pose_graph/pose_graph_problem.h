@@ -30,8 +30,8 @@ struct PoseGraphProblemOptions {
   double max_factor_gib = 4;
 };
 
-// x has PoseSize values per pose, including fixed poses. A step has TangentSize values per pose that is not fixed.
-// There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
+// x has PoseSize values per pose, including fixed poses. A step has TangentSize values per pose that is not fixed, in
+// order. There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
 class PoseGraphProblem final : public Problem<CpuBackend<double>>,
                                public OnManifold<CpuBackend<double>>,
                                public InUnits<CpuBackend<double>>,
@@ -73,9 +73,8 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
 };
 
 // Solver options for pose graphs. PCG uses the Cholesky factor and solves up to rounding. The initial lambda is 1e-6 (a
-// trust-region radius of 1e6 in Ceres), because the residuals are close to linear. From starts near the minimum, this
-// takes fewer iterations than 1e-4 and reaches the same minima. If the first step is rejected, the start is far from
-// the minimum, and lambda becomes 1. torus3D and sphere_bignoise then reach their lowest known minima
+// trust-region radius of 1e6 in Ceres), because the residuals are close to linear. Near the minimum, this takes fewer
+// iterations than 1e-4. If the first step is rejected, the start is far from the minimum, and lambda becomes 1
 // (docs/decisions/pose-graph-damping.md).
 LmOptions PoseGraphOptions();
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// 2D and 3D poses, their steps, and the residual of a measured relative pose, with its Jacobian. A pose has rotation
-// matrix R and position p; angles are in radians.
+// 2D and 3D poses, their steps, and the residual of a measured relative pose, with its Jacobian. R is the rotation
+// matrix of a pose, p its position; angles are in radians.
 #pragma once
 
 #include <cmath>

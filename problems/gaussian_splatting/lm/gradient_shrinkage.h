@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shrinks the entries of a gradient on which the training views disagree. Runs on host and device.
+// Shrinks gradient entries on which the training views disagree. Runs on host and device.
 //
 // All formulas are per entry. The gradient g = sum_i g_i of the cost is a sum over n views. Its variance is estimated
 // from the gradients g_i of the views: v = n / (n - 1) (sum_i g_i^2 - g^2 / n). If g^2 is hardly above v, g is mostly

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Changes the damping metric D for means and rotations, so that LM damps lengths: the motion of means, and the motion
-// of the splats' ends by rotations. D is the diagonal of the system (H + lambda D) step = -gradient. Runs on host and
-// device.
+// Changes the damping metric D of (H + lambda D) step = -gradient, so that LM damps lengths: the motion of means, and
+// the motion of the splats' ends by rotations. Runs on host and device.
 #pragma once
 
 #include <cmath>

@@ -23,8 +23,8 @@ enum class JacobianKind {
   kCachedViews,  // projected and sorted splats, image and loss fields per view; products recompute entries of J
   kCache32,      // also entries of J as floats (doubles in double precision), see cache/jacobian_cache.h
   kCache16,      // also entries of J in 16 bits
-  // Nothing: each product projects, sorts, renders and linearises the views again. The results are bit-identical to
-  // kCachedViews, which the training uses instead on a GPU with enough memory (splatting/memory/memory_plan.h).
+  // Nothing: each product builds the views again, with results bit-identical to kCachedViews. On a GPU with enough
+  // memory the training uses kCachedViews instead (splatting/memory/memory_plan.h).
   kOnTheFly,
 };
 inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind::kCachedViews, "cached_views"},
@@ -59,8 +59,7 @@ struct SplatMetricOptions {
 // The option lm.NAME is the member NAME. Help: `vesta help train --all`.
 struct LmStageOptions : SplatMetricOptions {
   int iterations = 0;  // at most; 0: no LM stage
-  // The stage ends when an iteration lowers the cost by less than this fraction. On some scenes LM gains almost nothing
-  // after Adam (docs/decisions/lm-is-optional.md).
+  // The stage ends when an iteration lowers the cost by less than this fraction (docs/decisions/lm-is-optional.md).
   double function_tolerance = 0.006;
   int pcg_iterations = 4;
   int batches = 1;     // batches of views per iteration
@@ -84,8 +83,8 @@ struct LmStageOptions : SplatMetricOptions {
   double initial_lambda = 0.02;
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
-  // Limits of the entries of D for LmDamping::kDiagonal. min_diagonal = 0: 1e-6 of the median entry of the same kind of
-  // parameter. max_diagonal = 0: no limit.
+  // Limits of D for LmDamping::kDiagonal. min_diagonal = 0: 1e-6 of the median entry of this kind of parameter.
+  // max_diagonal = 0: no limit.
   double min_diagonal = 0, max_diagonal = 0;
   // The cost and its quadratic model: kernels/image/loss_options.h.
   PixelLinearization loss_linearization = PhotometricWeights{}.pixel;

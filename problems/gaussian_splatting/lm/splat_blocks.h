@@ -46,8 +46,7 @@ inline std::vector<double> RatesMetric(const SplatProblemOptions& options, doubl
   return metric;
 }
 
-// The diagonal blocks of H as the Gram matrices of the rasteriser. The engine requests the diagonal first and the
-// blocks later; one pass over the views computes both.
+// Diagonal blocks of H, from one pass over the views. The engine requests the diagonal first and the blocks later.
 template <Backend B>
 class SplatGrams {
  public:

@@ -33,8 +33,8 @@ class SplatLinearization final : public Linearization<B>,
                      double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
                      std::shared_ptr<SplatScratch<B>> scratch = nullptr);
 
-  // Residuals are the colour differences e = rendered image - photograph: view after view, 3 planes (red, green, blue)
-  // each. Masked pixels have residual 0.
+  // Colour differences e = rendered image - photograph: view after view, 3 planes (red, green, blue) each. Masked
+  // pixels have residual 0.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return options_.Size(); }
   ConstVectorView residuals() const override;
@@ -60,8 +60,8 @@ class SplatLinearization final : public Linearization<B>,
  private:
   using Vector = typename B::Vector;
   using Unit = typename SplatScratch<B>::Unit;
-  // Renders and linearises all views and sums their gradients. With gradient shrinkage also computes the right-hand
-  // side, or for a part the squared gradients. With kCache16 and kCache32 stores the Jacobian.
+  // Renders and linearises all views and sums their gradients. Also computes the right-hand side with gradient
+  // shrinkage (for a part: the squared gradients), and stores the Jacobian with kCache16 and kCache32.
   void BuildViews();
   // Projects, renders and linearises one view. image_gradient: gradient of the loss.
   void Build(const TargetView<B>& target, Unit& unit, VectorView image_gradient) const;

@@ -58,8 +58,8 @@ struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   LearningRates lr;
   // Unit of length of each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
-  // True for one part of a problem that is distributed over ranks. The right-hand side with gradient shrinkage needs
-  // sums over all parts: each part returns SquaredGradients, and RightHandSideOf combines them.
+  // True for one part of a problem on several ranks. Gradient shrinkage needs sums over all parts: each part returns
+  // SquaredGradients, and RightHandSideOf combines them.
   bool is_part = false;
 };
 
@@ -71,9 +71,9 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   using typename Base::ConstVectorView;
   using typename Base::VectorView;
 
-  // views must outlive the problem. Throws Error if a photograph does not match the size of its view, or if
-  // options.units does not have one value per Gaussian. Photographs (TargetView::truth) may be missing for views that
-  // only other ranks use; using such a view throws Error.
+  // views must outlive the problem. Throws Error for a photograph that does not match its view's size, or unless
+  // options.units has one value per Gaussian. Photographs (TargetView::truth) may be missing for views that only other
+  // ranks use; using such a view throws Error.
   SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views);
 
   Index num_parameters() const override;
@@ -88,8 +88,8 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
 
   const SplatProblemOptions& options() const { return options_; }
   std::span<const TargetView<B>> views() const { return views_; }
-  // The same problem on a subset of the views, with is_part set and one batch. It shares work memory with this problem,
-  // so only one may be called at a time. `views` must outlive the result.
+  // The same problem on some views, with is_part set and one batch. It shares work memory with this problem, so only
+  // one may be called at a time. `views` must outlive the result.
   std::unique_ptr<SplatProblem> MakePart(std::span<const TargetView<B>> views) const;
 
   // Work memory of the renderer, free for the caller between calls.

@@ -23,8 +23,7 @@ struct ViewBatchOptions {
   std::uint64_t seed = 0;
 };
 
-// Distributes the views 0 .. n-1 over batches for each x (turn = 0, 1, ... of InBatches::OnNewPoint). The result
-// depends only on the options, the number of views and the turn.
+// Distributes the views 0 .. n-1 over batches for each x (turn = 0, 1, ... of InBatches::OnNewPoint). Deterministic.
 class ViewBatches {
  public:
   // Throws Error for options out of range. Without views there is one empty batch.

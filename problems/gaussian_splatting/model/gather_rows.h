@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies selected Gaussians, to reorder, add or remove them. A model is a structure of arrays
-// (kernels/gaussian_splatting/formulas/layout.h): a Gaussian is a row, an attribute a column.
+// Copies selected Gaussians, to reorder, add or remove them. In a model (kernels/gaussian_splatting/formulas/layout.h)
+// a Gaussian is a row, an attribute a column.
 #pragma once
 
 #include <cstdint>

@@ -16,8 +16,8 @@ namespace vesta::gs {
 // 0. Positions must be finite. Bit-identical for any number of threads.
 std::vector<float> MeanSquaredNeighborDistance(const std::vector<std::array<float, 3>>& positions);
 
-// One Gaussian at each point, with its position and colour (Kerbl et al. 2023, section 5.1). Gaussians are round: the
-// standard deviation is the root mean square distance to the three nearest neighbours, at least 1e-4 of `extent`
+// One Gaussian at each point, with its position and colour (Kerbl et al. 2023, section 5.1). The standard deviation in
+// all directions is the root mean square distance to the three nearest neighbours, at least 1e-4 of `extent`
 // (Scene::extent). Opacity is 0.1, the quaternion 1, harmonics above degree 0 are zero. Uses at most max_gaussians
 // points, evenly spaced in their order. Throws Error without points.
 SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_degree, Index max_gaussians);
@@ -30,8 +30,8 @@ int DefaultShDegree(Index training_views);
 // k.
 //
 // Gaussians are sorted by SH degree, highest first, then along a Z-order curve through their means (Morton 1966) with
-// 21 bits per axis. The Gaussians of a SIMD vector are then mostly all inside or all outside a view, and passes skip
-// the vectors outside. A coordinate that is not finite counts as the largest.
+// 21 bits per axis. The Gaussians of a SIMD vector are then mostly all inside or all outside a view. A coordinate that
+// is not finite counts as the largest.
 std::vector<Index> SpatialOrder(const SplatModel& model);
 
 // Gaussian k of the result is Gaussian order[k] of the model. Throws Error if a Gaussian would have a higher SH degree

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The unit of length of each Gaussian: half its depth in the nearest view. It multiplies the learning rate of
-// positions, so that a step moves near and far Gaussians by about the same number of pixels.
+// positions: a step then moves near and far Gaussians by about the same number of pixels.
 #pragma once
 
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The photometric loss of a view with a mask that excludes pixels.
 //
-// Before evaluation, the excluded pixels of the rendered image are replaced by pixels of the photograph, the truth.
-// With the mask m (1: included, 0: excluded) and the elementwise product o, the loss is evaluated at
+// Pixels of the photograph, the truth, replace the excluded pixels of the rendered image. With the mask m (1: included,
+// 0: excluded) and the elementwise product o, the loss is evaluated at
 //   m o rendered + (1 - m) o truth.
 // So an excluded pixel has no error, and SSIM windows are complete. The sums of the loss run over all pixels, because
 // the SSIM window around an excluded pixel may contain errors.
@@ -60,8 +60,8 @@ void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& tar
   loss.Gradient(rendered, target.truth, target.shape(), gradient);
   ClearMasked<B>(target.mask, gradient);
 }
-// `linearization` represents W, not M W M: the caller must call ClearMasked before and after each product with W. Only
-// linearization.diagonal is masked: it belongs to M W M.
+// `linearization` represents W, not M W M: call ClearMasked before and after each product with W. Only
+// linearization.diagonal belongs to M W M.
 template <class B>
 void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
                    typename B::VectorView gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {

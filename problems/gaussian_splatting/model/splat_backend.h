@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The types that depend on the memory space, CPU or GPU. The problem, the training stages and the evaluation are
-// templates on a backend B (kernels/core/vector_backend.h), which provides vectors; SplatBackend<B> provides the other
-// types. This file is for the CPU, device_splat_backend.h for the GPU.
+// Types that depend on the memory space, CPU or GPU. The problem, the training stages and the evaluation are templates
+// on a backend B (kernels/core/vector_backend.h) for vectors; SplatBackend<B> has the other types. This file is for the
+// CPU, device_splat_backend.h for the GPU.
 #pragma once
 
 #include <cstdint>
@@ -47,7 +47,7 @@ struct TargetView {
 };
 
 // Converts views in CPU memory to the memory of B. For a CPU backend the result refers to the same images, which must
-// outlive it; otherwise it has copies.
+// outlive it; else it has copies.
 template <class B>
 std::vector<TargetView<B>> TargetsIn(const std::vector<TargetView<CpuBackend<typename B::Scalar>>>& views) {
   std::vector<TargetView<B>> targets;

@@ -46,14 +46,14 @@ struct Box {
 std::vector<Index> GaussiansWithin(const SplatModel& model, const Box& box);
 
 // A new order and new degrees for a model: Gaussian k of the result is Gaussian source[k]. SH bands that a Gaussian
-// lacks in the new layout are dropped; bands that it lacked before become zero.
+// lacks in the new layout are dropped; new bands are zero.
 struct DegreeOrder {
   std::vector<std::uint32_t> source;
   splat::ModelLayout layout;
 };
 
-// The order for new degrees, one per Gaussian: highest degree first, otherwise stable. Throws Error if the number of
-// degrees is not the number of Gaussians, or if a degree would grow.
+// The order for new degrees, one per Gaussian: highest degree first, otherwise stable. Throws Error for a wrong number
+// of degrees, or if a degree would grow.
 DegreeOrder OrderByDegree(const splat::ModelLayout& layout, const std::vector<std::uint8_t>& degrees);
 
 // The layout of a model of the Gaussians source[0], source[1], ... of a model with the given layout. Throws Error if

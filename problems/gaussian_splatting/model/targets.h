@@ -15,8 +15,8 @@
 
 namespace vesta::gs {
 
-// Distance of the near plane in world units: 1 % of Scene::extent. Training, refining and evaluation share it, so that
-// a saved model reproduces its metrics.
+// Distance of the near plane in world units: 1 % of Scene::extent. It is the same in training and evaluation, so that a
+// saved model reproduces its metrics.
 double NearPlane(const Scene& scene);
 
 // The camera of a view, and the parameters of a model. The result of ToKernelModel refers to `model`.

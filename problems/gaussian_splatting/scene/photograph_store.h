@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cache for photographs that do not all fit into memory. It decodes a photograph on request, or ahead if the order of
-// requests is known. Decoded images stay in memory up to a limit, the budget. Decoding always gives the same image, so
-// the budget affects only speed.
+// A cache for photographs that do not all fit into memory. It decodes them on request, or ahead if the order of
+// requests is known. Decoded images stay in memory up to a limit, the budget, which affects only speed.
 #pragma once
 
 #include <condition_variable>
@@ -31,8 +30,7 @@ class PhotographStore {
   // Number of photographs to decode ahead. Small, because decoding one takes less time than a training iteration.
   static constexpr Index kAhead = 2;
 
-  // budget_bytes: limit for all decoded images, in use or not. The store decodes ahead only if twice the largest image
-  // is within it.
+  // budget_bytes: limit for all decoded images, in use or not. Decoding ahead needs twice the largest image.
   explicit PhotographStore(double budget_bytes) : budget_(budget_bytes) {}
   ~PhotographStore();
   PhotographStore(const PhotographStore&) = delete;

@@ -23,8 +23,8 @@ namespace vesta::gs {
 struct Camera {
   int width = 0, height = 0;  // image size, pixels
   splat::Lens lens;
-  // 2D dilation: variance added to both axes of a projected Gaussian, in pixels squared at any image size. All cameras
-  // of a scene have the same value (LoadSceneOptions). A splat must be rendered with the value of its training.
+  // 2D dilation: variance added to both axes of a projected Gaussian, in pixels squared at any image size; the same for
+  // all cameras of a scene (LoadSceneOptions). A splat must be rendered with the value of its training.
   double eps2d = splat::kEps2d;
 
   double pixels() const { return ImageSize{width, height}.pixels(); }
@@ -115,9 +115,9 @@ void SplitByCount(int every, std::vector<View>* views);
 void HoldOut(std::vector<View>* views);
 
 // Unit of length of the training: half the median depth of the points that are visible in the training images. So a
-// learning rate for positions means about the same motion in pixels for any arrangement of cameras. Kerbl et al. 2023
-// (after NeRF++) use 1.1 times the largest distance of a camera from the mean camera centre. For cameras in a row that
-// would be the length of the row. It is used here if no point is visible; 1 if all camera centres coincide too.
+// learning rate for positions means about the same motion in pixels for any arrangement of cameras. If no point is
+// visible, it is 1.1 times the largest distance of a camera from the mean camera centre, as in Kerbl et al. 2023
+// (after NeRF++); 1 if all camera centres coincide too.
 double SceneExtent(const std::vector<View>& views, const PointCloud& points);
 
 // The upper one for an even number of values. `values` must not be empty.
@@ -135,7 +135,7 @@ struct CameraSpread {
 };
 CameraSpread SpreadOf(const std::vector<const View*>& views);
 
-// Sum of the unit vectors that point up in the images, in world coordinates; near 0 if there is no common up.
+// Sum of the images' unit up vectors, in world coordinates; near 0 if there is no common up.
 std::array<double, 3> SumOfUps(const std::vector<View>& views);
 
 // Horizontal field of view, degrees.

@@ -155,7 +155,7 @@ Sides LargestSeen(const SeenPlane& plane, const Sides& widest) {
     return sides;
   };
   Sides sides = scaled(LargestPart([&](double part) { return plane.Sees(scaled(part), 0); }));
-  // A side may touch the border of the region between two samples, and other samples seem to reach a little beyond.
+  // A side may touch the border between two samples; other samples then seem to reach beyond it.
   constexpr double kSlack = 0.02;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const double least = sides[i];

@@ -21,10 +21,9 @@ std::array<float, 3> SampleCubic(const Image& image, double u, double v);
 bool IsUnmaskedAround(const Image& image, double u, double v);
 
 // The pinhole camera for the undistorted image. It keeps the focal lengths, so the resolution at the centre is the
-// same. Its image is the largest rectangle whose pixels are all inside the photograph (like `colmap image_undistorter`
-// with blank_pixels = 0) and where the lens is one-to-one, up to twice the width and height. Returns nullopt if less
-// than a fifth of the width or height would remain (a bad calibration), or if a coefficient is not finite. Without
-// distortion, returns `camera`.
+// same. Its image is the largest rectangle inside the photograph (like `colmap image_undistorter` with blank_pixels =
+// 0) where the lens is one-to-one, up to twice the width and height. Returns nullopt if less than a fifth of the width
+// or height would remain (a bad calibration), or if a coefficient is not finite. Without distortion, returns `camera`.
 std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens);
 
 // Resamples the photograph of `camera` to the image of `pinhole` (from PinholeOf), which has the same pose. A pixel is
