@@ -14,7 +14,7 @@ namespace vesta::bundle {
 // x as in BundleProblem. Plain least squares.
 std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const BundleData& data);
 
-// Solver options for this problem: points are not eliminated.
+// Solver options without elimination of the points.
 LmOptions DeviceBundleLmOptions();
 
 }  // namespace vesta::bundle

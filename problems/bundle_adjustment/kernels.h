@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes: loops over observations, compiled for each instruction set. Jc and Jp are the columns of the Jacobian J for
+// Passes: loops over observations, compiled per instruction set. Jc and Jp are the columns of the Jacobian J for
 // cameras and points; ' means transposed. With the damped normal matrix [B E; E' C] for cameras and points, the reduced
 // matrix of the cameras is S = B - E C^-1 E'.
 //
@@ -8,9 +8,9 @@
 // multiplied. Track order is track by track, cameras ascending within a track. Tracks are sorted by their first camera,
 // so that a camera's observations are close in memory.
 //
-// A record holds the two Jacobian rows of an observation: 12 entries each, three for the point and nine for the camera.
-// Vectors over cameras are padded in the same way: three unused entries per camera, then nine parameters. The unused
-// entries are zero in inputs and undefined in outputs.
+// A record is the two Jacobian rows of an observation: 12 entries each, three for the point and nine for the camera.
+// Vectors over cameras are padded likewise: three unused entries per camera, then nine parameters. Unused entries are
+// zero in inputs and undefined in outputs.
 #pragma once
 
 #include <cstdint>

@@ -11,8 +11,8 @@ namespace vesta::bundle {
 
 inline namespace VESTA_ISA {
 
-// Twelve numbers in three Quads: a Jacobian row, or the padded vector of a camera. The first Quad contains the three
-// entries of the point and the first one of the camera.
+// Twelve numbers in three Quads: a Jacobian row, or the padded vector of a camera. The first Quad has the point's
+// entries and the camera's first.
 struct Row {
   Quad q[3];
 
@@ -86,7 +86,7 @@ Index CameraOffset(const TrackOrder<S>& order, Index observation) {
   return kRowSize * static_cast<Index>(order.camera[observation]);
 }
 
-// The entries of a vector for one observation: three of the point, nine of the camera.
+// Entries of a vector: three of the point, nine of the camera.
 inline Row Parameters(const double* camera, const Quad& point) {
   Row x = Row::Load(camera);
   x.q[0] = x.q[0] + point;

@@ -17,8 +17,8 @@ struct ReducedPattern {
   bool diagonal_only = true;        // contains only the blocks (i, i)
   HostBuffer<Index> row_first;      // row i has the blocks row_first[i]..row_first[i + 1] - 1, columns ascending from i
   HostBuffer<std::int32_t> column;  // column of each block
-  // Block k is the sum over the pairs pair_first[k]..pair_first[k + 1] - 1. A pair is two observations of one point,
-  // one by each camera.
+  // Block k is the sum over the pairs pair_first[k]..pair_first[k + 1] - 1: two observations of one point, one by each
+  // camera.
   HostBuffer<Index> pair_first;
 };
 
@@ -41,7 +41,7 @@ class Structure {
   const Index* track_first() const { return track_first_.data(); }
   const std::int32_t* track_point() const { return track_point_.data(); }
   const std::int32_t* camera() const { return camera_.data(); }
-  // Tracks are divided into chunks with about the same number of observations, whatever the number of threads. Chunk k
+  // Chunks of tracks have about the same number of observations, and do not depend on the number of threads. Chunk k
   // has the tracks chunk_first(k)..chunk_first(k + 1) - 1.
   Index num_chunks() const { return static_cast<Index>(chunk_first_.size()) - 1; }
   Index chunk_first(Index chunk) const { return chunk_first_[static_cast<std::size_t>(chunk)]; }

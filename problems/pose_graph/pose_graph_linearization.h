@@ -39,8 +39,7 @@ struct EdgeEnd {
   int side;
 };
 
-// Places of poses and edges in vectors and matrices, computed once per problem. A row is a block row of H: one pose
-// that is not fixed.
+// Places of poses and edges in vectors and matrices. A row is a block row of H: one pose that is not fixed.
 struct PoseGraphLayout {
   EdgeTerms terms;
   std::vector<Index> row_of_pose;               // by pose; -1 for fixed poses

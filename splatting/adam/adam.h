@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Adam optimiser (Kingma and Ba 2015) for a model in the memory of backend B (host or GPU). Each class of parameter
-// has its own learning rate. In block mode, the second moments are joint for the eleven geometric parameters of a
-// Gaussian: mean, log-scales, quaternion and opacity (adam_formula.h).
+// The Adam optimiser (Kingma and Ba 2015) for a model in the memory of backend B, with a learning rate for each class
+// of parameter. In block mode, the second moments are joint for the eleven geometric parameters of a Gaussian: mean,
+// log-scales, quaternion and opacity (adam_formula.h).
 #pragma once
 
 #include <utility>

@@ -3,9 +3,9 @@
 // Gaussian, on host and device.
 //
 // A parameter with a zero gradient, and its moments, are not updated. This concerns every Gaussian that no view of the
-// step shows. The moments are therefore means over the steps with a gradient (the sparse Adam of Mallick et al.,
-// "Taming 3DGS", 2024). This saves memory traffic, which limits the speed of a step.
-// V is float, or a vector of floats with one Gaussian or parameter per lane.
+// step shows. So the moments are means over the steps with a gradient (the sparse Adam of Mallick et al., "Taming
+// 3DGS", 2024). This saves memory traffic, which limits the speed of a step. V is float, or a vector of floats with one
+// Gaussian or parameter per lane.
 #pragma once
 
 #include <cmath>
@@ -55,11 +55,10 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
 // Adam in the eigenbasis of each Gaussian's own gradients.
 //
 // Mean, log-scales, quaternion and opacity of a Gaussian change the same pixels, so their gradients are correlated.
-// Adam with one scale per parameter is slow in directions that mix them. Let g be the gradient of these eleven
-// parameters, m its running mean (first moment), and C the running mean of g g^T, which approximates the curvature of
-// the loss. Full-matrix Adam would step by C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section
-// 1.1, with Adam's means). Instead, as in SOAP (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q that
-// follows the eigenvectors of C.
+// Adam with one scale per parameter is then slow. Let g be the gradient of these eleven parameters, m its running mean
+// (first moment), and C the running mean of g g^T, which approximates the curvature of the loss. Full-matrix Adam would
+// step by C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means). Instead, as
+// in SOAP (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C.
 //
 // The formulas use parameters divided by their learning rates, so g and m are multiplied by them. C and the second
 // moments are stored with these factors; gradients, parameters and first moments without.

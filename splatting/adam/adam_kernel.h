@@ -19,9 +19,9 @@ struct AdamRange {
 };
 
 struct AdamKernels {
-  // parameters -= AdamStep, with learning rate rate * units. Updates the moments and sets the gradient to zero, because
-  // the next gradient is added to it. Memory bound: reads and writes 16 bytes per parameter. If all gradients of a SIMD
-  // vector are zero, it reads 4 bytes per parameter and writes nothing.
+  // parameters -= AdamStep, with learning rate rate * units. Updates the moments and sets the gradient to zero. Memory
+  // bound: reads and writes 16 bytes per parameter. If all gradients of a SIMD vector are zero, it reads 4 bytes per
+  // parameter and writes nothing.
   void (*step)(const AdamRange& range);
   // Process the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);

@@ -12,10 +12,10 @@ namespace vesta::gs {
 
 // The factors of a step of Adam.
 //
-// K views per step multiply the learning rate by sqrt(K). If gradients are mostly noise, their mean direction grows
-// like K in the sum, but the root of the second moment only like sqrt(K). A step with K views then moves as far as K
-// steps with one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). It
-// decays the second moments by beta_2^K, like these K steps, and the first moments by beta_1, like one of them
+// K views per step multiply the learning rate by sqrt(K). If gradients are mostly noise, the mean of their sum grows
+// like K, but the root of its second moment only like sqrt(K). A step with K views then moves as far as K steps with
+// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). It decays the
+// second moments by beta_2^K, like these K steps, and the first moments by beta_1, like one of them
 // (docs/decisions/batch-size.md).
 class AdamRule {
  public:

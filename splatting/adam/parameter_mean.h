@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weighted mean of the parameters over the last part of the Adam stage, in the memory of backend B (Polyak and Juditsky
-// 1992, "Acceleration of stochastic approximation by averaging"). At high learning rates, the parameters move around a
-// point that is better than each of them. This point moves too, so later parameters have larger weights:
-// polynomial-decay averaging (Shamir and Zhang 2013, "Stochastic gradient descent for non-smooth optimization", section
-// 4).
+// Weighted mean of the parameters over the last part of the Adam stage (Polyak and Juditsky 1992, "Acceleration of
+// stochastic approximation by averaging"). At high learning rates, the parameters move around a point that is better
+// than each of them. This point moves too, so later parameters have larger weights: polynomial-decay averaging (Shamir
+// and Zhang 2013, "Stochastic gradient descent for non-smooth optimization", section 4).
 #pragma once
 
 #include "kernels/core/profile.h"

@@ -32,7 +32,7 @@ class DensityControl {
   DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
       : options_(options), extent_(extent), seed_(seed) {}
 
-  // This limit adds to DensityOptions::max_gaussians.
+  // Limits the number further than DensityOptions::max_gaussians.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
   // Clears the statistics, for `count` Gaussians.
   void ResetStatistics(Index count) {
@@ -58,9 +58,9 @@ class DensityControl {
   Buffer<float, Space>& grad2d() { return grad2d_sum_; }
   Buffer<int, Space>& seen() { return seen_; }
 
-  // The action for each of the `count` Gaussians of the model x. Pruning is skipped if it would remove all Gaussians.
-  // Growth stops at the limits on their number; the largest mean gradients grow first (ties: the lower index). On a
-  // device, waits, and throws OutOfDeviceMemory if memory runs out.
+  // The action for each of the `count` Gaussians of the model x. Pruning is skipped if it would remove all. Growth
+  // stops at the limits; the largest mean gradients grow first (ties: the lower index). On a device, waits, and throws
+  // OutOfDeviceMemory if memory runs out.
   DensityPlan<Space> Decide(const float* x, Index count) const;
   // Turns the copies in the new model x into clones and splits. iteration and the seed determine the random offsets.
   void InitChildren(const DensityPlan<Space>& plan, int iteration, float* x) const {

@@ -18,9 +18,8 @@
 
 namespace vesta::gs {
 
-// A term: the block-sparse gradient of one view, or the sum of several, in an iteration of Adam. Gaussians are divided
-// into blocks of 16 neighbours in memory. A term has only blocks with a Gaussian that the views see. So making, adding
-// and sending it takes time proportional to the visible Gaussians.
+// A term: the block-sparse gradient of one view, or the sum of several, in an iteration of Adam. It has only the
+// visible blocks of 16 Gaussians (neighbours in memory), so its cost is proportional to their number.
 template <class Space>
 class ViewGradient {
  public:

@@ -69,7 +69,7 @@ inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::v
 
 // Evaluates a model in the memory of B. targets: all training views, in the order of the scene, if their photographs
 // are in that memory; else empty. Other photographs are copied there one at a time. Collective; all processes return
-// the same result. Allocates one SplatView and two images. On a device, throws OutOfDeviceMemory if memory runs out.
+// the same result. On a device, throws OutOfDeviceMemory if memory runs out.
 template <class B>
 Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> targets,
                     const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,

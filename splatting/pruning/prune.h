@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Selects Gaussians to prune, by ranking (SelectToKeep) or by Akaike's information criterion (KeepByAic); training uses
-// one of them at intervals. Prune removes Gaussians from a finished model in rounds. As this can raise the removal cost
-// of neighbours, each round measures all costs again.
+// one of them at intervals. Prune removes Gaussians from a finished model in rounds, which measure all costs again:
+// neighbours may have become more costly.
 #pragma once
 
 #include <cstdint>

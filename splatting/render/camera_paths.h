@@ -43,7 +43,7 @@ Tour TourOf(const std::vector<View>& views, double length_unit);
 double StepBetween(const View& from, const View& to, double length_unit);
 
 // `frames` views along a smooth path from the first of `keys` to the last. The time between keys is proportional to
-// StepBetween. Centres and quaternions follow a cubic spline; quaternions are then normalised. Its slope at a key is
+// StepBetween. Centres and quaternions follow a cubic spline; quaternions are then normalised. The slope at a key is
 // the slope of the parabola through the key and its two neighbours (Catmull-Rom with uneven knots). keys: at least one;
 // frames: at least 1.
 std::vector<View> PathThrough(const std::vector<View>& keys, double length_unit, const Camera& camera, int frames);

@@ -18,7 +18,7 @@ namespace vesta::gs {
 
 struct SplatProblemOptions;
 
-// Data stored for products with the Jacobian J, the derivatives of the pixels with respect to the parameters.
+// Data stored for products with the Jacobian J of the pixels.
 enum class JacobianKind {
   kCachedViews,  // projected and sorted splats, image and loss fields per view; products recompute entries of J
   kCache32,      // also entries of J as floats (doubles in double precision), see cache/jacobian_cache.h
@@ -95,7 +95,7 @@ struct LmStageOptions : SplatMetricOptions {
 };
 
 const schema::Table<LmStageOptions>& LmStageFields();
-// Throws Error if options contradict each other although each is in its range.
+// Throws Error if options contradict each other.
 void ValidateCombination(const LmStageOptions& lm);
 
 // Options for the loss, the problem (splat_problem.h) and the solver.

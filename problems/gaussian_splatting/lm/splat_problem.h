@@ -51,8 +51,8 @@ struct SplatScratch {
 struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights;
-  // If the steps of several batches are merged, each batch should contain views from all sides (BatchChoice::kStrided
-  // or kRandom): a step of neighbouring views fits only these.
+  // Merged batches should each have views from all sides (BatchChoice::kStrided or kRandom): a step of neighbouring
+  // views fits only these.
   ViewBatchOptions batches;
   JacobianKind jacobian = JacobianKind::kCachedViews;
   LearningRates lr;

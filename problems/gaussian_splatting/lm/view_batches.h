@@ -35,8 +35,8 @@ class ViewBatches {
   void OnNewPoint(int turn);
   // View indices, ascending.
   const std::vector<Index>& views(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
-  // Number of all views / number of views in the batches. A sum over the batches times this factor estimates the sum
-  // over all views. 1 without views.
+  // Number of all views / number of views in the batches: a sum over the batches times this estimates the sum over all
+  // views. 1 without views.
   double scale() const { return num_used_ == 0 ? 1 : static_cast<double>(num_views_) / static_cast<double>(num_used_); }
 
  private:

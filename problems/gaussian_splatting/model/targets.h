@@ -32,8 +32,8 @@ inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
   return {image.mask.data(), static_cast<Index>(image.mask.size())};
 }
 
-// near: distance of the near plane. On the CPU the result refers to the photographs of `views`, which must outlive it.
-// Photographs from a store (View::stored) are appended to `photographs`, which must outlive the result too.
+// near: distance of the near plane. On the CPU, `views` and `photographs` must outlive the result, which refers to the
+// photographs. `photographs` receives those from a store (View::stored).
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near,
                                        std::vector<std::shared_ptr<const Image>>* photographs) {

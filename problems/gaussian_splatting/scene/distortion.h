@@ -32,8 +32,8 @@ struct Distortion {
   }
 };
 
-// Image position of the direction (x, y, 1) in camera coordinates for this lens with focal length 1, relative to the
-// principal point. A pinhole would return (x, y).
+// Image position of the direction (x, y, 1) for focal length 1, relative to the principal point. A pinhole would return
+// (x, y).
 template <class T>
 std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   using std::atan;

@@ -27,7 +27,7 @@ struct PhotographSource {
 
 class PhotographStore {
  public:
-  // Number of photographs to decode ahead. Small, because decoding one takes less time than a training iteration.
+  // Photographs to decode ahead. Small, because decoding one takes less time than a training iteration.
   static constexpr Index kAhead = 2;
 
   // budget_bytes: limit for all decoded images, in use or not. Decoding ahead needs twice the largest image.
@@ -42,9 +42,8 @@ class PhotographStore {
   // Stores a photograph that is decoded already, if it fits into the budget.
   void Offer(Index number, Image image);
 
-  // Waits until the photograph is decoded. It stays in memory while the result exists, so destroy the previous result
-  // first. If only images in use are left to evict, the budget is exceeded. Throws the exceptions of
-  // PhotographSource::decode.
+  // Waits until the photograph is decoded. It stays in memory while the result exists: destroy the previous result
+  // first. Exceeds the budget if all other images are in use. Throws the exceptions of PhotographSource::decode.
   std::shared_ptr<const Image> Get(Index number);
   // The same for a single use: does not store an image that it has to decode.
   std::shared_ptr<const Image> Read(Index number) const;
@@ -69,8 +68,8 @@ class PhotographStore {
   using Lock = std::unique_lock<std::mutex>;
 
   std::shared_ptr<Entry> Find(Index number) const;
-  // Evicts photographs that are not in use until `bytes` bytes of the budget are free. Returns false if that is
-  // impossible. With spares_expected, announced or expected photographs stay.
+  // Evicts unused photographs until `bytes` bytes of the budget are free; false if that is impossible. With
+  // spares_expected, announced or expected photographs stay.
   bool MakeRoom(double bytes, bool spares_expected);
   // Releases the lock while decoding.
   void DecodeInto(Entry& entry, Lock& lock);

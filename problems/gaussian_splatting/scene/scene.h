@@ -66,8 +66,8 @@ struct View {
 
   bool is_trained() const { return role == ViewRole::kTraining; }
   bool is_test() const { return role == ViewRole::kTest; }
-  // From `image` or `stored`. An image from the store is valid while the result exists; `image` while the view exists.
-  // Throws Error if the file can no longer be read.
+  // From `image`, valid while the view exists, or `stored`, valid while the result exists. Throws Error if the file can
+  // no longer be read.
   std::shared_ptr<const Image> Photograph() const;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Place of an iteration in its training stage, as fractions of the stage (0: start, 1: end). So schedules do not depend
-// on the number of iterations.
+// Place of an iteration in its training stage, as fractions of the stage (0: start, 1: end), for schedules that do not
+// depend on the number of iterations.
 #pragma once
 
 #include <algorithm>

@@ -79,7 +79,7 @@ using Point = std::array<double, 2>;
 
 double Determinant(const std::array<double, 4>& j) { return j[0] * j[3] - j[1] * j[2]; }
 
-// Largest distance from the axis, at focal length 1, up to which the lens is one-to-one in all directions; at most
+// Largest distance from the axis, at focal length 1, where the lens is still one-to-one in all directions; at most
 // tan(kWidest).
 double InjectiveRadius(const Distortion& lens) {
   constexpr int kSteps = 512, kDirections = 32;
@@ -135,7 +135,7 @@ class SeenPlane {
   double radius_;
 };
 
-// Largest fraction in 0..1 for which `holds` is true, assuming it is true for all smaller ones; 0 if none.
+// Largest fraction in 0..1 for which `holds` is true, as for all smaller ones; 0 if none.
 template <class Holds>
 double LargestPart(const Holds& holds) {
   if (holds(1.0)) return 1;

@@ -83,9 +83,9 @@ struct AlignedEvaluation {
 };
 
 // Fits the camera of each test view to its photograph, then measures quality. With options.free.color, pose and
-// exposure are fitted jointly, and that exposure is discarded. The reported exposure is fitted to the left image half
-// alone (FitExposure), and measured on the right half (Martin-Brualla et al. 2021, NeRF in the Wild, section 5).
-// Photographs must be in memory or in the scene's store.
+// exposure are fitted jointly. The reported exposure is fitted only to the left image half (FitExposure), and measured
+// on the right half (Martin-Brualla et al. 2021, NeRF in the Wild, section 5). Photographs must be in memory or in the
+// scene's store.
 AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, const AlignOptions& options);
 
 }  // namespace vesta::gs

@@ -18,9 +18,8 @@
 namespace vesta::gs {
 
 // A matrix with one column per free unknown; each column is an image of three planes in the memory of backend B. A gain
-// or offset affects one channel only, so the three gains share one image, and the three offsets another. With six
-// images for the pose and four for the lens there are at most twelve. W does not mix channels, so W times this matrix
-// has the same form.
+// or offset affects one channel, so the three gains share an image, and the three offsets another. The pose has six
+// images, the lens four. W does not mix channels, so W times this matrix has the same form.
 template <class B>
 class ViewColumns {
  public:

@@ -117,11 +117,10 @@ class JointLinearization final : public Linearization<B>,
   mutable typename B::Vector residuals_;
 };
 
-// The damped system with the views' unknowns eliminated. A view's unknowns and the Gaussians are coupled only by that
-// view's image. So the Schur complement is lambda D plus the sum over views of
-// J_s^T (W - W J_c C^-1 J_c^T W) J_s.
-// C = J_c^T W J_c + prior + lambda D is the damped system of the view's own unknowns; D is the damping metric. A
-// product costs little more than one for the Gaussians alone. W J_c is stored: up to eight images per view.
+// The damped system with the views' unknowns eliminated. Only a view's own image couples its unknowns with the
+// Gaussians. So the Schur complement is lambda D plus the sum over views of J_s^T (W - W J_c C^-1 J_c^T W) J_s. C =
+// J_c^T W J_c + prior + lambda D is the damped system of the view's own unknowns; D is the damping metric. W J_c is
+// stored: up to eight images per view.
 template <Backend B>
 class JointReducedSystem final : public ReducedSystem<B> {
  public:

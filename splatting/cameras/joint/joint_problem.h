@@ -2,7 +2,7 @@
 // Gaussians ("splats"), cameras and exposures as one least-squares problem: photometric bundle adjustment with
 // Gaussians instead of points.
 //
-// A camera motion equals a rigid motion of all Gaussians in the image
+// A camera motion changes the image like a rigid motion of all Gaussians
 // (kernels/gaussian_splatting/projection/camera_block.h). So J v still takes one tangent pass per view, and J^T u one
 // adjoint pass. A weak prior fixes the gauge (gauge.h).
 #pragma once
@@ -54,8 +54,8 @@ class JointScratch {
   Vector image_, weighted_;
 };
 
-// x: see JointLayout. The units of InUnits are the views. Camera motions in x are relative to TargetView::camera, which
-// is double; so x has only small numbers. The cost is infinite if a gain is not positive. Bit-identical for any number
+// x: see JointLayout. The units of InUnits are the views. Camera motions in x are relative to TargetView::camera
+// (double), so x has only small numbers. The cost is infinite if a gain is not positive. Bit-identical for any number
 // of threads.
 template <Backend B>
 class JointProblem final : public Problem<B>, public OnManifold<B>, public InUnits<B>, public WithDampingMetric<B> {

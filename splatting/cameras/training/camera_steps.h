@@ -20,9 +20,9 @@ namespace vesta::gs {
 // With CameraChoice::kAuto, some training views are held out until kCamerasDecide; they decide whether cameras are
 // refined (EvidenceOf).
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
-// Fraction of the stage until which the mean rotation of all cameras is fixed (SubtractMeanRotation). If the 2D
-// dilation blurs Gaussians more than the photographs are blurred, it biases the mean rotation. So the rotation may be
-// free earlier with a smaller eps2d (docs/decisions/mean-camera-rotation.md).
+// Fraction of the stage until which the mean rotation of all cameras is fixed (SubtractMeanRotation). A 2D dilation
+// above the photographs' own blur biases the mean rotation, so it is free earlier with a smaller eps2d
+// (docs/decisions/mean-camera-rotation.md).
 inline double MeanRotationFreeFrom(double eps2d) {
   constexpr double kSoonest = 0.45, kLater = 0.2;
   return kSoonest + kLater * std::min(eps2d / splat::kEps2d, 1.0);
@@ -108,8 +108,7 @@ struct CameraEvidence {
 
   // kPose if `pose` reaches a threshold, else kNone. The threshold lies between the values for scenes with poses from
   // bundle adjustment and for the same scenes with perturbed cameras (docs/decisions/refine-cameras-auto.md). Exposures
-  // are never chosen: new views would be rendered with the mean exposure of the photographs, which is worse than the
-  // exposure of neighbouring views.
+  // are never chosen: new views would get the mean exposure, which is worse than the exposure of neighbouring views.
   CameraChoice Choice() const;
   // Text for a note to the user.
   std::string Summary() const;

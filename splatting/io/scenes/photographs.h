@@ -42,9 +42,8 @@ double ExpectedBytes(const View& view, const PhotographRule& rule);
 // Decodes the photographs in parallel, sets the cameras of the views to theirs and rejects unusable images. If all fit
 // into budget_bytes, they are stored in their views. Otherwise a PhotographStore (Scene::photographs) decodes them on
 // demand and caches as many as fit; the files must not be removed. Once the memory is full, this function reads only
-// headers, because decoding thousands of images takes many minutes. It then does not detect damaged images; their first
-// use throws Error. Throws Error if not even two photographs fit, and the errors of ReadPhotograph and
-// PredictPhotograph.
+// headers, which is much faster. It then does not detect damaged images; their first use throws Error. Throws Error if
+// not even two photographs fit, and the errors of ReadPhotograph and PredictPhotograph.
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
 
 // Finds mask files in the folder masks/ (or mask/) of the scene. The mask of the image a/b.jpg is a/b.jpg.png, as in

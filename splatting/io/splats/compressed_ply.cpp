@@ -204,9 +204,8 @@ void Unpack(const std::array<std::uint32_t, kNumWords>& words, const Bounds& bou
     model->attribute(splat::kQuaternion + k)[i] = static_cast<float>(q[static_cast<std::size_t>(k)]);
 }
 
-// The harmonics of Gaussians [begin, end). The quantisation step is coarse, so half of the rounding error is added to
-// the same coefficient of the next Gaussian, a neighbour: errors cancel in pixels that show both. An error is then at
-// most 3/4 of a step.
+// The harmonics of Gaussians [begin, end). Half of the rounding error is added to the same coefficient of the next
+// Gaussian, a neighbour: errors cancel in pixels that show both. An error is then at most 3/4 of a step.
 void WriteSh(const SplatModel& model, Index begin, Index end, std::uint8_t* bytes) {
   constexpr double kHalfStep = 1.0 / 64;
   std::array<double, splat::kMaxAttributes> carried{};

@@ -58,8 +58,8 @@ class PlyFile {
 };
 
 // One element of a .ply file, such as its vertices, as a table of numbers. Neither the element nor elements before it
-// may have list properties. Functions throw Error, with the file and the problem. The number of rows in the header is
-// checked against the length of the file before memory is allocated.
+// may have list properties. Functions throw Error, with the file and the problem. The number of rows is checked against
+// the file's length before memory is allocated.
 class PlyTable {
  public:
   // The file must outlive the table.

@@ -133,9 +133,9 @@ class AdamStage {
     Save();
     session_.interim().ServeViewer(Stage::kAdam, state_->iteration, on_host, Writer());
   }
-  // Stops after this iteration, which is recorded already. The returned model is from before the iteration's
-  // densification and pruning, a checkpoint from after them. A checkpoint has no notes about the end of the stage,
-  // since a resumed run adds its own.
+  // Stops after this iteration, which is recorded already. Returns the model before the iteration's densification and
+  // pruning; a checkpoint has the state after them, without notes about the end of the stage: a resumed run adds its
+  // own.
   void Stop(const IterationPlan& plan, int degree) {
     state_->model.DownloadResult(result_);
     finished_ = true;

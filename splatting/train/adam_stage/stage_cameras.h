@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Refines cameras and exposures of the training views during the Adam stage. Each time Adam has processed a view, its
 // camera takes a step, with a gradient from the rendering passes for the Gaussians. A shared lens takes a step each
-// time 16 of its views have been processed, or all of them if it has fewer (cameras/training/camera_steps.h). Rendering
-// passes run in the memory of backend B (host or GPU); all other work is on the host.
+// time 16 of its views have been processed, or all of them if it has fewer (cameras/training/camera_steps.h). Only
+// rendering passes run in the memory of backend B.
 #pragma once
 
 #include <cstdint>

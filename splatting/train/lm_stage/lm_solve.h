@@ -179,12 +179,12 @@ class LmModel {
   SplatModel& model_;
 };
 
-// Runs the whole LM stage. `problem`, a SplatLm or a JointLm (lm_stage.h), creates the least-squares problem and its
-// start vector; its Moved() is called after each step. Stores the best model in `model`, records the last state in the
-// history and returns the solver's full report.
-// If a GPU runs out of memory, the stage continues from its best model with less memory if problem.ReduceMemory() is
-// true; else it ends after the last finished iteration, with an empty report. Throws OutOfDeviceMemory if no iteration
-// was finished and there was no Adam stage. Throws Error if a saved state does not belong to this stage.
+// `problem`, a SplatLm or a JointLm (lm_stage.h), creates the least-squares problem and its start vector; Moved() is
+// called after each step. Stores the best model in `model`, records the last state in the history and returns the
+// solver's full report. If a GPU runs out of memory, the stage continues from its best model with less memory if
+// problem.ReduceMemory() is true; else it ends after the last finished iteration, with an empty report. Throws
+// OutOfDeviceMemory if no iteration was finished and there was no Adam stage. Throws Error if a saved state does not
+// belong to this stage.
 template <class B, class StageProblem>
 std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& start, StageProblem& problem) {
   constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
