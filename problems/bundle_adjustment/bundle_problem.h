@@ -32,7 +32,7 @@ struct BundleProblemOptions {
   // Explicit form only: preconditions with a sparse Cholesky factor, if computing it takes at most about a hundred
   // products with the matrix.
   bool factorize_reduced = true;
-  // Instruction set of the loops over observations; the CPU must support it.
+  // Instruction set of the passes; the CPU must support it.
   Isa isa = ActiveIsa();
 };
 

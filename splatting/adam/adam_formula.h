@@ -79,9 +79,8 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
-// Each second moment is increased by this fraction of the sum of all eleven. For equal first moments, a direction with
-// small gradients then steps at most about thirty times as far as the direction with the largest second moment
-// (docs/decisions/block-second-moments.md).
+// Each second moment is increased by this fraction of the sum of all eleven. For equal first moments, no direction then
+// steps more than about thirty times as far as another (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
 // Q and the lower triangle of C are 121 + 66 = 187 numbers per Gaussian. The numbers of 16 Gaussians are interleaved

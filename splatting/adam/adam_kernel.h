@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adam's updates (adam_formula.h) for ranges of parameters and of Gaussians on the CPU, compiled once per instruction
-// set.
+// Adam's updates (adam_formula.h) for ranges of parameters and of Gaussians, compiled once per instruction set.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"

@@ -31,8 +31,7 @@ struct AdamOptions {
   double lr_scale = 4.0;
   double lr_final_ratio = 0.5;
   // The stage returns a weighted mean of the parameters over this last fraction of it, or since the last densification
-  // if that is later (parameter_mean.h). The mean removes noise due to high learning rates. 0: returns the last
-  // parameters.
+  // if that is later (parameter_mean.h). It removes noise due to high learning rates. 0: returns the last parameters.
   double averaging_fraction = 0.5;
   // First fraction of the stage, with images of half the width and height (coarse_views.h).
   double half_resolution_until = 0.5;

@@ -16,7 +16,7 @@ template <class Space>
 class BlockBases;
 
 // On the host they are in pieces of kRotationChunk Gaussians. They take three times the memory of the parameters;
-// pieces avoid a second full copy while Gaussians are rearranged.
+// pieces avoid a second copy on rearranging.
 template <>
 class BlockBases<Host> {
  public:

@@ -15,9 +15,8 @@ namespace vesta::gs {
 // Training views in random order; each epoch has every view once.
 class ViewOrder {
  public:
-  // at_once: views per iteration. The training views are divided into at_once runs of consecutive views, and an
-  // iteration draws a view from each: together they show more of the scene. With fewer views than at_once, there is one
-  // run.
+  // at_once: views per iteration. An iteration draws a view from each of at_once runs of consecutive training views:
+  // together they show more of the scene. With fewer views than at_once, there is one run.
   ViewOrder(std::size_t views, std::uint64_t seed, std::size_t at_once = 1)
       : runs_(views < at_once ? 1 : at_once), seed_(seed) {
     for (std::size_t k = 0; k < runs_.size(); ++k) {

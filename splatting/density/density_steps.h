@@ -110,8 +110,8 @@ VESTA_HD inline std::uint32_t StrengthKey(DensifyAction action, float strength) 
   return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
 }
 
-// Opacity logit for two equal Gaussians at one place, so that together they are as opaque as one Gaussian with this
-// logit (Rota Bulo et al. 2024, section 3.2).
+// Opacity logit of two equal Gaussians that are together as opaque as one with the given logit (Rota Bulo et al. 2024,
+// section 3.2).
 VESTA_HD inline float LogitOfEachOfTwo(float logit) {
   using std::exp, std::log, std::sqrt;
   // In double: exp of a large logit overflows in float.

@@ -56,8 +56,8 @@ class SplatParts final : public ProblemParts<CpuBackend<float>> {
   SplatProblem<B>& whole_;
 };
 
-// The problem to solve. Under mpirun or a similar launcher a DistributedProblem, even for a single process: so the
-// order of sums is the same for every number of processes. On a GPU, or without a launcher, `whole` itself.
+// The problem to solve: `whole` on a GPU or without a launcher such as mpirun. Otherwise a DistributedProblem, even for
+// a single process, so that the order of sums is always the same.
 template <Backend B>
 class ProblemToSolve {
  public:

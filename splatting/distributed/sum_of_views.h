@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of one view in block-sparse form (a "term"), and the sum of the terms of an iteration in the order of a
-// fixed tree. Space: Host or Device.
+// The gradient of one view in block-sparse form (a "term"), and sums of terms in the order of a fixed tree. Space: Host
+// or Device.
 #pragma once
 
 #include <cstddef>

@@ -72,7 +72,7 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
 class TermExchange {
  public:
   // Collective. Each process has added its own views to `sum`, a SumOfViews on the host (sum_of_views.h). Afterwards
-  // `sum` has all views on every process, with the same bits as if one process had added them all.
+  // `sum` has all views on every process, with the same bits as from one process.
   template <class Sum>
   void AllGather(Communicator& ranks, Sum* sum) {
     const auto self = static_cast<std::size_t>(ranks.rank()), size = static_cast<std::size_t>(ranks.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over the terms of a sum of view gradients. A term has only those blocks of 16 Gaussians that its views see
-// (sum_of_views.h). All pointers of a loop are in one memory space.
+// Loops over terms, which have only the blocks of 16 Gaussians that their views see (sum_of_views.h). All pointers of a
+// loop are in one memory space.
 #pragma once
 
 #include <cstdint>

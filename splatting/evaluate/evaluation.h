@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image quality of a model over the views of a scene. B: a backend (kernels/core/vector_backend.h), such as
-// CpuBackend<float>, which determines the memory: host or GPU.
+// Image quality of a model over the views of a scene. B: backend (kernels/core/vector_backend.h) for host or GPU
+// memory.
 #pragma once
 
 #include <algorithm>

@@ -47,8 +47,8 @@ LmPlan PlanLm(const MemoryScene& scene, const LmStageOptions& lm, const StageMem
 // solves for Gaussians and views together. Throws Error if neither fits.
 LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
-// The largest number of Gaussians with which both stages fit, with the smallest form of LM. It is at most
-// options.density.max_gaussians or, if larger, the number in `scene`. Throws Error if that number does not fit.
+// The largest number of Gaussians with which both stages fit, with the smallest form of LM: from the number in `scene`
+// up to options.density.max_gaussians. Throws Error if the number in `scene` does not fit.
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
 // Predicted peak of host memory in MiB, beyond the memory used before the training: the maximum over the stages.

@@ -38,8 +38,8 @@ double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
   return sum * step * std::sqrt(std::numbers::pi) / (2 * root * r);
 }
 
-// Coverage::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as a fraction
-// of the image; the maximum over the cameras.
+// Coverage::body of Gaussian i: the area of its outline, as a fraction of the image; the maximum over the cameras, at
+// most 1.
 double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
   std::array<double, 3> deviation{};
   for (std::size_t k = 0; k < 3; ++k) {

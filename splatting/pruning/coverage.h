@@ -12,9 +12,8 @@
 
 namespace vesta::gs {
 
-// Coverage of a Gaussian, in units of an image's area. A large Gaussian that hardly any training view shows was not
-// fitted to any photograph, but may hide the scene from new cameras (docs/decisions/coverage-pruning.md). Opacity and
-// occlusion are ignored.
+// Coverage of a Gaussian, in units of an image's area. A large Gaussian that hardly any training view shows may hide
+// the scene from new cameras (docs/decisions/coverage-pruning.md). Opacity and occlusion are ignored.
 struct Coverage {
   // Integral of the Gaussian's falloff (1 at its centre) over the image, summed over the training views.
   double shown = 0;
@@ -39,8 +38,8 @@ std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const 
 // Indices, ascending; all Gaussians if there would be none.
 std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// Number of floaters by criterion; a Gaussian counts for the first that it meets. `kept` has the others, ascending. No
-// criterion is a proof, but Gaussians on a surface are far from meeting any.
+// Number of floaters by criterion; a Gaussian counts for the first that it meets. `kept` has the others, ascending.
+// Gaussians on a surface are far from meeting any criterion.
 struct FloaterCount {
   std::vector<Index> kept;
   // Opacity below 1/255, which is never drawn.
@@ -48,8 +47,8 @@ struct FloaterCount {
   // Surrounds the scene: its longest standard deviation exceeds its distance from the median of the means, and the
   // median of that distance over all Gaussians.
   Index huge = 0;
-  // Far from its three nearest neighbours: the root-mean-square distance exceeds ten times the median over all
-  // Gaussians, and six times the Gaussian's longest standard deviation.
+  // Root-mean-square distance from its three nearest neighbours: it exceeds ten times the median over all Gaussians,
+  // and six times the Gaussian's longest standard deviation.
   Index isolated = 0;
   Index under_observed = 0;
 };

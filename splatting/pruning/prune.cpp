@@ -72,8 +72,8 @@ Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& r
   return gone;
 }
 
-// Each round spends a fraction of the remaining rise, as predicted. Removing Gaussians together costs more, so a round
-// that costs too much is undone, and rounds become smaller. removal: of the whole model.
+// Each round spends a fraction of the remaining rise, as predicted. Removals together cost more, so a round that costs
+// too much is undone, and rounds become smaller. removal: of the whole model.
 void PruneToRise(const ScoringViews& scoring_views, const PruneOptions& options, RemovalCost removal,
                  PruneResult& result) {
   constexpr double kLeastRound = 0.002;

@@ -34,8 +34,8 @@ struct Tour {
   bool is_reordered = false;       // false: the original order
 };
 
-// A tour past all views: the original order, unless nearest neighbours and 2-opt from the same first view give a tour
-// that is more than a third shorter. Lengths are from StepBetween. The time is quadratic in the number of views.
+// A tour past all views: the original order, unless nearest neighbours and 2-opt from the first view give one that is
+// more than a third shorter. Lengths are from StepBetween. The time is quadratic in the number of views.
 Tour TourOf(const std::vector<View>& views, double length_unit);
 
 // Distance between two poses: sqrt(d^2 + a^2), with the distance d of the centres in units of length_unit, and the

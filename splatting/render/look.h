@@ -68,8 +68,7 @@ View LookingAt(const Camera& camera, const Point3& center, const Point3& target,
 Point3 MeanDirection(const std::vector<View>& views);
 
 // Unit vector that points upwards in most views and is, by least squares, perpendicular to their image rows: the
-// vertical if the cameras are level. For cameras that look straight down at different headings, it is opposite to their
-// viewing direction.
+// vertical if the cameras are level. It is opposite to the viewing direction of cameras that look straight down.
 Point3 UpOf(const std::vector<View>& views);
 
 // The point closest to the optical axes of the views, by least squares. If they are parallel, the point at the scene's

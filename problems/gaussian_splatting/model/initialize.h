@@ -22,8 +22,7 @@ std::vector<float> MeanSquaredNeighborDistance(const std::vector<std::array<floa
 // points, evenly spaced in their order. Throws Error without points.
 SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_degree, Index max_gaussians);
 
-// Default SH degree: 2 for fewer than 24 training views, otherwise 3. With 17 and 21 views degree 2 gave better test
-// views (docs/decisions/sh-degree.md).
+// Default SH degree: 2 for fewer than 24 training views, otherwise 3 (docs/decisions/sh-degree.md).
 int DefaultShDegree(Index training_views);
 
 // An order in which neighbours in memory are mostly neighbours in space: entry k is the index of the Gaussian at place

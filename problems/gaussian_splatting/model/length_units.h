@@ -50,8 +50,7 @@ struct MeasureUnit {
   }
 };
 
-// LengthUnit of each of the `count` Gaussians at x. (Kerbl et al. 2023 use one unit for the whole scene.) views: from
-// LengthUnitViews.
+// LengthUnit of each of the `count` Gaussians at x. views: from LengthUnitViews.
 template <class Space>
 Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<splat::PosedCamera, Space>& views,
                                   double otherwise) {

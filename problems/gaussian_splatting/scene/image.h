@@ -67,7 +67,7 @@ std::array<float, 3> OnScale(const std::array<std::array<float, 3>, N>& colors, 
   return color;
 }
 
-// Violet, teal in the middle, yellow; each colour is lighter than the one before.
+// Violet, teal, yellow, with increasing lightness.
 inline constexpr std::array<std::array<float, 3>, 5> kVioletToYellow = {{{0.20f, 0.05f, 0.30f},
                                                                          {0.22f, 0.25f, 0.58f},
                                                                          {0.10f, 0.52f, 0.58f},

@@ -88,7 +88,7 @@ struct PointCloud {
   Index size() const { return static_cast<Index>(positions.size()); }
 };
 
-// The origin of a scene's frame may differ from that in the files (model/scene_frame.h).
+// The origin may differ from the files' (model/scene_frame.h).
 struct Scene {
   std::vector<View> views;  // sorted by name
   PointCloud points;

@@ -74,8 +74,8 @@ struct AlignedView {
 
 struct AlignedEvaluation {
   std::vector<AlignedView> views;
-  // Means over the views; views that could not be fitted count with their given camera. right and right_exposed: over
-  // the views with has_halves. NaN without views.
+  // Means over the views, with their given cameras if not fitted; right and right_exposed: over the views with
+  // has_halves. NaN without views.
   Quality whole, right, right_exposed;
   // Median camera changes; NaN without views.
   double degrees = 0, pixels = 0;

@@ -25,8 +25,8 @@ double SumOver(Index n, const Of& of) {
   });
 }
 
-// A queue of sums over images in the memory of backend B (host or GPU). Read() returns all sums, so the host waits for
-// a device only once. An image may be overwritten once its sum is queued.
+// A queue of sums over images in the memory of backend B. Read() returns all sums, so the host waits for a device only
+// once. An image may be overwritten once its sum is queued.
 template <class B>
 class ImageProducts {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradient of a view's cost with respect to its own unknowns (pose, exposure, lens). It needs no rendering pass: it
-// uses intermediate results of the gradient with respect to the Gaussians.
+// Gradient of a view's cost with respect to its own unknowns (pose, exposure, lens). It uses intermediate results of
+// the gradient with respect to the Gaussians instead of a rendering pass.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,7 @@
 
 namespace vesta::gs {
 
-// A view after its gradient with respect to the Gaussians was computed. The intermediate results are in the memory of
-// backend B (host or GPU).
+// A view with the intermediate results of its gradient, in the memory of backend B.
 template <class B>
 struct ProcessedView {
   std::size_t view = 0;  // index among the training views

@@ -35,9 +35,8 @@ inline bool IsHeldOutForDecision(std::size_t view, std::size_t views) {
   return view % std::max(kEvery, (views + kMost - 1) / kMost) == kFirst;
 }
 
-// How often each view's curvature should have been measured by this iteration. It is measured when cameras begin to
-// move, each time the elapsed fraction has grown fourfold (the image becomes sharper), and at the change to full-size
-// photographs.
+// Number of measurements of each view's curvature by this iteration: when cameras begin to move, each time the elapsed
+// fraction has grown fourfold (the image becomes sharper), and at the change to full-size photographs.
 inline int CurvatureAge(const AdamOptions& adam, const StageSpan& span) {
   int age = 1;
   for (double part = 4 * kCamerasMove; part < 1; part *= 4) age += span.HasReached(part) ? 1 : 0;
@@ -78,16 +77,16 @@ double GaussNewtonFactor(double done);
 std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
                                const std::vector<double>& curvature, const CameraStepContext& around);
 
-// The 4 x 4 linear system for a step of one lens: a sum over the views since the last step, with the views' own
-// unknowns eliminated. Schur complement (row-major), gradient, and number of views.
+// The 4 x 4 linear system for a step of one lens, summed over the views since the last step: Schur complement without
+// the views' own unknowns (row-major), gradient, and number of views.
 struct LensSystem {
   std::array<double, splat::kLensTangent * splat::kLensTangent> curvature{};
   std::array<double, splat::kLensTangent> gradient{};
   int views = 0;
 };
 
-// Adds one view to the system of its lens. gradient and curvature (CameraStepState) include the lens. The view's own
-// unknowns are eliminated: assumed optimal for every value of the lens parameters.
+// Adds one view to the system of its lens. gradient and curvature (CameraStepState) include the lens. Eliminates the
+// view's own unknowns: they are optimal for every value of the lens parameters.
 void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
                LensSystem* system);
 // `part` times the Gauss-Newton step, scaled so that no number exceeds `most`: a point one focal length from the

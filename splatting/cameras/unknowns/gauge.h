@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gauge of cameras and splat: common changes that no photograph shows, such as moving the whole scene. Functions
-// that remove such changes, and a prior for joint optimisation.
+// Functions and a prior that fix the gauge of cameras and splat: common changes that no photograph shows, such as
+// moving the whole scene.
 #pragma once
 
 #include <vector>

@@ -27,8 +27,8 @@ splat::CameraMotion MotionBetween(const View& from, const View& to);
 // Another view has the change of a training view with an equal given camera, or none.
 std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
-// The views of a scene, without images. Training views have the found motion and lens; others keep their pose and have
-// the lens of LensesOf.
+// The views of a scene, without images: training views with the found motion and lens, others with their pose and the
+// lens of LensesOf.
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
 // How far the image moves between two views: the median distance, in pixels, between the two projections of each

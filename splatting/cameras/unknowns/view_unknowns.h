@@ -39,8 +39,7 @@ struct LensChange {
 
   bool operator==(const LensChange&) const = default;
   bool is_none() const { return *this == LensChange{}; }
-  // True if plausible: focal lengths change by less than a factor of e, and the principal point moves by less than half
-  // a focal length.
+  // True if focal lengths change by less than a factor of e, and the principal point by less than half a focal length.
   bool is_sound() const;
   // The default change keeps every bit.
   splat::Lens Of(const splat::Lens& given) const;

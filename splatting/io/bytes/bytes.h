@@ -15,7 +15,7 @@
 namespace vesta::gs {
 
 // Reads a little-endian binary file item by item. If too few bytes remain for an item, throws Error with the file, the
-// byte offset, and `what`, the name of the item.
+// byte offset, and the item's name `what`.
 class ByteReader {
  public:
   explicit ByteReader(std::string path);

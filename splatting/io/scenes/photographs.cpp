@@ -37,8 +37,8 @@ bool HasShapeOf(const Camera& camera, ImageSize size) {
   return std::abs(height_at_width - size.height) <= 1 || std::abs(width_at_height - size.width) <= 1;
 }
 
-// The EXIF orientation by which to rotate an image so that it fits its camera; 1 if it already fits. Most programs find
-// cameras for images as stored. Some rotate them upright first, which swaps the sides of the camera.
+// The EXIF orientation by which to rotate an image so that it fits its camera; 1 if it already fits. Some programs
+// rotate images upright before they find cameras.
 int OrientationFor(const View& view, ImageSize size) {
   constexpr int kFirstThatSwapsSides = 5;
   const Camera& camera = view.camera;

@@ -31,8 +31,8 @@ struct PredictedPhotograph {
   double bytes = 0, work_bytes = 0;  // upper bounds: the image with a possible mask, and temporary memory
 };
 
-// Predicts from the image file's header, in a time independent of the image size. Throws Error for problems visible
-// there: not an image, or another aspect ratio than the camera's. Does not detect damaged pixels or bad masks.
+// Predicts from the image file's header only. Throws Error if it is not an image, or has another aspect ratio than the
+// camera. Does not detect damaged pixels or bad masks.
 PredictedPhotograph PredictPhotograph(const View& view, const PhotographRule& rule);
 
 // Expected bytes of the photograph in memory, from the camera in the scene's files, without opening the image file.

@@ -18,7 +18,7 @@ namespace vesta::gs {
 bool IsCompressedPly(const PlyFile& file);
 
 // Chunks may have bounds of the colours; in older files without them, colours are in 0..1. Reads vesta's comments too
-// (SplatComments). Throws Error, with the file and the problem, if the file is damaged.
+// (SplatComments). Throws Error, naming the file, if the file is damaged.
 SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& options = {});
 
 // Writes a splat, completely or not at all (kernels/core/files.h). Reorders the Gaussians so that chunks have narrow

@@ -65,8 +65,8 @@ inline SmallestThree ToSmallestThree(const std::array<double, 4>& q) {
   return result;
 }
 
-// A unit quaternion in the same order. If the squares of the three numbers sum to more than 1, which no rotation has,
-// the largest is 0 and the length is not 1.
+// A unit quaternion in the same order. If the squares of the three numbers sum to more than 1, the largest is 0 and the
+// length is not 1.
 inline std::array<double, 4> FromSmallestThree(const SmallestThree& three) {
   const auto& [a, b, c] = three.rest;
   std::array<double, 4> q{};

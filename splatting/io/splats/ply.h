@@ -19,8 +19,8 @@ namespace vesta::gs {
 // Reads a splat in the layout of the INRIA code (Kerbl et al. 2023), with the properties x y z nx ny nz f_dc_0..2
 // f_rest_0.. opacity scale_0..2 rot_0..3, in any order, float or double, binary or ascii. f_rest has all coefficients
 // of red, then green, then blue; their number (0, 9, 24 or 45) gives the SH degree. Other properties are ignored. Reads
-// vesta's comments too (SplatComments). An opacity logit may be infinite. Throws Error, with the file and the problem,
-// if the file is damaged or has another layout.
+// vesta's comments too (SplatComments). An opacity logit may be infinite. Throws Error, naming the file, if the file is
+// damaged or has another layout.
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options = {});
 SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options);
 

@@ -24,7 +24,7 @@ void RemoveUnusableGaussians(const std::string& path, const ReadSplatOptions& op
 void CheckDrawable(const std::string& path, const SplatModel& model);
 
 // The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h), compressed .ply
-// (compressed_ply.h), or .spz (spz.h). Throws Error, with the file and the problem, if it cannot be read.
+// (compressed_ply.h), or .spz (spz.h). Throws Error, naming the file, if it cannot be read.
 SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options = {});
 
 // The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case. The file is

@@ -13,9 +13,8 @@
 namespace vesta::gs {
 
 // Reads a splat of format version 1 to 3 with SH degree 0 to 3. The comment of the gzip header has vesta's comments
-// (SplatComments). Ignores the flag for splats trained with antialiasing. Throws Error, with the file and the problem,
-// if the file is damaged or not supported. The number of Gaussians is checked against the file's length before memory
-// is allocated.
+// (SplatComments). Ignores the flag for splats trained with antialiasing. Throws Error, naming the file, if the file is
+// damaged or not supported. The number of Gaussians is checked against the file's length before memory is allocated.
 SplatModel ReadSpz(const std::string& path, const ReadSplatOptions& options = {});
 // bytes: the content of the file.
 SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSplatOptions& options);

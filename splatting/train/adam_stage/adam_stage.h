@@ -26,7 +26,7 @@
 namespace vesta::gs {
 
 // Adam with densification and pruning, on one or a few views per iteration. Parameters, gradient and moments are in the
-// memory of backend B (host or GPU).
+// memory of backend B.
 template <class B>
 class AdamStage {
  public:

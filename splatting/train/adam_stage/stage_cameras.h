@@ -88,7 +88,7 @@ class StageCameras {
     }
   }
   // Applies the inverse of the found exposure to the view's photograph in the targets. Call before the photograph is
-  // used. Separate from UpdateCamera because it is slow, and most moves do not change the exposure.
+  // used. It is slow, and most moves do not change the exposure.
   template <class B>
   void Develop(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     if (!session_.cameras().Develop(view)) return;

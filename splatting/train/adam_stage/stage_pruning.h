@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pruning during the Adam stage (pruning/pruning_options.h). Scores are computed on the host from full-size training
-// views, even while iterations use half size.
+// Pruning during the Adam stage (pruning/pruning_options.h). Scores are always computed on the host from full-size
+// training views.
 #pragma once
 
 #include <cstdint>

@@ -33,8 +33,7 @@ class StageTargets {
   }
   // Whether photographs are read from a store on demand.
   bool are_stored() const { return !stored_.empty(); }
-  // Starts to read the next photographs from the store. next() returns the index of the next view, then of the one
-  // after it, and so on.
+  // Starts to read the next photographs from the store. Successive calls of next() return the indices of their views.
   template <class Next>
   void Prefetch(const Next& next) const {
     std::vector<Index> numbers;

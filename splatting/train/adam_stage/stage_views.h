@@ -47,8 +47,8 @@ struct ViewPasses {
   }
 };
 
-// The training views of the Adam stage: photographs at the current size, the passes over them, and their cameras, which
-// may move. Sums the gradients and density statistics of an iteration.
+// The training views of the Adam stage: photographs at the current size, passes over them, and cameras. Sums the
+// gradients and density statistics of an iteration.
 template <class B>
 class StageViews {
  public:

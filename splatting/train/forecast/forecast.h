@@ -34,8 +34,8 @@ class IterationTimer {
   void ObserveScoring(Index gaussians, double seconds) {
     scored_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
   }
-  // Sets the seconds of a full-size iteration minus a half-size one, for the same model. Predictions use them for any
-  // number of Gaussians, on which the work per pixel hardly depends.
+  // Sets the seconds of a full-size iteration minus a half-size one, for the same model, since the work per pixel
+  // hardly depends on the number of Gaussians.
   void SetFullMinusCoarse(double seconds) { full_minus_coarse_ = seconds; }
 
   // True after a second iteration at one size.
@@ -52,8 +52,8 @@ class IterationTimer {
   double ChangeSeconds(double gaussians) const {
     return changed_gaussians_ > 0 ? change_seconds_ / changed_gaussians_ * gaussians : 0;
   }
-  // Predicts one scoring round. iterations: Adam iterations with as many views. Before the first measurement, scoring a
-  // view is assumed to take as long as training on it at full size.
+  // Predicts one scoring round. iterations: Adam iterations with as many views. Before the first measurement, assumes
+  // the time of training on the same views at full size.
   double ScoringSeconds(double gaussians, double iterations) const {
     if (scored_gaussians_ > 0) return scoring_seconds_ / scored_gaussians_ * gaussians;
     return iterations * Seconds(false, gaussians);
@@ -92,8 +92,8 @@ class IterationTimer {
   std::array<Scale, 2> scales_;  // full size, half size
 };
 
-// Predicts the number of Gaussians from the growth so far. The relative growth per densification falls by about kFall
-// each time after the fourth (docs/decisions/forecast.md).
+// Predicts the number of Gaussians from the growth so far. After the fourth densification, each multiplies the relative
+// growth by about kFall (docs/decisions/forecast.md).
 class GrowthForecast {
  public:
   void Observe(Index before, Index after) {
@@ -138,15 +138,15 @@ struct RemainingWork {
   double gaussians = 0;       // at the end of the stage
   double most_gaussians = 0;  // maximum
 
-  // Iterations that fit into `available` seconds with the densifications and prunings, for which at most three quarters
-  // are reserved: before the first one, their time is a guess, and too high a guess would leave too few iterations.
+  // Iterations that fit into `available` seconds with the densifications and prunings. At most three quarters are
+  // reserved for these: until the first one, their time is a guess.
   double IterationsIn(double available) const {
     return (available - std::min(change_seconds, 0.75 * available)) / seconds;
   }
 };
 
-// Simulates the schedule of the rest of the stage. iterations_per_scoring: Adam iterations with as many views as one
-// scoring round. Requires timer.is_known() and an unfinished stage.
+// Simulates the rest of the schedule. iterations_per_scoring: Adam iterations with as many views as one scoring round.
+// Requires timer.is_known() and an unfinished stage.
 RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& growth, const TrainingSchedule& schedule,
                             const StageProgress& now, double iterations_per_scoring = 0);
 

@@ -56,8 +56,8 @@ class SplatLm {
   auto& workspace() { return problem_->workspace(); }
   void Resumed(const LmStepper<B>&) {}
   void Moved(const LmStepper<B>&) {}
-  // Stops caching views: each is rebuilt when needed. Returns false if views are already not cached. (The plan is
-  // estimated from some of the views, and other programs may allocate GPU memory.)
+  // Stops caching views: each is rebuilt when needed. Returns false if views are already not cached. (The plan is an
+  // estimate, and other programs may allocate GPU memory.)
   bool ReduceMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
 
  private:

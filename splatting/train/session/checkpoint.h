@@ -94,7 +94,7 @@ class SavedStage {
          checkpoint_->path, why.empty() ? "" : fmt::format(" ({})", why));
   }
   // Returns read(), which reads the saved state. If it throws Error, calls Refuse() with that message. Exceptions for
-  // lack of device memory or the failure of another process pass through.
+  // lack of device memory or another process's failure pass through.
   template <class Read>
   auto Validate(const Read& read) const {
     try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The current views of a training. Camera refinement moves the cameras of the training views. The inverse of each found
-// exposure is applied to the photograph, so that all have a common exposure.
+// The current views of a training. Refinement moves the cameras of the training views, and applies the inverse of each
+// found exposure to the photograph, so that all have a common exposure.
 #pragma once
 
 #include <optional>
