@@ -32,7 +32,7 @@ class DensityControl {
   DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
       : options_(options), extent_(extent), seed_(seed) {}
 
-  // Limits the number further than DensityOptions::max_gaussians.
+  // A second limit besides DensityOptions::max_gaussians.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
   // Clears the statistics, for `count` Gaussians.
   void ResetStatistics(Index count) {

@@ -27,7 +27,7 @@ struct StageMemory {
 // Limits in host memory. `bytes` is memory.budget_gib minus held_mib, the memory in use already. comfortable_bytes is
 // three quarters of the machine's free memory, divided by the number of processes of this training on it.
 StageMemory HostMemory(const MemoryOptions& memory, double held_mib);
-// On a GPU. `bytes` is 15/16 of its free_bytes, but at most memory.budget_gib.
+// Limits on a GPU. `bytes` is 15/16 of its free_bytes, but at most memory.budget_gib.
 StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 
 struct LmPlan {

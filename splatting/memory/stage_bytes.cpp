@@ -42,7 +42,7 @@ class Parts {
   const ViewCounts& most() const { return most_; }
   double Image() const { return kImageBytes * most_.pixels; }
   double View() const { return ViewBytes(most_); }
-  // Without Gram matrices.
+  // Work memory without Gram matrices.
   double Passes() const { return Workspace::BuildBytes(most_, gaussians_) + Workspace::ProductBytes(most_); }
   // With masks on a device; on the host, masks belong to the views.
   double Truths() const {

@@ -49,7 +49,7 @@ void CheckViews(const Scene& scene) {
   CheckPixels(scene.views);
 }
 
-// Memory of all training views, bytes.
+// Stored photographs of all training views, bytes.
 double StoredBytes(const Scene& scene) {
   double bytes = 0;
   for (const View& view : scene.views) {

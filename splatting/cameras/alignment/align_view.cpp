@@ -65,7 +65,7 @@ bool AllFinite(const View& view) {
   return finite(view.image.rgb) && finite(view.rotation) && finite(view.translation);
 }
 
-// No channel varies by more than the rounding of 8 bits.
+// True if no channel varies by more than the rounding of 8 bits.
 bool IsFlat(const Image& image) {
   for (int c = 0; c < ImageShape::kChannels; ++c) {
     const float* plane = image.plane(c);

@@ -67,7 +67,7 @@ Channels<S> ChannelsOf(const std::array<double, 3>& values) {
   return {{static_cast<S>(values[0]), static_cast<S>(values[1]), static_cast<S>(values[2])}};
 }
 
-// Changes the image in place. B: host or GPU.
+// Changes the image in place.
 template <class B>
 void Expose(const AffineColor& color, typename B::VectorView image) {
   using S = typename B::Scalar;

@@ -164,7 +164,7 @@ bool Orthonormalize(std::array<double, 9>* rotation) {
   return determinant > 0;
 }
 
-// From world_from_camera with OpenGL axes.
+// Converts world_from_camera with OpenGL axes.
 void ReadPose(const FrameValues& values, View* view) {
   const json* matrix = values.Find("transform_matrix");
   if (matrix == nullptr) Fail(kBadFile, "{}: the frame has no transform_matrix", values.where());

@@ -20,7 +20,7 @@
 namespace vesta::gs {
 namespace {
 
-// Before --downscale.
+// Camera before --downscale.
 Camera UndistortedCamera(const View& view, const Camera& camera) {
   const std::optional<Camera> pinhole = PinholeOf(camera, view.distortion);
   if (pinhole) return *pinhole;

@@ -27,7 +27,7 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options);
 // Writes that layout in binary with floats, completely or not at all (kernels/core/files.h). Reading gives the same
 // bits.
 void WriteSplatPly(const std::string& path, const SplatModel& model);
-// To an open file, which stays open.
+// Writes to an open file, which stays open.
 void WriteSplatPly(AtomicFile& file, const SplatModel& model);
 // Approximate bytes; not above the true size.
 std::int64_t SplatPlyBytes(Index gaussians, int sh_degree);

@@ -169,7 +169,7 @@ class AdamStage {
     if (state_->is_averaging && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
-  // Adds the parameters to their average. Without memory for it, the stage continues without.
+  // Adds the parameters to their average. If memory for it is lacking, the stage continues without.
   void Average() {
     try {
       state_->model.Average();

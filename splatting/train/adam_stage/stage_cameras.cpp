@@ -116,7 +116,7 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
     StepLens(span, lens, state);
     moved = true;
   }
-  // Passes over all training views.
+  // Counts passes over all training views.
   const auto epoch = [&](std::uint64_t seen) { return seen / lenses_.of.size(); };
   if (epoch(state->seen) > epoch(seen_before_)) {
     FixGauge(span, FreeBy(Choice(*state)));

@@ -49,7 +49,7 @@ class TrainingMemory {
   double device_snapshot_bytes() const { return device_snapshot_bytes_; }
   void NoteDeviceSnapshot(double bytes) { device_snapshot_bytes_ = std::max(device_snapshot_bytes_, bytes); }
 
-  // So far. NoteModel is called before each pruning round, and at the end of the training.
+  // NoteModel is called before each pruning round, and at the end of the training.
   const splat::ModelLayout& largest_model() const { return largest_model_; }
   void NoteModel(const splat::ModelLayout& layout) {
     if (layout.Size() > largest_model_.Size()) largest_model_ = layout;
