@@ -18,7 +18,7 @@
 namespace vesta::bundle {
 namespace {
 
-// Reads numbers from a text one after the other and counts lines.
+// Reads numbers one after the other and counts lines.
 class Reader {
  public:
   explicit Reader(std::string path) : path_(std::move(path)), text_(ReadFile(path_)) {
@@ -100,8 +100,7 @@ BundleData ReadBal(const std::string& path) {
   data.num_points = ReadCount(in, "the number of points");
   const Index observations = ReadCount(in, "the number of observations");
   const Index parameters = kCameraSize * data.num_cameras + kPointSize * data.num_points;
-  // Every number takes at least one digit and one space. This check comes before any allocation whose size depends on
-  // the counts.
+  // Every number takes at least one digit and one space. Checked before any allocation that depends on the counts.
   if (4 * observations + parameters > (in.bytes() + 1) / 2) {
     Fail(kBadFile,
          "{}: line {}: {} cameras, {} points and {} observations do not fit into {} bytes; the file is truncated or "

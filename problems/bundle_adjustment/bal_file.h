@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment data and its text file format.
+// Bundle adjustment data and its text format BAL (Agarwal et al., Bundle adjustment in the large, 2010).
 //
-// The format is BAL (Agarwal et al., Bundle adjustment in the large, 2010). The first line has the numbers of cameras,
-// points and observations. Then each observation has a line `camera point x y`, with indices from 0 and pixels. Then
-// each parameter has a line: nine per camera (projection.h), then three per point.
+// The first line has the numbers of cameras, points and observations. Then each observation has a line
+// `camera point x y`, with indices from 0 and pixels, and each parameter has a line: nine per camera (projection.h),
+// then three per point.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ namespace vesta::bundle {
 struct Observation {
   std::int32_t camera = 0;
   std::int32_t point = 0;
-  // Pixels from the centre of the image, as in projection.h.
+  // Pixels from the image centre.
   double pixel[2] = {0, 0};
 };
 
@@ -33,14 +33,13 @@ struct BundleData {
   std::vector<double> x;
 };
 
-// Throws Error with one line that names the file and the line if the file is not a BAL file, is truncated or too short
-// for its counts, has an index out of range or a number that is not finite, or has text after the last parameter.
+// Throws Error, naming file and line, if the file is not BAL, is too short for its counts, or has an index out of
+// range, a number that is not finite, or text after the last parameter.
 BundleData ReadBal(const std::string& path);
 
-// Writes the complete file, or none if that fails. ReadBal then reads the same bits. Throws Error if the file cannot be
-// written.
+// Writes the complete file, or none. ReadBal then reads the same bits. Throws Error if the file cannot be written.
 void WriteBal(const std::string& path, const BundleData& data);
-// Writes the same text to an open file. The caller commits the file.
+// Writes to an open file, which the caller commits.
 void WriteBal(AtomicFile& file, const BundleData& data);
 
 }  // namespace vesta::bundle

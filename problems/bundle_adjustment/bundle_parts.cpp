@@ -62,7 +62,7 @@ ProblemPart<CpuBackend<double>> BundleParts::Make(int part) {
   }
   const Index cameras = kCameraSize * data.num_cameras, points = kPointSize * data.num_points;
   data.x.resize(static_cast<std::size_t>(cameras + points));
-  // The reduced matrix is the sum over all parts, so a part never forms or factorises its own.
+  // The reduced matrix is the sum over all parts: a part never forms its own.
   BundleProblemOptions options = options_;
   options.reduced_form = ReducedForm::kImplicit;
   options.factorize_reduced = false;

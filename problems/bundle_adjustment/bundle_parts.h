@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Divides a bundle adjustment into parts for several processes (docs/scaling.md). Each part has a range of points, the
-// observations of these points, and all cameras. Each part eliminates its own points; the cameras are common to all
-// parts.
+// observations of these points, and all cameras. It eliminates its own points.
 #pragma once
 
 #include <vector>
@@ -13,8 +12,8 @@ namespace vesta::bundle {
 
 class BundleParts final : public ProblemParts<CpuBackend<double>> {
  public:
-  // Parts have about the same number of observations; there are at most as many parts as points. data must outlive this
-  // object. Throws Error for num_parts < 1.
+  // Parts have about the same number of observations, and at least one point. data must outlive this object. Throws
+  // Error for num_parts < 1.
   BundleParts(const BundleData& data, int num_parts, BundleProblemOptions options = {});
 
   int num_parts() const override { return static_cast<int>(first_point_.size()) - 1; }
@@ -27,8 +26,8 @@ class BundleParts final : public ProblemParts<CpuBackend<double>> {
   const BundleData& data_;
   BundleProblemOptions options_;
   std::vector<Index> first_point_;  // the first point of each part, then the number of points
-  // Observations sorted by point, as indices into data.observations: point i has by_point_[first_[i]] up to, but not
-  // including, by_point_[first_[i + 1]].
+  // Observations sorted by point, as indices into data.observations: point i has
+  // by_point_[first_[i]]..by_point_[first_[i + 1] - 1].
   std::vector<Index> by_point_, first_;
 };
 

@@ -14,7 +14,7 @@ namespace vesta::bundle {
 namespace internal {
 namespace {
 
-// Let p be the number of observation pairs per observation. Forming the reduced matrix takes the time of about 2 p
+// Let p be the number of observation pairs per observation. Forming the reduced matrix takes as long as about 2 p
 // implicit products; the inner solves need some tens of products. So forming it pays off unless tracks are long.
 constexpr Index kPairsPerObservation = 12;
 
@@ -43,7 +43,7 @@ LmOptions BundleLmOptions() {
   LmOptions options;
   options.normal_system.linear_solver = LinearSolverKind::kReducedPcg;
   // Chosen by measurements on BAL problems and generated ones. Products with the reduced matrix are cheap compared with
-  // the linearization, so each system is solved rather accurately.
+  // the linearization, so systems are solved accurately.
   options.normal_system.pcg.model_tolerance = 0.01;
   // One iteration reaches this if the reduced matrix is factorised.
   options.normal_system.pcg.relative_tolerance = 1e-8;
@@ -67,7 +67,7 @@ double BundleProblem::SumOverSlices(ConstVectorView x, const Term& term) {
               s.num_parameters());
   const HostBuffer<Camera<double>> cameras = internal::MakeCameras(s, x);
   const double* points = x.data() + s.num_camera_parameters();
-  // Cost uses the double kernel for either storage.
+  // The double kernel serves either storage.
   const auto squared_norms = KernelsFor<double>(context_->options.isa).squared_norms;
   return ParallelSum<double>(s.num_slices(), 1, [&](Index begin, Index end) {
     double sum = 0;
@@ -108,7 +108,6 @@ std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(Cons
   return internal::MakeLinearization<double>(*context_, x);
 }
 
-// Kernels compiled for each instruction set.
 VESTA_DECLARE_PER_ISA(template <class S> const Kernels<S>& CompiledKernels();
                       SymmetricProduct CompiledSymmetricProduct();)
 

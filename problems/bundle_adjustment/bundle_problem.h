@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment as a least-squares problem: finds cameras and points from the positions of the points in images. x
-// has nine parameters per camera (projection.h), then three coordinates per point.
+// Bundle adjustment as a least-squares problem. x has nine parameters per camera (projection.h), then three coordinates
+// per point.
 #pragma once
 
 #include <memory>
@@ -14,30 +14,29 @@
 
 namespace vesta::bundle {
 
-// Precision of the stored Jacobian. Arithmetic, residuals and gradient are always in double.
+// Precision of the stored Jacobian. Arithmetic, residuals and gradient are always double.
 enum class JacobianStorage { kDouble, kFloat };
 
-// How products with the matrix of the reduced system are computed. The reduced system is the linear system of the
-// cameras after elimination of the points.
+// Products with the matrix of the reduced system: the system of the cameras after elimination of the points.
 enum class ReducedForm {
-  kAuto,      // explicit if forming the matrix costs no more than some twenty implicit products
-  kImplicit,  // from the Jacobian, with one pass over the observations per product
-  kExplicit,  // with the blocks of the matrix, formed once per damping value
+  kAuto,      // explicit if forming the matrix costs at most about twenty implicit products
+  kImplicit,  // from the Jacobian, one pass over the observations per product
+  kExplicit,  // from the blocks of the matrix, formed once per damping value
 };
 
 struct BundleProblemOptions {
-  // Robust loss of the squared reprojection error of each observation; null: plain least squares.
+  // Robust loss of each squared reprojection error; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   JacobianStorage storage = JacobianStorage::kDouble;
   ReducedForm reduced_form = ReducedForm::kAuto;
-  // With the explicit form: computes a sparse Cholesky factor of the matrix as preconditioner, if that takes no longer
-  // than about a hundred products with the matrix.
+  // Explicit form only: preconditions with a sparse Cholesky factor, if computing it takes at most about a hundred
+  // products with the matrix.
   bool factorize_reduced = true;
-  // Instruction set of the loops over observations; the CPU must support it.
+  // Instruction set of the passes; the CPU must support it.
   Isa isa = ActiveIsa();
 };
 
-// Solver options that suit bundle adjustment: points are eliminated, and PCG solves the reduced system of the cameras.
+// Solver options for bundle adjustment: points are eliminated, and PCG solves the reduced system.
 LmOptions BundleLmOptions();
 
 namespace internal {
@@ -52,11 +51,11 @@ class BundleProblem final : public Problem<CpuBackend<double>> {
 
   Index num_parameters() const override;
   double Cost(ConstVectorView x) override;
-  // The problem must outlive the result. There are two residuals per observation, in track order (kernels.h).
+  // The problem must outlive the result. Two residuals per observation, in track order (kernels.h).
   std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
 
   const Structure& structure() const;
-  // Sum of squared reprojection errors over all observations, in pixels squared, without the loss.
+  // Sum of squared reprojection errors, in pixels squared, without the loss.
   double SquaredError(ConstVectorView x);
 
  private:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The passes `squared_norms` and `linearize` of kernels.h: project and linearise the observations of one camera, four
-// at a time in the lanes of a Quad.
+// The passes `squared_norms` and `linearize` of kernels.h. The lanes of a Quad are four observations of one camera.
 #pragma once
 
 #include "problems/bundle_adjustment/kernels.h"
@@ -10,7 +9,6 @@
 namespace vesta::bundle {
 inline namespace VESTA_ISA {
 
-// Copies the camera to all four lanes.
 inline Camera<Quad> Broadcast(const Camera<double>& camera) {
   Camera<Quad> out;
   for (int k = 0; k < 9; ++k) {
@@ -22,8 +20,7 @@ inline Camera<Quad> Broadcast(const Camera<double>& camera) {
   return out;
 }
 
-// Up to four observations of a slice, from index `first` on. If fewer remain, the last one is repeated in the other
-// lanes.
+// Up to four observations of a slice, from index `first` on. If fewer remain, the last one fills the other lanes.
 struct Four {
   Index lane[4];
   int count;
@@ -61,14 +58,13 @@ inline Quad RoundToFloat(const Quad& x) {
   return c - (c - x);
 }
 
-// Residuals and Jacobian (two rows of 12 entries) of four observations, one observation per lane.
+// Residuals and Jacobian (two rows of 12 entries) of four observations, one per lane.
 struct LinearizedFour {
   Quad residual[2];
   Quad jacobian[kRecordSize];
 };
 
-// Applies the robust loss (null: none) to the residuals and Jacobians of four observations. Sets the lanes from `count`
-// on to zero, so that they add nothing to sums.
+// Applies the robust loss (null: none). Sets the lanes from `count` on to zero, so that they add nothing to sums.
 inline void CorrectAndClear(const Loss* loss, CorrectLanes correct, int count, LinearizedFour& four) {
   if (loss == nullptr && count == 4) return;
   double lanes[4 * (2 + kRecordSize)];
@@ -82,7 +78,7 @@ inline void CorrectAndClear(const Loss* loss, CorrectLanes correct, int count, L
   for (int k = 0; k < kRecordSize; ++k) four.jacobian[k] = Quad::Load(lanes + 8 + 4 * k);
 }
 
-// Sums of Jc' r and Jc' Jc (packed lower triangle) of one camera, separately for each lane.
+// Sums of Jc' r and Jc' Jc (packed lower triangle) of one camera, per lane.
 struct LaneSums {
   Quad gradient[kCameraSize];
   Quad gram[kCameraGramSize];
@@ -101,7 +97,7 @@ struct LaneSums {
   }
 };
 
-// out[i] = the sum of the lanes of q[i].
+// out[i] = sum of the lanes of q[i].
 inline void SumLanes(const Quad* q, int count, double* out) {
   for (int i = 0; i < count; i += 4) {
     double sums[4];
@@ -112,7 +108,7 @@ inline void SumLanes(const Quad* q, int count, double* out) {
   }
 }
 
-// Writes residuals, Jacobian and Jp' r of four observations to their places in track order.
+// Writes residuals, Jacobian and Jp' r of four observations in track order.
 template <class S>
 void StoreFour(const CameraSlice& slice, const Four& four, const LinearizedFour& linearized,
                const LinearizedSlice<S>& out) {
@@ -153,8 +149,8 @@ void Linearize(const Camera<double>& camera, const double* points, const CameraS
     CorrectAndClear(loss, correct, four.count, linearized);
     sums.AddGradient(linearized);
     StoreFour(slice, four, linearized, out);
-    // Jc' Jc is computed from the Jacobian as it is stored, rounded to S. Only then is the reduced matrix a Schur
-    // complement of J' J + damping, and thus positive definite in exact arithmetic.
+    // Jc' Jc uses the stored Jacobian, rounded to S. Only then is the reduced matrix a Schur complement of J' J +
+    // damping, and positive definite in exact arithmetic.
     if (sizeof(S) == sizeof(float)) {
       for (Quad& entry : linearized.jacobian) entry = RoundToFloat(entry);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data that a BundleProblem shares with its linearizations. Parallel sums into vectors over the cameras.
+// Data that a BundleProblem shares with its linearizations, and parallel sums into vectors over the cameras.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class ReducedCholeskyPlan;
 
 using Cpu = CpuBackend<double>;
 
-// Arrays of one linearization (kernels.h). They are large, so ArrayPool keeps them for the next linearization.
+// Arrays of one linearization (kernels.h). ArrayPool keeps these large arrays for the next one.
 template <class S>
 struct LinearizationArrays {
   HostBuffer<S> records;
@@ -58,7 +58,7 @@ struct BundleContext {
 
   BundleProblemOptions options;
   Structure structure;
-  // The blocks of the reduced matrix that are formed: all, or only the diagonal ones for the preconditioner.
+  // The blocks of the reduced matrix to form: all, or only the diagonal ones for the preconditioner.
   ReducedPattern pattern;
   std::shared_ptr<ReducedCholeskyPlan> cholesky;  // null: the preconditioner is the diagonal blocks
   ArrayPool<float> float_pool;
@@ -68,7 +68,7 @@ struct BundleContext {
 // Prepares the cameras of x for projection.
 HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVectorView x);
 
-// The linearization at x, with the Jacobian stored in type S.
+// S: type of the stored Jacobian.
 template <class S>
 std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cpu::ConstVectorView x);
 
@@ -78,22 +78,22 @@ namespace vesta::bundle {
 
 inline constexpr Index kCamerasPerTask = 256;  // cameras per parallel task
 
-// Copies the nine parameters per camera of x to the padded vector (kernels.h): twelve entries per camera, of which the
-// first three are not changed.
+// Copies the camera parameters of x to the padded vector (kernels.h): twelve entries per camera, the first three
+// unchanged.
 inline void PadCameras(Index num_cameras, const double* x, double* padded) {
   ParallelFor(num_cameras, kCamerasPerTask,
               [&](Index i) { std::copy_n(x + kCameraSize * i, kCameraSize, padded + kRowSize * i + kPointSize); });
 }
 
-// Sums nine values per camera over the points, in parallel. The points are divided into a fixed number of chunks. Each
-// chunk has its own padded sums, which are then added in order, so the result does not depend on the number of threads.
+// Sums nine values per camera over the points, in parallel. A fixed number of chunks of points have their own padded
+// sums, which are then added in order, for any number of threads.
 class CameraSums {
  public:
   CameraSums(Index num_cameras, Index num_chunks)
       : num_cameras_(num_cameras), num_chunks_(num_chunks), sums_(num_cameras * kRowSize * num_chunks) {}
 
-  // Calls add(chunk, sums) for all chunks in parallel, where `sums` has 12 zeros per camera. Then calls finish(camera,
-  // total), with nine values, for all cameras in parallel.
+  // Calls add(chunk, sums) for all chunks in parallel; `sums` has 12 zeros per camera. Then calls finish(camera, nine
+  // totals) for all cameras in parallel.
   template <class Add, class Finish>
   void Run(const Add& add, const Finish& finish) {
     const Index size = num_cameras_ * kRowSize;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment on a GPU. The Jacobian of all observations is in GPU memory. PCG solves for cameras and points
-// together, with the diagonal blocks as preconditioner.
+// Bundle adjustment on a GPU, which stores the whole Jacobian. PCG solves for cameras and points together, with the
+// diagonal blocks as preconditioner.
 #pragma once
 
 #include <memory>
@@ -11,10 +11,10 @@
 
 namespace vesta::bundle {
 
-// x as in BundleProblem: nine parameters per camera, then three per point. Plain least squares.
+// x as in BundleProblem. Plain least squares.
 std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const BundleData& data);
 
-// Solver options for this problem: no elimination of the points.
+// Solver options without elimination of the points.
 LmOptions DeviceBundleLmOptions();
 
 }  // namespace vesta::bundle

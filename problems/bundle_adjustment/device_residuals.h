@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Residuals of a bundle adjustment for DeviceBlockProblem, which solves on a GPU.
+// Residuals of a bundle adjustment for DeviceBlockProblem.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The passes for one instruction set; this file is compiled once for each (cmake/Targets.cmake, vesta_simd_sources).
+// The passes, compiled once for each instruction set (cmake/Targets.cmake, vesta_simd_sources).
 #include "problems/bundle_adjustment/camera_passes.h"
 #include "problems/bundle_adjustment/point_passes.h"
 #include "problems/bundle_adjustment/reduced_passes.h"

@@ -19,7 +19,7 @@ void CorrectForLoss(const Loss& loss, double* lanes) {
   }
 }
 
-// Resizes the buffer; its contents are undefined afterwards.
+// The contents are undefined afterwards.
 template <class T>
 void Size(HostBuffer<T>& buffer, Index size) {
   if (buffer.size() != size) buffer.Resize(size);
@@ -44,8 +44,7 @@ class BundleLinearization final : public Linearization<Cpu>,
     Size(arrays_->gradient, num_parameters());
     Size(arrays_->camera_gram, kCameraGramSize * structure_.num_cameras());
     Size(arrays_->point_gram, kPointGramSize * structure_.num_points());
-    // A gradient computed from a float Jacobian would only have float precision. So Jp' r is stored in double for each
-    // observation.
+    // A float Jacobian would give a gradient of float precision, so each Jp' r is stored in double.
     if (kRounded) Size(arrays_->point_products, kPointSize * structure_.num_observations());
     order_ = {structure_.track_first(), structure_.track_point(), structure_.camera(), arrays_->records.data()};
     LinearizeCameras(x);

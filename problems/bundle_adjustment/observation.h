@@ -10,8 +10,8 @@
 
 namespace vesta::bundle {
 
-// One observation of a bundle adjustment as a functor of twelve parameters: three of the point, then nine of the
-// camera. Residual: predicted minus observed position, pixels.
+// A functor of three point parameters, then nine camera parameters. Residual: predicted minus observed position,
+// pixels.
 struct BundleObservation {
   static constexpr int kResiduals = 2, kParameters = kRowSize;
   double u, v;
@@ -24,7 +24,7 @@ struct BundleObservation {
   }
 };
 
-// A bundle adjustment as uniform row blocks (kernels/core/row_blocks.h), one per observation.
+// Uniform row blocks (kernels/core/row_blocks.h), one per observation.
 struct ObservationBlocks {
   std::vector<BundleObservation> functors;
   std::vector<Index> index;        // index[c * observations + i]: parameter of x for input c of functor i

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The passes of kernels.h with the stored Jacobian: apply_j, apply_jt, apply_h and point_gram, track by track.
+// The passes of kernels.h with the stored Jacobian: apply_j, apply_jt, apply_h and point_gram.
 #pragma once
 
 #include "kernels/core/span.h"
@@ -11,8 +11,8 @@ namespace vesta::bundle {
 
 inline namespace VESTA_ISA {
 
-// Twelve numbers in three Quads: a row of the Jacobian of an observation, or the padded vector of a camera. The first
-// Quad contains the three entries of the point and the first one of the camera.
+// Twelve numbers in three Quads: a Jacobian row, or the padded vector of a camera. The first Quad has the point's
+// entries and the camera's first.
 struct Row {
   Quad q[3];
 
@@ -35,7 +35,7 @@ inline void StorePoint(const Quad& q, double* p) {
   for (int i = 0; i < kPointSize; ++i) p[i] = lanes[i];
 }
 
-// Sums of the elementwise products of a row and a vector, one sum per lane. Their total is the scalar product.
+// Elementwise products of a row and a vector, one sum per lane. Their total is the scalar product.
 inline Quad Products(const Row& row, const Row& x) {
   return MultiplyAdd(row.q[0], x.q[0], MultiplyAdd(row.q[1], x.q[1], row.q[2] * x.q[2]));
 }
@@ -55,18 +55,18 @@ struct Record {
     Sums(p0, p1, p0, p1).Store(sums);
     u[0] = sums[0], u[1] = sums[1];
   }
-  // u[i] = the point entries of row i times y, whose fourth lane is 0.
+  // u[i] = point entries of row i times y, whose fourth lane is 0.
   void MultiplyPoint(const Quad& y, double u[2]) const {
     const Quad p0 = row[0].q[0] * y, p1 = row[1].q[0] * y;
     double sums[4];
     Sums(p0, p1, p0, p1).Store(sums);
     u[0] = sums[0], u[1] = sums[1];
   }
-  // Returns sum + Jp' u, for the point; the fourth lane is undefined.
+  // Returns sum + Jp' u; the fourth lane is undefined.
   Quad AddPoint(const double u[2], const Quad& sum) const {
     return MultiplyAdd(row[0].q[0], u[0], MultiplyAdd(row[1].q[0], u[1], sum));
   }
-  // sums += J' u: twelve values, of which the first three are of no use.
+  // sums += J' u: twelve values; the first three are unused.
   void Add(const double u[2], double* sums) const {
     const Quad u0(u[0]), u1(u[1]);
     for (int k = 0; k < 3; ++k) {
@@ -80,13 +80,13 @@ Record LoadRecord(const TrackOrder<S>& order, Index observation) {
   return Record::Load(order.records + kRecordSize * observation);
 }
 
-// Index of the first of the twelve entries of the observation's camera in a padded vector.
+// Index of the observation's camera in a padded vector.
 template <class S>
 Index CameraOffset(const TrackOrder<S>& order, Index observation) {
   return kRowSize * static_cast<Index>(order.camera[observation]);
 }
 
-// The entries of a vector for one observation as a row: three of the point, nine of the camera.
+// Entries of a vector: three of the point, nine of the camera.
 inline Row Parameters(const double* camera, const Quad& point) {
   Row x = Row::Load(camera);
   x.q[0] = x.q[0] + point;

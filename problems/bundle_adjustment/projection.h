@@ -3,10 +3,10 @@
 // derivatives.
 //
 // A camera has nine parameters: angle-axis vector w (radians), translation t, focal length f (pixels), radial
-// distortion k1, k2. It projects a world point X to the prediction
+// distortion k1, k2. It projects a world point X to
 //   P = R(w) X + t,  p = -(P_x, P_y) / P_z,  prediction = f (1 + k1 |p|^2 + k2 |p|^4) p   [pixels],
-// where R(w) is the rotation matrix. The camera looks along its negative z axis; the origin of image coordinates is the
-// centre of the image.
+// where R(w) is the rotation matrix. The camera looks along its negative z axis. Image coordinates start at the image
+// centre.
 //
 // T is the scalar type: double, ceres::Jet, or Quad (quad.h): four observations in SIMD lanes.
 #pragma once
@@ -19,14 +19,14 @@ namespace vesta::bundle {
 
 inline constexpr int kCameraSize = 9;
 inline constexpr int kPointSize = 3;
-// Number of columns of an observation's Jacobian: three for the point, then nine for the camera.
+// Columns of an observation's Jacobian: three for the point, then nine for the camera.
 inline constexpr int kRowSize = kPointSize + kCameraSize;
 
 // A camera prepared for the projection of many points. Matrices are row-major 3 x 3.
 template <class T>
 struct Camera {
   T rotation[9];
-  // The left Jacobian J of the rotation group: R(w + d) = R(J d) R(w) to first order in d.
+  // Left Jacobian J of the rotation group: R(w + d) = R(J d) R(w) to first order in d.
   T left_jacobian[9];
   T translation[3];
   T focal, k1, k2;
@@ -45,7 +45,7 @@ struct Projection {
 
 inline namespace VESTA_ISA {
 
-// Prepares the camera of nine parameters, with A, B, C from AngleCoefficients and the cross-product matrix [w]:
+// Prepares a camera, with A, B, C from AngleCoefficients and the cross-product matrix [w]:
 //   R = I + A [w] + B [w]^2 (Rodrigues),  left Jacobian = I + B [w] + C [w]^2,  [w]^2 = w w' - |w|^2 I.
 template <class T>
 VESTA_HD Camera<T> MakeCamera(const T* parameters) {
@@ -71,7 +71,6 @@ VESTA_HD Camera<T> MakeCamera(const T* parameters) {
   return camera;
 }
 
-// Projects the world point X.
 template <class T>
 VESTA_HD Projection<T> Project(const Camera<T>& camera, const T X[3]) {
   Projection<T> out;
@@ -89,7 +88,7 @@ VESTA_HD Projection<T> Project(const Camera<T>& camera, const T X[3]) {
   return out;
 }
 
-// jacobian[12 * i + c]: derivative of predicted[i] with respect to entry c of (X, w, t, f, k1, k2). at: from Project.
+// jacobian[12 * i + c]: derivative of predicted[i] with respect to entry c of (X, w, t, f, k1, k2).
 template <class T>
 VESTA_HD void ProjectionJacobian(const Camera<T>& camera, const Projection<T>& at, T* jacobian) {
   // predicted = f d(p) p, so its derivative by p is f (d I + (2 k1 + 4 k2 |p|^2) p p').

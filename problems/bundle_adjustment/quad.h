@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Four doubles: the vector type of the bundle adjustment kernels. One AVX register, or an array without AVX2.
+// Four doubles: one AVX register, or an array without AVX2.
 //
-// A row of the Jacobian has 12 entries, which are three Quads, so wider registers would not help. The code uses
-// intrinsics instead of xsimd because object files for AVX-512 must not contain xsimd's functions for 256-bit vectors:
-// the linker could use these for older CPUs (tools/check_isa_symbols.py). Included only by kernels.simd.cpp.
+// A Jacobian row has 12 entries, which are three Quads, so wider registers would not help. xsimd is not used: object
+// files for AVX-512 must not contain its functions for 256-bit vectors, which the linker could use for older CPUs
+// (tools/check_isa_symbols.py).
 #pragma once
 
 #if defined(__AVX2__)

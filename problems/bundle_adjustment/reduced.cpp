@@ -15,12 +15,11 @@ namespace vesta::bundle::internal {
 namespace {
 
 constexpr Index kPointsPerTask = 1024;
-// Number of matrix blocks per task of a product.
 constexpr Index kBlocksPerTask = 2048;
 
 constexpr double kMaxBytes = 0x1p32;
 // Limit for the cost of factorising, in multiplications per entry of the matrix. Factorising a front does about ten
-// multiplications per nanosecond, a product with the matrix about one. So 1000 take the time of a hundred products.
+// multiplications per nanosecond, a product with the matrix about one.
 constexpr double kMultiplicationsPerEntry = 1000;
 
 std::vector<BlockGroup> PointBlocks(Index num_points) { return {{kPointSize, num_points, 0, 1, kPointSize}}; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The damped linear system of a bundle adjustment after elimination of the points: the reduced system, for the camera
-// parameters only (docs/guide/eliminated_group.md). Its matrix is a Schur complement. Also its sparse Cholesky factor.
+// The reduced system of a bundle adjustment: the damped system of the cameras after elimination of the points
+// (docs/guide/eliminated_group.md), with a Schur complement as matrix. Its sparse Cholesky factor.
 #pragma once
 
 #include <memory>
@@ -15,12 +15,11 @@
 
 namespace vesta::bundle::internal {
 
-// The elimination order and the memory that all Cholesky factors of one problem share.
+// Elimination order and memory of all Cholesky factors of one problem.
 class ReducedCholeskyPlan {
  public:
-  // Returns null if the pattern has only diagonal blocks or the factor would exceed 4 GiB. Also returns null if a
-  // factorisation would take longer than about a hundred products with the matrix, because PCG with the diagonal blocks
-  // usually needs fewer products.
+  // Null if the pattern has only diagonal blocks, if the factor would exceed 4 GiB, or if factorising would take longer
+  // than about a hundred products with the matrix: PCG with the diagonal blocks usually needs fewer.
   static std::shared_ptr<ReducedCholeskyPlan> Make(const ReducedPattern& pattern);
 
   std::string description() const;
@@ -33,15 +32,15 @@ class ReducedCholeskyPlan {
   std::shared_ptr<SparseCholesky> cholesky_;
 };
 
-// A Cholesky factor of the reduced matrix, as a preconditioner: Apply solves with the factor. PCG then takes one or two
-// iterations at any problem size.
+// A Cholesky factor of the reduced matrix as a preconditioner. PCG then takes one or two iterations at any problem
+// size.
 class ReducedCholesky final : public LinearOperator<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
   explicit ReducedCholesky(const ReducedCholeskyPlan& plan);
 
-  // Factorises the matrix with these blocks; SymmetricProduct (kernels.h) describes their layout. `pattern` must be the
-  // pattern from which the plan was made.
+  // Factorises the matrix with these blocks, laid out as for SymmetricProduct (kernels.h). `pattern` must be the plan's
+  // pattern.
   void Factorize(const ReducedPattern& pattern, const double* blocks);
   Index size() const override { return matrix_.size(); }
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
@@ -52,14 +51,14 @@ class ReducedCholesky final : public LinearOperator<CpuBackend<double>> {
   std::shared_ptr<BlockCholesky> factor_;
 };
 
-// The block structure of the camera parameters: nine consecutive parameters per camera.
+// Nine consecutive parameters per camera.
 inline BlockGroup CameraBlocks(const Structure& structure) {
   return {kCameraSize, structure.num_cameras(), 0, 1, kCameraSize};
 }
 
-// The reduced system at one x. Refers to the context and the arrays, which must outlive it. If the context's pattern
-// has all blocks, the matrix is formed at the first use after SetDamping. Otherwise only its diagonal blocks are
-// formed, and a product with the matrix is one pass over the observations.
+// The reduced system at one x. The context and the arrays must outlive it. If the context's pattern has all blocks, the
+// matrix is formed at the first use after SetDamping. Otherwise only its diagonal blocks are formed, and each product
+// passes over the observations.
 template <class S>
 class BundleReducedSystem final : public ReducedSystem<Cpu> {
  public:
@@ -80,10 +79,10 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   Index End(Index chunk) const { return structure_.chunk_first(chunk + 1); }
   bool explicit_form() const { return !context_.pattern.diagonal_only; }
   void InvertPointBlocks(double lambda, ConstVectorView metric);
-  // Runs Kernels::reduce (kernels.h) for ReduceRhs and Apply, then finish(camera, nine sums) for all cameras.
+  // Runs Kernels::reduce for ReduceRhs and Apply, then finish(camera, nine sums) for all cameras.
   template <class Finish>
   void Reduce(const double* cameras, const double* b, const Finish& finish);
-  // Writes Jc' Jc + damping of camera i to `block`, in the padded layout of kernels.h.
+  // Writes Jc' Jc + damping of camera i to `block` (kBlockSize entries).
   void StartDiagonalBlock(Index i, double* block) const;
   void FormBlocks();
 

@@ -8,7 +8,7 @@
 namespace vesta::bundle {
 inline namespace VESTA_ISA {
 
-// Returns m v, where m is a symmetric 3 x 3 matrix as a packed lower triangle; the fourth lane of the result is 0.
+// Returns m v for a symmetric 3 x 3 matrix m, a packed lower triangle; the fourth lane is 0.
 inline Quad MultiplyPacked(const double* m, const double v[3]) {
   return Quad(m[0] * v[0] + m[1] * v[1] + m[3] * v[2], m[1] * v[0] + m[2] * v[1] + m[4] * v[2],
               m[3] * v[0] + m[4] * v[1] + m[5] * v[2], 0.0);
@@ -59,14 +59,14 @@ void BackSubstitute(const TrackOrder<S>& order, Index begin, Index end, const do
   }
 }
 
-// The contribution of a pair of observations to a block is a' t. `own` is the record of its own observation, whose
-// camera columns are a (2 x 9). t is 2 x 9, padded to rows of 12.
+// A pair of observations contributes a' t to a block. `own` is the record of its own observation, with the camera
+// columns a (2 x 9). t is 2 x 9, padded to rows of 12.
 struct PairProduct {
   double own[kRecordSize];
   double t[kRecordSize];
 };
 
-// block += the sum of a' t over `count` pairs, three rows of the block at a time so that they stay in registers.
+// block += sum of a' t over `count` pairs, three rows of the block at a time so that they stay in registers.
 inline void AddProducts(const PairProduct* pairs, int count, double* block) {
   constexpr int kRows = 3;
   for (int first = 0; first < kCameraSize; first += kRows) {

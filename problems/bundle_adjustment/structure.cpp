@@ -87,8 +87,7 @@ Structure::Structure(const BundleData& data) : num_cameras_(data.num_cameras), n
     longest_track_ = std::max(longest_track_, length);
     num_pairs_ += length * (length + 1) / 2;
   }
-  // Each chunk clears and adds its own sums for all cameras, so a chunk needs many more observations than there are
-  // cameras.
+  // Each chunk clears and adds its own sums for all cameras, so a chunk needs many more observations than cameras.
   const Index chunks = std::clamp<Index>(count / std::max<Index>(2048, 8 * num_cameras_), 1, 32);
   chunk_first_.push_back(0);
   for (Index chunk = 1; chunk <= chunks; ++chunk) {

@@ -15,8 +15,8 @@
 namespace vesta::pose_graph {
 namespace {
 
-// Order of a pose's numbers in a file, as indices into memory: quaternions are (w, x, y, z) in memory, but (x, y, z, w)
-// in files.
+// Order of a pose's numbers in a file, as indices into memory: quaternions are (w, x, y, z) in memory, (x, y, z, w) in
+// files.
 constexpr std::array<int, 3> kFileOrderSe2 = {0, 1, 2};
 constexpr std::array<int, 7> kFileOrderSe3 = {0, 1, 2, 4, 5, 6, 3};
 
@@ -53,7 +53,7 @@ class Reader {
         notes.push_back(fmt::format("{} information matrices {}; the first on line {}", count, what, first));
     }
   };
-  // A vertex id, looked up after all vertices have been read, and the line that refers to it.
+  // A vertex id, looked up after all vertices have been read, and its line.
   struct Reference {
     Index id, line;
   };

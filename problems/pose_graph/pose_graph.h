@@ -9,18 +9,18 @@
 
 namespace vesta::pose_graph {
 
-// 2D or 3D poses. problems/pose_graph/poses.h defines their steps and residuals.
+// Steps and residuals: problems/pose_graph/poses.h.
 enum class PoseSpace { kSe2, kSe3 };
 
-// Number of values of a pose: (x, y, yaw) in 2D; position (x, y, z) and unit quaternion (w, x, y, z) in 3D.
+// Values per pose: (x, y, yaw) in 2D; position (x, y, z) and unit quaternion (w, x, y, z) in 3D.
 constexpr int PoseSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 3 : 7; }
-// Dimension of a pose's step, and of an edge's residual.
+// Dimension of a step of one pose, and of an edge's residual.
 constexpr int TangentSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 3 : 6; }
-// Number of values of an information matrix: its upper triangle, row by row.
+// Values per information matrix: its upper triangle, row by row.
 constexpr int InformationSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 6 : 21; }
 
 struct PoseGraph {
-  // A measurement of pose `to` relative to pose `from`, as indices of poses.
+  // A measurement of pose `to` relative to pose `from`; indices of poses.
   struct Edge {
     Index from = 0, to = 0;
   };

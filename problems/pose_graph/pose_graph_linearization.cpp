@@ -23,7 +23,6 @@ void Whiten(const double* W, const double* in, double* out) {
   }
 }
 
-// One edge, with pointers to its poses.
 template <class Space>
 struct Edge {
   static constexpr int D = Space::kTangent;

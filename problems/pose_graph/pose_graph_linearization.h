@@ -16,8 +16,7 @@
 
 namespace vesta::pose_graph {
 
-// Computes the whitened residuals and Jacobian blocks of the edges of a pose graph. x: the values of all poses, as in
-// PoseGraph::poses.
+// The edges of a pose graph. x: the values of all poses, as in PoseGraph::poses.
 struct EdgeTerms {
   PoseSpace space = PoseSpace::kSe2;
   std::vector<PoseGraph::Edge> edges;
@@ -31,7 +30,7 @@ struct EdgeTerms {
   // 1/2 rho(|whitened residual|^2) of one edge.
   double Cost(Index edge, const double* x) const;
   // Writes the whitened residual (TangentSize values) and its Jacobian with respect to the steps of poses `from` and
-  // `to` (row-major, TangentSize x 2 TangentSize). Both are corrected for the loss (solver/loss.h).
+  // `to` (row-major, TangentSize x 2 TangentSize), both corrected for the loss (solver/loss.h).
   void Linearize(Index edge, const double* x, double* residual, double* jacobian) const;
 };
 
@@ -41,8 +40,7 @@ struct EdgeEnd {
   int side;
 };
 
-// The places of poses and edges in vectors and matrices, computed once per problem. A row is a block row of H: one pose
-// that is not fixed.
+// Places of poses and edges in vectors and matrices. A row is a block row of H: one pose that is not fixed.
 struct PoseGraphLayout {
   EdgeTerms terms;
   std::vector<Index> row_of_pose;               // by pose; -1 for fixed poses
@@ -56,7 +54,7 @@ struct PoseGraphLayout {
   int tangent() const { return terms.tangent(); }
   // Number of entries of a step of all poses.
   Index num_tangent() const { return static_cast<Index>(pose_of_row.size()) * tangent(); }
-  // The row of the pose at one end of an edge; -1 if it is fixed.
+  // -1 if the pose is fixed.
   Index Row(Index edge, int side) const {
     const PoseGraph::Edge& e = terms.edges[static_cast<std::size_t>(edge)];
     return row_of_pose[static_cast<std::size_t>(side == 0 ? e.from : e.to)];

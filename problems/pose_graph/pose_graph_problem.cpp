@@ -132,7 +132,7 @@ class PoseGraphProblem::Impl {
       Fail(kBadArgument, "pose graph: max_factor_gib is {}; it must be positive", max_factor_gib);
   }
 
-  // Null if the factor would be too large. Planned only once.
+  // Null if the factor would be too large.
   const std::shared_ptr<SparseCholesky>& Cholesky() {
     if (!planned) cholesky = SparseCholesky::Plan(*layout.pattern, max_factor_gib * 0x1p30);
     planned = true;
@@ -234,8 +234,7 @@ LmOptions PoseGraphOptions() {
   options.step_control.lambda_after_first_reject = 1;
   options.normal_system.linear_solver = LinearSolverKind::kPcg;
   options.normal_system.preconditioner = PreconditionerKind::kProblem;
-  // The second test matters for problems without a factor, which would be too large. A factor meets the first test in
-  // one iteration.
+  // The second test is for problems whose factor would be too large. A factor meets the first test in one iteration.
   options.normal_system.pcg = {.max_iterations = 500, .relative_tolerance = 1e-10, .model_tolerance = 1e-2};
   return options;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose-graph optimisation as a least-squares problem: finds the poses that agree best with relative measurements.
+// Pose-graph optimisation as a least-squares problem.
 #pragma once
 
 #include <memory>
@@ -30,15 +30,14 @@ struct PoseGraphProblemOptions {
   EdgeError error = EdgeError::kG2o;
   // Robust loss of the squared norm of each edge's residual; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
-  // Fixes the first pose if the graph fixes none. Without a fixed pose, moving all poses together would not change the
-  // cost.
+  // Fixes the first pose if the graph fixes none: moving all poses together would not change the cost.
   bool hold_first = true;
   // Size limit of the Cholesky factor that MakePreconditioner computes, in GiB; > 0.
   double max_factor_gib = 4;
 };
 
 // x has PoseSize values per pose, including fixed poses. A step has TangentSize values per pose that is not fixed, in
-// the order of the poses. There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
+// order. There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
 class PoseGraphProblem final : public Problem<CpuBackend<double>>,
                                public OnManifold<CpuBackend<double>>,
                                public InUnits<CpuBackend<double>>,
@@ -49,8 +48,8 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
  public:
   using B = CpuBackend<double>;
 
-  // Copies the graph. Throws Error if the sizes are inconsistent, if an edge or fixed pose has an index out of range,
-  // if an edge joins a pose to itself, or if an information matrix is indefinite.
+  // Copies the graph. Throws Error for inconsistent sizes, an index of an edge or fixed pose out of range, an edge from
+  // a pose to itself, or an indefinite information matrix.
   explicit PoseGraphProblem(const PoseGraph& graph, const PoseGraphProblemOptions& options = {});
   ~PoseGraphProblem() override;
 
@@ -60,13 +59,13 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
-  // A sparse Cholesky factor of the whole damped matrix H + lambda D; PCG then needs one or two iterations. Null if the
+  // A sparse Cholesky factor of the damped matrix H + lambda D; PCG then needs one or two iterations. Null if the
   // factor would exceed PoseGraphProblemOptions::max_factor_gib; the solver then uses the diagonal blocks of H.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   // The same, but throws Error if the factor would be too large.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
-  // Names of entries for messages, with the indices of poses and edges.
+  // Names for messages, with the indices of poses and edges.
   std::string NameTangent(Index k) override;
   std::string NameResidual(int batch, Index row) override;
   std::string DescribeDegenerate(ConstVectorView x) override;
@@ -79,11 +78,10 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
   std::unique_ptr<Impl> impl_;
 };
 
-// Solver options that suit pose graphs. PCG uses the Cholesky factor as preconditioner and solves the linear systems up
-// to rounding. The initial lambda is 1e-6 (a trust-region radius of 1e6 in Ceres), because the residuals are close to
-// linear. On graphs that start near their minimum, this takes fewer iterations than 1e-4 and reaches the same minima.
-// If the first step is rejected, the start is far from the minimum, and lambda is set to 1. With this rule, torus3D and
-// sphere_bignoise reach their lowest known minima (docs/decisions/pose-graph-damping.md).
+// Solver options for pose graphs. PCG uses the Cholesky factor and solves up to rounding. The initial lambda is 1e-6 (a
+// trust-region radius of 1e6 in Ceres), because the residuals are close to linear. Near the minimum, this takes fewer
+// iterations than 1e-4. If the first step is rejected, the start is far from the minimum, and lambda becomes 1
+// (docs/decisions/pose-graph-damping.md).
 LmOptions PoseGraphOptions();
 
 }  // namespace vesta::pose_graph

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses in 2D and 3D, their steps, and the residual of a measured relative pose, with its Jacobian. R is the rotation
-// matrix of a pose and p its position; angles are in radians.
+// 2D and 3D poses, their steps, and the residual of a measured relative pose, with its Jacobian. R is the rotation
+// matrix of a pose, p its position; angles are in radians.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ struct Se2 {
     return angle - T(kTurn) * floor((angle + T(std::numbers::pi)) / T(kTurn));
   }
 
-  // out = x (+) delta: adds delta to position and yaw, and normalises the yaw.
+  // out = x (+) delta: adds, and normalises the yaw.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     out[0] = x[0] + delta[0];
@@ -32,8 +32,7 @@ struct Se2 {
     out[2] = NormalizeAngle(x[2] + delta[2]);
   }
 
-  // r = (R_a^T (p_b - p_a) - p_m, yaw_b - yaw_a - yaw_m in [-pi, pi)), where m is the measured pose of b in the frame
-  // of a.
+  // r = (R_a^T (p_b - p_a) - p_m, yaw_b - yaw_a - yaw_m in [-pi, pi)); m: measured pose of b in the frame of a.
   template <class T>
   static void Residual(const T* a, const T* b, const double* m, T* r) {
     using std::cos, std::sin;
@@ -60,15 +59,14 @@ struct Se2 {
   }
 };
 
-// 3D poses: position (x, y, z) and unit quaternion (w, x, y, z). A step has six values: three of the position, then
-// three of the rotation.
+// 3D poses: position (x, y, z) and unit quaternion (w, x, y, z). A step has three values of the position, then three of
+// the rotation.
 struct Se3 {
   static constexpr int kPose = 7;
   static constexpr int kTangent = 6;
 
-  // out = x (+) delta. The position grows by delta[0..3). The orientation q is rotated in the world frame. The axis of
-  // this rotation is d = delta[3..6), and its angle is 2 |d|: q' = (cos |d|, d sin |d| / |d|) q. Because of rounding,
-  // q' is then normalised.
+  // out = x (+) delta. Adds delta[0..3) to the position. Rotates the orientation q in the world frame by the angle 2
+  // |d| about d = delta[3..6): q' = (cos |d|, d sin |d| / |d|) q. Then normalises q', because of rounding.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
     for (int i = 0; i < 3; ++i) out[i] = x[i] + delta[i];

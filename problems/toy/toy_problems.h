@@ -74,8 +74,8 @@ struct Rosenbrock {
   }
 };
 
-// Parameter indices of a chain of n - 1 Rosenbrock functors over n variables: functor i depends on x_i and x_{i+1}. The
-// minimum is 0, where all variables are 1.
+// Parameter indices of n - 1 Rosenbrock functors over n variables: functor i depends on x_i and x_{i+1}. The minimum is
+// 0, where all variables are 1.
 inline std::vector<Index> RosenbrockChain(Index n) {
   std::vector<Index> index;
   for (Index i = 0; i + 1 < n; ++i) {

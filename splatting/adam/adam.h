@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Adam optimiser (Kingma and Ba 2015) for a model in the memory of backend B (host or GPU). Each class of parameter
-// has its own learning rate. The second moments are per parameter or, in block mode, joint for the eleven geometric
-// parameters of a Gaussian: mean, log-scales, quaternion and opacity (adam_formula.h).
+// The Adam optimiser (Kingma and Ba 2015) for a model in the memory of backend B, with a learning rate for each class
+// of parameter. In block mode, the second moments are joint for the eleven geometric parameters of a Gaussian: mean,
+// log-scales, quaternion and opacity (adam_formula.h).
 #pragma once
 
 #include <utility>
@@ -20,19 +20,17 @@ class Adam {
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  // rates: learning rates by class of parameter. metric: kBlock selects block mode. views: the number of views per step
-  // (AdamRule).
+  // metric: kBlock selects block mode. views: number of views per step (AdamRule).
   explicit Adam(const LearningRates& rates, SecondMoment metric = SecondMoment::kDiagonal, int views = 1)
       : rule_(rates, metric, views) {}
 
-  // Sets the unit of length of each Gaussian (model/length_units.h): the learning rate of its mean is multiplied by it.
-  // 1 if never called. Call it again when the units change.
+  // The unit of length of each Gaussian (model/length_units.h) multiplies the learning rate of its mean; 1 if never
+  // set. Set again when the units change.
   void SetUnits(Vector units) { units_ = std::move(units); }
   const Vector& units() const { return units_; }
 
-  // x -= step, for the attributes [0, attributes) of a model with this layout. All learning rates are multiplied by
-  // `factor`. `gradient` has the layout of the model; the function sets it to zero. The first call allocates the
-  // moments. Asynchronous on a device.
+  // x -= step, for the attributes [0, attributes). `factor` multiplies all learning rates. `gradient` has the layout of
+  // the model and is set to zero. The first call allocates the moments. Asynchronous on a device.
   void Step(const splat::ModelLayout& layout, typename B::VectorView x, float* gradient, int attributes,
             double factor) {
     const ScopedPhase phase("Adam");
@@ -57,9 +55,9 @@ class Adam {
     AdamSteps<Space>::Run(arrays, bases_);
   }
 
-  // Adapts the moments to a change of the model: Gaussian i of the new model (layout `to`) is Gaussian source[i] of the
-  // old one (layout `from`). It keeps its moments if kept[i] is 1; if 0, they become zero. On a device, throws
-  // OutOfDeviceMemory if memory runs out.
+  // Adapts the moments to a new model: Gaussian i of it (layout `to`) is Gaussian source[i] of the old one
+  // (layout `from`). Its moments stay if kept[i] is 1, else become zero. On a device, throws OutOfDeviceMemory if
+  // memory runs out.
   void Rearrange(const splat::ModelLayout& from, const splat::ModelLayout& to, Span<const std::uint32_t, Space> source,
                  Span<const std::uint8_t, Space> kept) {
     if (first_.empty()) return;
@@ -74,37 +72,35 @@ class Adam {
     }
   }
 
-  // Sets the moments of one attribute to zero.
+  // Sets the moments of an attribute to zero.
   void Reset(const splat::ModelLayout& layout, int attribute) {
     if (first_.empty()) return;
     const auto clear = [&](Vector& moments) {
       B().Fill(0, moments.view().subspan(layout.Offset(attribute), layout.Rows(attribute)));
     };
     clear(first_);
-    // In block mode the second moments belong to directions of the basis, not to attributes; they stay unchanged.
+    // In block mode the second moments belong to directions of the basis, not to attributes.
     if (attribute >= rule_.first_diagonal()) clear(second_);
   }
 
-  // Frees the moments, bases and units.
   void Free() {
     units_ = Vector(), first_ = Vector(), second_ = Vector();
     bases_ = BlockBases<Space>();
   }
 
-  // The first and second moments in the layout of the model, and the bases of block mode. In block mode, the second
-  // moments of the geometric parameters are in these bases. All are empty before the first step; bases also without
-  // block mode.
+  // Moments in the layout of the model, and the bases of block mode. In block mode, the second moments of the geometric
+  // parameters are in these bases. All are empty before the first step; bases also without block mode.
   const Vector& first() const { return first_; }
   const Vector& second() const { return second_; }
   const BlockBases<Space>& bases() const { return bases_; }
 
-  // Whether the state read from a checkpoint fits a model of this size.
+  // Whether the state from a checkpoint fits a model of this size.
   bool IsOf(Index count, Index parameters) const {
     if (steps_ < 0 || (!units_.empty() && units_.size() != count) || first_.size() != second_.size()) return false;
     if (first_.empty()) return true;
     return first_.size() == parameters && bases_.size() == (rule_.has_blocks() ? BlockArraySize(count) : 0);
   }
-  // Saves or reads all members except rule_, which follows from the options.
+  // All members except rule_, which follows from the options.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(steps_, units_, first_, second_, bases_);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The update of Adam (Kingma and Ba 2015, algorithm 1) for one parameter, and for the parameters of one Gaussian
-// jointly. Host and device call the same templates.
+// The update of Adam (Kingma and Ba 2015, algorithm 1) for one parameter, and jointly for the parameters of one
+// Gaussian, on host and device.
 //
-// A parameter with a zero gradient is not updated, nor are its moments. This is so for every Gaussian that no view of
-// the step shows. The moments are therefore means over the steps with a gradient (the sparse Adam of Mallick et al.,
-// "Taming 3DGS", 2024). This saves memory traffic, which limits the speed of a step.
-// V is float, or a vector of floats with one Gaussian or parameter per lane.
+// A parameter with a zero gradient, and its moments, are not updated. This concerns every Gaussian that no view of the
+// step shows. So the moments are means over the steps with a gradient (the sparse Adam of Mallick et al., "Taming
+// 3DGS", 2024). This saves memory traffic, which limits the speed of a step. V is float, or a vector of floats with one
+// Gaussian or parameter per lane.
 #pragma once
 
 #include <cmath>
@@ -22,8 +22,8 @@ inline namespace VESTA_ISA {
 // Decay of the first and second moments per step. The usual kAdamBeta1 is 0.9. With sparse updates, a mean over fewer
 // steps works better (docs/decisions/sparse-adam.md).
 inline constexpr float kAdamBeta1 = 0.7f, kAdamBeta2 = 0.999f;
-// kAdamSecondFloor is the smallest second moment; it replaces Adam's epsilon. First moments whose magnitude is below
-// kAdamFirstFloor become zero. Both prevent denormal numbers, which are about a hundred times slower.
+// kAdamSecondFloor is the smallest second moment; it replaces Adam's epsilon. First moments below kAdamFirstFloor in
+// magnitude become zero. Both prevent denormal numbers, which are about a hundred times slower.
 inline constexpr float kAdamSecondFloor = 1e-27f, kAdamFirstFloor = 1e-30f;
 
 template <class V>
@@ -38,9 +38,9 @@ VESTA_HD inline V NextSecondMoment(float beta2, const V& second, const V& gradie
   return Max(V(beta2) * second + V(1 - beta2) * gradient * gradient, V(kAdamSecondFloor));
 }
 
-// Updates the moments with the gradient g and returns the step to subtract from the parameter. Where g is zero, the
-// step is zero and the moments stay unchanged. rate: learning rate divided by the first moment's bias correction.
-// beta2: from AdamRule. root_correction2: 1 / sqrt(1 - beta2^steps).
+// Updates the moments with the gradient g and returns the step to subtract from the parameter; zero where g is zero.
+// rate: learning rate divided by the first moment's bias correction. beta2: from AdamRule. root_correction2: 1 / sqrt(1
+// - beta2^steps).
 template <class V>
 VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root_correction2, V& first, V& second) {
   using std::sqrt;
@@ -55,20 +55,18 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
 // Adam in the eigenbasis of each Gaussian's own gradients.
 //
 // Mean, log-scales, quaternion and opacity of a Gaussian change the same pixels, so their gradients are correlated.
-// Adam with one scale per parameter is slow in directions that mix several of them. Let g be the gradient of these
-// eleven parameters, m its running mean (first moment), and C the running mean of g g^T. Full-matrix Adam would step by
-// C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means). Instead, as in SOAP
-// (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C. C approximates
-// the curvature of the loss.
+// Adam with one scale per parameter is then slow. Let g be the gradient of these eleven parameters, m its running mean
+// (first moment), and C the running mean of g g^T, which approximates the curvature of the loss. Full-matrix Adam would
+// step by C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means). Instead, as
+// in SOAP (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C.
 //
-// The formulas use parameters divided by their learning rates. Gradients g and their means m are therefore multiplied
-// by the learning rates. C and the second moments are stored with these factors; gradients, parameters and first
-// moments are stored without them.
+// The formulas use parameters divided by their learning rates, so g and m are multiplied by them. C and the second
+// moments are stored with these factors; gradients, parameters and first moments without.
 struct BlockAdamArrays {
   Index count;                    // number of Gaussians
   float *gradient, *parameters;   // [11 * count]: attribute a of Gaussian i at a * count + i
-  float *first, *second;          // [11 * count]: moments; direction b of Q instead of attribute a in `second`
-  float* bases;                   // numbers of Q, row by row, then the lower triangle of C; layout: see BlockEntry
+  float *first, *second;          // [11 * count]; direction b of Q instead of attribute a in `second`
+  float* bases;                   // numbers of Q, row by row, then the lower triangle of C; see BlockEntry
   Index bases_begin;              // first Gaussian of `bases`, a multiple of kBlockLanes
   const float* units;             // [count], factors on the learning rates of the means; null: 1
   float rates[splat::kGeometry];  // learning rate of each attribute
@@ -81,41 +79,39 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
-// To each second moment, this fraction of the sum of all eleven is added. For equal first moments, a direction with
-// small gradients then steps at most about thirty times as far as the direction with the largest second moment
-// (docs/decisions/block-second-moments.md).
+// Each second moment is increased by this fraction of the sum of all eleven. For equal first moments, no direction then
+// steps more than about thirty times as far as another (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
-// Q and C of one Gaussian are 121 + 66 = 187 numbers (C is symmetric, so its lower triangle is stored). The numbers of
-// 16 Gaussians are interleaved: number 0 of all 16, then number 1 of all 16, and so on. Vector loads are then
-// contiguous. BlockEntry(number, i) is the position of that number of Gaussian i.
+// Q and the lower triangle of C are 121 + 66 = 187 numbers per Gaussian. The numbers of 16 Gaussians are interleaved
+// for contiguous vector loads: number 0 of all 16, then number 1, and so on. BlockEntry(number, i) is the position of
+// that number of Gaussian i.
 inline constexpr int kBlockNumbers = kBasisSize + kCovarianceSize, kBlockLanes = 16;
 VESTA_HD constexpr Index BlockEntry(int number, Index i) {
   return (i / kBlockLanes * kBlockNumbers + number) * kBlockLanes + i % kBlockLanes;
 }
-// Length of the array for this many Gaussians.
+// Length of the array for `count` Gaussians.
 constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Every basis is rotated towards the eigenvectors of C once in kRotationInterval views. Gaussians are rotated in chunks
-// of kRotationChunk neighbours. After view n of the training, the chunks FirstRotatedChunk(n), FirstRotatedChunk(n) +
-// kRotationInterval, FirstRotatedChunk(n) + 2 kRotationInterval, and so on are rotated.
+// Every basis is rotated towards the eigenvectors of C once in kRotationInterval views, in chunks of kRotationChunk
+// neighbours. After view n of the training, the chunks FirstRotatedChunk(n) + k kRotationInterval are rotated, k = 0,
+// 1, ...
 inline constexpr Index kRotationChunk = 256, kRotationInterval = 25;
 VESTA_HD constexpr Index FirstRotatedChunk(Index view) {
   return (kRotationInterval - view % kRotationInterval) % kRotationInterval;
 }
-// Whether the chunk is rotated after a step with `views` views. seen: number of views in all steps so far, including
-// this one.
+// Whether the chunk is rotated after a step with `views` views. seen: views of all steps so far, including this one.
 constexpr bool IsChunkRotated(Index chunk, Index seen, Index views) {
   return (chunk + seen) % kRotationInterval < views;
 }
 
-// Index of entry (i, j) of a symmetric matrix in its packed lower triangle.
+// Index of entry (i, j) in the packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? PackedLower(i, j) : PackedLower(j, i); }
 
-// One step of Adam for as many Gaussians as V has lanes, from Gaussian i on. Updates the moments and C, moves the
-// parameters and clears the gradients. Gaussians with eleven zero gradients stay unchanged.
+// One step of Adam for Gaussians i, i + 1, ..., one per lane of V. Updates the moments and C, moves the parameters and
+// clears the gradients. Gaussians with eleven zero gradients stay unchanged.
 template <class V>
 VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   using std::abs, std::sqrt;
@@ -178,10 +174,9 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   }
 }
 
-// Rotates the bases Q of as many Gaussians as V has lanes, from Gaussian i on, towards the eigenvectors of C. One sweep
-// of Jacobi's eigenvalue method, starting from the present Q, sets each off-diagonal entry of Q^T C Q to zero once
-// (Golub and Van Loan, Matrix Computations, section 8.5.3). The function then sets the second moments to the diagonal
-// of Q^T C Q.
+// Rotates the bases Q of Gaussians i, i + 1, ..., one per lane of V, towards the eigenvectors of C. One sweep of
+// Jacobi's eigenvalue method from the present Q sets each off-diagonal entry of Q^T C Q to zero once (Golub and Van
+// Loan, Matrix Computations, section 8.5.3). Then sets the second moments to the diagonal of Q^T C Q.
 template <class V>
 VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
   using std::sqrt;
@@ -191,7 +186,7 @@ VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
   for (int k = 0; k < kBasisSize; ++k) Q[k] = L::Load(a.bases + BlockEntry(k, i - a.bases_begin));
   for (int k = 0; k < kCovarianceSize; ++k) C[k] = L::Load(a.bases + BlockEntry(kBasisSize + k, i - a.bases_begin));
   for (int k = 0; k < n; ++k) trace = trace + C[PackedEntry(k, k)];
-  // For a Gaussian never seen, C is 0 and stays 0.
+  // Before a Gaussian is seen, C is 0 and stays 0.
   const V scale = V(1) / Max(trace, V(kAdamSecondFloor));
   // B = Q^T C Q / trace.
   for (int p = 0; p < n; ++p) {
@@ -209,7 +204,7 @@ VESTA_HD inline void RotateBasis(const BlockAdamArrays& a, Index i) {
   }
   for (int p = 0; p < n; ++p) {
     for (int q = p + 1; q < n; ++q) {
-      // Rotation by the smaller angle that makes b_pq zero; t is its tangent.
+      // Rotation by the smaller angle that makes b_pq zero; tangent t.
       const V b = B[PackedEntry(q, p)], difference = B[PackedEntry(q, q)] - B[PackedEntry(p, p)];
       const V root = sqrt(Fma(difference, difference, Fma(V(4) * b, b, V(kAdamSecondFloor))));
       const V t = (b + b) / (difference + Select(difference < V(0), -root, root));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adam's updates for ranges of parameters and of Gaussians on the CPU, compiled once per instruction set
-// (adam_formula.h has the formulas).
+// Adam's updates (adam_formula.h) for ranges of parameters and of Gaussians, compiled once per instruction set.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -19,16 +18,16 @@ struct AdamRange {
 };
 
 struct AdamKernels {
-  // parameters -= AdamStep, with learning rate rate * units. Updates the moments and sets the gradient to zero, because
-  // the next gradient is added to this array. Memory bound: reads and writes 16 bytes per parameter. If all gradients
-  // of a SIMD vector are zero, it reads 4 bytes per parameter and writes nothing.
+  // parameters -= AdamStep, with learning rate rate * units. Updates the moments and sets the gradient to zero. Memory
+  // bound: reads and writes 16 bytes per parameter. If all gradients of a SIMD vector are zero, it reads 4 bytes per
+  // parameter and writes nothing.
   void (*step)(const AdamRange& range);
-  // BlockAdamStep and RotateBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
+  // Process the Gaussians [begin, end). A step reads and writes about 1.4 KiB per Gaussian.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);
   void (*rotate_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
 };
 
-// The kernels for an instruction set. The CPU must support it.
+// The CPU must support the instruction set.
 const AdamKernels& AdamKernelsFor(Isa isa);
 
 }  // namespace vesta::gs

@@ -22,7 +22,7 @@ void UpdateAt(const AdamRange& range, Index i) {
   L::Store(range.parameters + i, L::Load(range.parameters + i) - step);
 }
 
-// Calls body(V(), i) for the whole vectors in [begin, end), then for the remaining elements one by one.
+// Calls body(V(), i) for the whole vectors in [begin, end), then for the remaining elements.
 template <class Body>
 void ForVectors(Index begin, Index end, const Body& body) {
   constexpr Index kWidth = Lanes<FloatLanes>::kWidth;

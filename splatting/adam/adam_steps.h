@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step of Adam for a whole model on the host: its factors and its loops.
+// One step of Adam for a whole model on the host.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
@@ -10,20 +10,19 @@
 
 namespace vesta::gs {
 
-// The factors of a step of Adam, which are the same in every memory space.
+// The factors of a step of Adam.
 //
-// With K views per step, the learning rate is multiplied by sqrt(K). If the gradients of views are mostly noise, their
-// mean direction grows like K in the sum, but the root of the second moment only like sqrt(K). A step with K views then
-// moves as far as K steps with one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient
-// algorithms"). A step decays the second moments by beta_2^K, like K steps with one view each, and the first moments by
-// beta_1, like one such step (docs/decisions/batch-size.md).
+// K views per step multiply the learning rate by sqrt(K). If gradients are mostly noise, the mean of their sum grows
+// like K, but the root of its second moment only like sqrt(K). A step with K views then moves as far as K steps with
+// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). It decays the
+// second moments by beta_2^K, like these K steps, and the first moments by beta_1, like one of them
+// (docs/decisions/batch-size.md).
 class AdamRule {
  public:
-  // views: the number of views per step.
   AdamRule(const LearningRates& rates, SecondMoment metric, int views);
 
   bool has_blocks() const { return blocks_; }
-  // Attributes below this index are stepped in blocks (BlockAdamArrays), the others parameter by parameter.
+  // Attributes below this index are stepped in blocks (BlockAdamArrays), the others one by one.
   int first_diagonal() const { return blocks_ ? kBlockSize : 0; }
 
   int views() const { return views_; }
@@ -33,7 +32,7 @@ class AdamRule {
   float StepFactor(double factor, int steps) const;
   float StepRate(int attribute, double factor, int steps) const;
   float RootCorrection2(int steps) const;
-  // The same factors for steps in blocks; all pointers are null and the count is 0.
+  // The same for steps in blocks; all pointers are null and the count is 0.
   BlockAdamArrays BlockRates(double factor, int steps) const;
 
  private:
@@ -47,7 +46,7 @@ class AdamRule {
 struct AdamStepArrays {
   BlockAdamArrays blocks;  // arrays of the whole model, without the bases
   splat::ModelLayout layout;
-  int first_diagonal;                 // attributes below it are stepped in blocks, the others parameter by parameter
+  int first_diagonal;                 // attributes below it are stepped in blocks
   int attributes;                     // number in use
   int views;                          // views of this step
   Index seen;                         // views of all steps, including this one
@@ -59,7 +58,7 @@ struct AdamSteps;
 
 template <>
 struct AdamSteps<Host> {
-  // x -= step, updates the moments and sets the gradient to 0; then rotates the bases that are due. Parallel.
+  // x -= step, updates the moments and sets the gradient to 0; then rotates the bases that are due.
   static void Run(const AdamStepArrays& arrays, BlockBases<Host>& bases);
 };
 

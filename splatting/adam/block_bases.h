@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bases Q and the matrices C of Adam's blocks (adam_formula.h), in any memory space.
+// The bases Q and the matrices C of Adam's blocks (adam_formula.h).
 #pragma once
 
 #include <algorithm>
@@ -11,17 +11,17 @@
 
 namespace vesta::gs {
 
-// Q and C of each Gaussian: 187 numbers, interleaved as in BlockEntry.
+// Q and C of each Gaussian, interleaved as in BlockEntry.
 template <class Space>
 class BlockBases;
 
-// On the host they are stored in pieces of kRotationChunk Gaussians. They take three times as much memory as the
-// parameters, so a second full copy while Gaussians are rearranged would be costly. Pieces avoid it.
+// On the host they are in pieces of kRotationChunk Gaussians. They take three times the memory of the parameters;
+// pieces avoid a second copy on rearranging.
 template <>
 class BlockBases<Host> {
  public:
   BlockBases() = default;
-  // For Gaussians before their first step: Q = I, C = 0.
+  // Starts with Q = I, C = 0.
   explicit BlockBases(Index count);
   // The inverse of Flat().
   BlockBases(Index count, HostSpan<const float> flat);
@@ -39,8 +39,8 @@ class BlockBases<Host> {
     return pieces_[static_cast<std::size_t>(i / kRotationChunk)]
                   [static_cast<std::size_t>(BlockEntry(number, i % kRotationChunk))];
   }
-  // Gaussian i becomes a copy of Gaussian source[i]; if kept[i] is 0, with C = 0. Each old piece is freed as soon as it
-  // is no longer needed.
+  // Gaussian i becomes a copy of Gaussian source[i]; if kept[i] is 0, with C = 0. Frees each old piece as soon as
+  // possible.
   void Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept);
   // All pieces in one array of BlockArraySize.
   HostBuffer<float> Flat() const;
@@ -62,7 +62,7 @@ class BlockBases<Host> {
   }
 
  private:
-  // Zeros for the Gaussians [begin, begin + kRotationChunk) of `count`.
+  // Zeros for the Gaussians from `begin` of `count`, at most kRotationChunk.
   static std::vector<float> NewPiece(Index begin, Index count);
   std::vector<std::vector<float>> pieces_;
 };

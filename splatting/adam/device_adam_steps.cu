@@ -9,8 +9,8 @@
 namespace vesta::gs {
 namespace {
 
-// Steps the attributes from `first` on that have `rows` Gaussians each. Memory bound: reads and writes 16 bytes per
-// parameter with a gradient, reads 4 for the others.
+// Steps the attributes from `first` on that have `rows` Gaussians each. Memory bound: 16 bytes per parameter with a
+// gradient are read and written; 4 are read for the others.
 struct StepOne {
   AdamStepArrays a;
   int first;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step of Adam, and its bases, on a GPU.
+// A step of Adam, and its bases, on a GPU.
 #pragma once
 
 #include "kernels/core/device_buffer.h"
@@ -7,8 +7,8 @@
 
 namespace vesta::gs {
 
-// On a GPU, Q and C of all Gaussians are one array (BlockEntry). Rearrange needs memory for a second one. Without it,
-// the Adam stage restores an earlier state or ends (RunAdamStage).
+// All Gaussians share one array (BlockEntry). Rearrange needs memory for a second one. Without it, the Adam stage
+// restores an earlier state or ends (RunAdamStage).
 template <>
 class BlockBases<Device> {
  public:

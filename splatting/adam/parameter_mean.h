@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weighted mean of the parameters over the last part of the Adam stage, in the memory of backend B (Polyak and Juditsky
-// 1992, "Acceleration of stochastic approximation by averaging"). At high learning rates, the parameters move around a
-// point that is better than each of them. This point still moves, so later parameters have larger weights:
-// polynomial-decay averaging (Shamir and Zhang 2013, "Stochastic gradient descent for non-smooth optimization", section
-// 4).
+// Weighted mean of the parameters over the last part of the Adam stage (Polyak and Juditsky 1992, "Acceleration of
+// stochastic approximation by averaging"). At high learning rates, the parameters move around a point that is better
+// than each of them. This point moves too, so later parameters have larger weights: polynomial-decay averaging (Shamir
+// and Zhang 2013, "Stochastic gradient descent for non-smooth optimization", section 4).
 #pragma once
 
 #include "kernels/core/profile.h"
@@ -20,10 +19,10 @@ class ParameterMean {
   static constexpr int kExponent = 8;
 
   bool empty() const { return terms_ == 0; }
-  // The weighted mean of the terms added since construction or Clear. Only valid if not empty.
+  // The mean of the terms since construction or Clear. Only valid if not empty.
   const typename B::Vector& value() const { return mean_; }
-  // Adds the term x. All terms must have the same size. If a device has too little memory for the first one, throws
-  // OutOfDeviceMemory and stays empty.
+  // All terms must have the same size. If a device has too little memory for the first one, throws OutOfDeviceMemory
+  // and stays empty.
   void Add(typename B::ConstVectorView x) {
     const ScopedPhase phase("parameter mean");
     if (empty()) mean_.ResizeForOverwrite(x.size());
@@ -31,8 +30,8 @@ class ParameterMean {
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);
     backend_.Axpby(weight, x, 1 - weight, mean_);
   }
-  // The mean for another selection of Gaussians: Gaussian k of the result (layout `to`) is Gaussian source[k] of this
-  // mean (layout `from`).
+  // The mean for other Gaussians: Gaussian k of the result (layout `to`) is Gaussian source[k] of this mean
+  // (layout `from`).
   ParameterMean OfRows(const splat::ModelLayout& from, const splat::ModelLayout& to,
                        Span<const std::uint32_t, typename B::Space> source) const {
     ParameterMean rows;
@@ -42,7 +41,7 @@ class ParameterMean {
     GatherGaussians<typename B::Space>(from, to, source.data(), nullptr, mean_.data(), rows.mean_.data());
     return rows;
   }
-  // Whether the state read from a checkpoint fits a model with this many parameters.
+  // Whether the state from a checkpoint fits a model with this many parameters.
   bool IsOf(Index parameters) const { return terms_ == 0 || (terms_ > 0 && mean_.size() == parameters); }
   // Removes all terms and frees the memory.
   void Clear() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive density control (Kerbl et al. 2023, section 5.2), in any memory space. Gaussians with a large image-space
-// gradient are cloned if small and split if large; transparent or huge Gaussians are pruned.
+// Adaptive density control (Kerbl et al. 2023, section 5.2). Gaussians with a large image-space gradient are cloned if
+// small and split if large; transparent or huge Gaussians are pruned.
 #pragma once
 
 #include <algorithm>
@@ -21,9 +21,9 @@ template <class Space>
 struct DensityPlan {
   Buffer<std::uint32_t, Space> source;
   Buffer<std::uint8_t, Space> kept;
-  Buffer<DensifyAction, Space> action;  // for each Gaussian of the old model
+  Buffer<DensifyAction, Space> action;  // by Gaussian of the old model
   Index count = 0;                      // Gaussians of the new model
-  bool changes = false;                 // false: source and kept are empty, and the model stays unchanged
+  bool changes = false;                 // false: source and kept are empty
 };
 
 template <class Space>
@@ -32,52 +32,49 @@ class DensityControl {
   DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
       : options_(options), extent_(extent), seed_(seed) {}
 
-  // Limits the number of Gaussians, in addition to DensityOptions::max_gaussians.
+  // A second limit besides DensityOptions::max_gaussians.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
-  // Clears the statistics, for a model of `count` Gaussians.
+  // Clears the statistics, for `count` Gaussians.
   void ResetStatistics(Index count) {
     grad2d_sum_.Resize(count);
     seen_.Resize(count);
   }
 
-  // Reorders the statistics: Gaussian i of the model is now the former Gaussian source[i].
+  // Gaussian i of the model was Gaussian source[i].
   void Reorder(const Buffer<std::uint32_t, Space>& source) {
     grad2d_sum_ = GatherNumbers(grad2d_sum_, source);
     seen_ = GatherNumbers(seen_, source);
   }
 
-  // Adds the statistics of one view. grad2d_view: from Grad2dOf, called after the gradient of the view was computed.
+  // Adds the statistics of one view. grad2d_view: from Grad2dOf, after the gradient of the view was computed.
   // Asynchronous on a device.
   void Observe(const density::Grad2dView& grad2d_view) {
     const ScopedPhase phase("density statistics");
     ForEach<Space>(grad2d_sum_.size(), 4096, density::Observe{grad2d_view, grad2d_sum_.data(), seen_.data()});
   }
 
-  // Statistics per Gaussian over the views that saw it since the last reset: grad2d(), the sum of the norms of the
-  // derivative of the loss by the projected mean (Grad2d, density_steps.h), and seen(), the number of these views.
+  // Statistics per Gaussian over the views that saw it since the last reset. grad2d(): sum of the norms of the
+  // derivative of the loss by the projected mean (Grad2d, density_steps.h). seen(): number of these views.
   Buffer<float, Space>& grad2d() { return grad2d_sum_; }
   Buffer<int, Space>& seen() { return seen_; }
 
-  // Chooses the action for each of the `count` Gaussians of the model x. The new model is never empty: pruning is
-  // skipped if it would remove all Gaussians. Growth stops at the limits on the number of Gaussians; the largest mean
-  // gradients grow first (ties: the lower index). On a device the function waits for the device, and throws
+  // The action for each of the `count` Gaussians of the model x. Pruning is skipped if it would remove all. Growth
+  // stops at the limits; the largest mean gradients grow first (ties: the lower index). On a device, waits, and throws
   // OutOfDeviceMemory if memory runs out.
   DensityPlan<Space> Decide(const float* x, Index count) const;
-  // Turns the copies in the new model x into clones and splits. iteration: determines the random offsets, together with
-  // the seed.
+  // Turns the copies in the new model x into clones and splits. iteration and the seed determine the random offsets.
   void InitChildren(const DensityPlan<Space>& plan, int iteration, float* x) const {
     ForEach<Space>(plan.count, kGrain,
                    density::InitChild{plan.count, plan.source.data(), plan.action.data(), seed_, iteration, x});
   }
-  // Limits the opacities of `count` Gaussians to at most 0.01.
+  // Limits opacities to 0.01.
   static void LowerOpacities(float* x, Index count) {
     ForEach<Space>(count, kGrain, density::LowerLogit{x + splat::kOpacity * count});
   }
 
-  // Whether the state read from a checkpoint fits a model of this size.
+  // Whether the state from a checkpoint fits a model of this size.
   bool IsOf(Index count) const { return most_ > 0 && grad2d_sum_.size() == count && seen_.size() == count; }
-  // Saves or reads the statistics and the limit set by LimitGaussians. Options are not saved: they may change on
-  // resuming.
+  // The statistics and the limit set by LimitGaussians. Options may change on resuming.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(most_, grad2d_sum_, seen_);
@@ -96,13 +93,13 @@ class DensityControl {
 
 namespace density {
 
-// Sums of DensifyNumbers over the Gaussians.
+// Sums of DensifyNumbers.
 template <class Space>
 class ActionSums {
  public:
   explicit ActionSums(Index count) : count_(count), counts_(count + 1), begin_(count + 1) {}
 
-  // Returns the sum over all Gaussians. begin()[i] becomes the sum over the Gaussians before i.
+  // begin()[i] becomes the sum over the Gaussians before i.
   Index Sum(const Buffer<DensifyAction, Space>& action, const DensifyNumbers& numbers) {
     ForEach<Space>(count_ + 1, 4096, CountActions{count_, action.data(), numbers, counts_.data()});
     return Sorting<Space>::RunningSum(counts_, begin_);
@@ -114,8 +111,8 @@ class ActionSums {
   Buffer<Index, Space> counts_, begin_;
 };
 
-// Of `candidates` Gaussians to clone or split, lets only `room` grow: sets the action of the ones with the smallest
-// mean gradients to kKeep (ties: the higher index).
+// Lets only `room` of `candidates` Gaussians grow: sets the action of the smallest mean gradients to kKeep (ties: the
+// higher index).
 template <class Space>
 void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* action) {
   Buffer<std::uint32_t, Space> keys, indices;
@@ -141,12 +138,12 @@ DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) co
   ForEach<Space>(count, kGrain, density::DecideAction{rule, observed, plan.action.data()});
   Index kept = sums.Sum(plan.action, kSurvivors);
   if (kept == 0) {
-    // An empty model cannot be trained, so pruning is skipped.
+    // An empty model cannot be trained.
     rule.prunes = false;
     ForEach<Space>(count, kGrain, density::DecideAction{rule, observed, plan.action.data()});
     kept = count;
   }
-  // Each candidate, cloned or split, adds one Gaussian.
+  // Each candidate adds one Gaussian.
   Index candidates = sums.Sum(plan.action, kGrowing);
   const Index room = std::max<Index>(std::min(options_.max_gaussians, most_) - kept, 0);
   if (candidates > room) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of density control (clone, split and prune), and the iterations at which it runs.
+// Options of density control (clone, split and prune), and its iterations.
 #pragma once
 
 #include "kernels/core/schema.h"
@@ -8,14 +8,12 @@
 
 namespace vesta::gs {
 
-// Options after Kerbl et al. 2023, section 5.2. begin, end, every and opacity_reset_every are fractions of the Adam
-// stage.
+// After Kerbl et al. 2023, section 5.2. begin, end, every and opacity_reset_every are fractions of the Adam stage.
 struct DensityOptions {
   bool enabled = true;
   double begin = 0.1;
   double end = 0.6;
-  // Interval between two densifications. As a fraction, it gives a longer training equally many densifications, and
-  // more iterations between them.
+  // Interval between two densifications. A longer training has equally many, with more iterations between them.
   double every = 0.05;
   double grow_grad2d = 7e-4;   // a Gaussian grows above this mean gradient (MeanGrad2d, density_steps.h)
   double grow_scale3d = 0.01;  // largest standard deviation, in scene extents: split above, clone below
@@ -23,16 +21,16 @@ struct DensityOptions {
   double prune_scale3d = 0;    // prune above this largest standard deviation, in scene extents; 0: no limit
   // Interval at which all opacities are limited to 0.01, until `end`; 0: never.
   double opacity_reset_every = 0.0;
-  Index max_gaussians = 500000;  // maximum number of Gaussians
+  Index max_gaussians = 500000;
 };
 
 const schema::Table<DensityOptions>& DensityFields();
 
-// Whether the gradients of this iteration's views enter the statistics.
+// Whether the statistics include this iteration's views.
 inline bool Observes(const DensityOptions& density, const StageSpan& span) {
   return density.enabled && span.IsWithin(density.end);
 }
-// Whether the iteration is followed by clone, split and prune.
+// Whether clone, split and prune follow the iteration.
 inline bool Densifies(const DensityOptions& density, const StageSpan& span) {
   return Observes(density, span) && span.CrossesMultipleOf(density.every) && span.HasReached(density.begin);
 }

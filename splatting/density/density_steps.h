@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive density control for each Gaussian: its score, its action (keep, prune, clone or split), and the loops. Host
-// and device call the same functions. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count +
-// i. The attributes used here are mean, log-scale, quaternion and opacity logit (formulas/layout.h).
+// Adaptive density control per Gaussian, on host and device: its score, its action (keep, prune, clone or split), and
+// the loops. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count + i. Used are mean,
+// log-scale, quaternion and opacity logit (formulas/layout.h).
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace vesta::gs {
 inline namespace VESTA_ISA {
 
 // Norm of the derivative of the loss by the projected mean (u, v), the score of adaptive density control (Kerbl et al.
-// 2023, section 5.2). u and v are in normalised device coordinates: 1 is half_width or half_height pixels. w: the
+// 2023, section 5.2). u and v are in normalised device coordinates: 1 is half_width or half_height pixels. w:
 // derivatives of the loss by the parameters of the projected splat (SplatTangent).
 VESTA_HD inline float Grad2d(const splat::Splat<float>& splat, const float* w, float half_width, float half_height) {
   using std::hypot;
@@ -39,8 +39,8 @@ enum class DensifyAction : std::uint8_t { kKeep, kPrune, kClone, kSplit };
 
 inline namespace VESTA_ISA {
 
-// A number for each action. The constants below are passed to device kernels as arguments, since device code cannot
-// read host variables.
+// A number for each action. Device kernels receive the constants below as arguments, since device code cannot read host
+// variables.
 struct DensifyNumbers {
   int keep, prune, clone, split;
   VESTA_HD constexpr int operator()(DensifyAction action) const {
@@ -49,16 +49,16 @@ struct DensifyNumbers {
     return action == DensifyAction::kClone ? clone : split;
   }
 };
-// kSurvivors: actions that do not prune. kGrowing: actions that make two Gaussians of one.
+// kSurvivors: all but pruned. kGrowing: makes two Gaussians of one.
 inline constexpr DensifyNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
-// kChildren: number of Gaussians that replace one in the new model. They are stored in its place, so that neighbours in
-// memory stay neighbours in space. kKeepingMoments: how many of them keep Adam's moments; after a split, none.
+// kChildren: number of Gaussians that replace one, in its place, so that neighbours in memory stay neighbours in space.
+// kKeepingMoments: how many of them keep Adam's moments; after a split, none.
 inline constexpr DensifyNumbers kChildren{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
 
-inline constexpr float kSplitShrink = 1.6f;         // the children of a split are smaller by this factor
+inline constexpr float kSplitShrink = 1.6f;         // factor by which the children of a split are smaller
 inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01
 
-// Largest standard deviation of Gaussian i, world units.
+// Largest standard deviation, world units.
 VESTA_HD inline float LargestScale(const float* x, Index count, Index i) {
   using std::exp;
   float largest = x[splat::kLogScale * count + i];
@@ -74,7 +74,7 @@ VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
   return 1 / (1 + exp(-x[splat::kOpacity * count + i]));
 }
 
-// Chooses the action for a Gaussian, without the limit on the number of Gaussians (LimitToBudget).
+// The action for a Gaussian, without the limit on their number (LimitToBudget).
 struct ActionRule {
   double prune_opa, grow_grad2d;
   float prune_scale3d, grow_scale3d;  // world units; prune_scale3d 0: no limit
@@ -86,7 +86,7 @@ struct ActionRule {
         prune_scale3d(static_cast<float>(options.prune_scale3d * extent)),
         grow_scale3d(static_cast<float>(options.grow_scale3d * extent)) {}
 
-  // strength: result of MeanGrad2d().
+  // strength: from MeanGrad2d().
   VESTA_HD DensifyAction operator()(const float* x, Index count, Index i, float strength) const {
     if (prunes) {
       const bool huge = prune_scale3d > 0 && LargestScale(x, count, i) > prune_scale3d;
@@ -97,29 +97,29 @@ struct ActionRule {
   }
 };
 
-// The mean gradient of a Gaussian over the views that saw it. grad2d: sum of Grad2d; seen: number of views. Without
-// views it is -infinity, which is below every threshold.
+// Mean gradient over the views that saw a Gaussian. grad2d: sum of Grad2d; seen: number of views. Without views
+// -infinity, which is below every threshold.
 VESTA_HD inline float MeanGrad2d(float grad2d, int seen) {
   return seen == 0 ? -std::numeric_limits<float>::infinity() : grad2d / static_cast<float>(seen);
 }
 
-// A sort key: ascending keys sort Gaussians by decreasing strength. Gaussians that do not grow come last.
+// Ascending keys sort Gaussians by decreasing strength. Gaussians that do not grow come last.
 VESTA_HD inline std::uint32_t StrengthKey(DensifyAction action, float strength) {
   if (action != DensifyAction::kClone && action != DensifyAction::kSplit) return ~std::uint32_t{0};
   // The bits of non-negative floats sort as the floats do.
   return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
 }
 
-// The opacity logit for two equal Gaussians at one place, so that together they are as opaque as one Gaussian with the
-// given logit (Rota Bulo et al. 2024, section 3.2).
+// Opacity logit of two equal Gaussians that are together as opaque as one with the given logit (Rota Bulo et al. 2024,
+// section 3.2).
 VESTA_HD inline float LogitOfEachOfTwo(float logit) {
   using std::exp, std::log, std::sqrt;
-  // In double, because exp of a large logit overflows in float.
+  // In double: exp of a large logit overflows in float.
   const double root = sqrt(1 + exp(double{logit}));  // 1 / sqrt(1 - opacity)
   return static_cast<float>(log(root - 1));
 }
 
-// Moves the mean of Gaussian i to a random sample of its own distribution, and divides its scales by kSplitShrink.
+// Moves the mean of Gaussian i to a random sample of its distribution, and divides its scales by kSplitShrink.
 VESTA_HD inline void MoveToSample(float* x, Index count, Index i, CounterRandom random) {
   using std::exp, std::log;
   float q[4], R[9];
@@ -136,7 +136,7 @@ VESTA_HD inline void MoveToSample(float* x, Index count, Index i, CounterRandom 
   }
 }
 
-// Applies an action to Gaussian i of the new model, which is still a copy of its source.
+// Gaussian i of the new model is still a copy of its source.
 VESTA_HD inline void ApplyAction(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed,
                                  int iteration) {
   if (action == DensifyAction::kClone) {
@@ -165,7 +165,7 @@ struct Observed {
   VESTA_HD float StrengthOf(Index i) const { return MeanGrad2d(grad2d[i], seen[i]); }
 };
 
-// The image-space gradients of the Gaussians in one view.
+// Image-space gradients in one view.
 struct Grad2dView {
   const std::int32_t* rank_of;                   // depth rank by Gaussian; -1: not visible
   const splat::Splat<float>* splats;             // by rank
@@ -236,8 +236,8 @@ struct KeepAsItIs {
   VESTA_HD void operator()(Index rank) const { action[indices[rank]] = DensifyAction::kKeep; }
 };
 
-// For the children k in [begin[i], begin[i + 1]) of Gaussian i: sets source[k] = i, and kept[k] = 1 for the first
-// keeping(action[i]) of them, else 0 (DensityPlan).
+// For the children k in [begin[i], begin[i + 1]) of Gaussian i: source[k] = i, and kept[k] = 1 for the first
+// keeping(action[i]) of them, else 0.
 struct PlaceChildren {
   DensifyNumbers keeping;
   const DensifyAction* action;
@@ -252,7 +252,7 @@ struct PlaceChildren {
   }
 };
 
-// ApplyAction for Gaussian i of the new model, which has `count` Gaussians; action: by Gaussian of the old model.
+// ApplyAction for Gaussian i of the new model with `count` Gaussians; action: by Gaussian of the old model.
 struct InitChild {
   Index count;
   const std::uint32_t* source;

@@ -8,8 +8,8 @@
 
 namespace vesta::gs {
 
-// A group of processes with the same scene, options and model; it may be a single process. Every process must call
-// functions marked "collective", in the same order.
+// Processes with the same scene, options and model, possibly one alone. Every process must call functions marked
+// "collective", in the same order.
 class ProcessGroup {
  public:
   ProcessGroup() = default;
@@ -19,17 +19,16 @@ class ProcessGroup {
   Communicator* ranks() const { return ranks_; }
   bool is_alone() const { return !ranks_ || ranks_->size() == 1; }
   bool is_first() const { return !ranks_ || ranks_->rank() == 0; }
-  // Collective: true on every process if `mine` is true on any.
+  // Collective: true if `mine` is true on any process.
   bool OnAny(bool mine) const { return ranks_ ? OnAnyRank(*ranks_, mine) : mine; }
-  // Collective: returns rank 0's value, for values that differ between processes, such as times.
+  // Collective: rank 0's value, for values such as times.
   double OfFirst(double mine) const { return Gather(std::vector<double>{mine})[0]; }
-  // Collective: the values of all processes, in the order of their ranks.
+  // Collective: the values of all processes, by rank.
   template <class T>
   std::vector<T> Gather(const std::vector<T>& mine) const {
     return is_alone() ? mine : GatherValues(*ranks_, mine);
   }
-  // This process's share of `count` work items: consecutive items. The shares of all processes are in the order of
-  // ranks.
+  // This process's share of `count` work items: consecutive, in the order of ranks.
   Share OwnShare(std::int64_t count) const {
     return ranks_ ? ShareOf(count, ranks_->size(), ranks_->rank()) : Share{0, count};
   }

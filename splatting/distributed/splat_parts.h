@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem of the LM stage as a sum of parts, each over some consecutive views. The parts are divided
-// among processes.
+// The splatting problem of the LM stage as a sum of parts, divided among processes. Each part has some consecutive
+// views.
 #pragma once
 
 #include <algorithm>
@@ -16,14 +16,14 @@
 
 namespace vesta::gs {
 
-// Number of parts: one per view, but at most 64. It must not depend on the number of processes, because it determines
-// the order of sums.
+// One part per view, but at most 64. It must not depend on the number of processes, because it determines the order of
+// sums.
 inline int NumSplatParts(Index views) {
   constexpr Index kMost = 64;
   return static_cast<int>(std::clamp<Index>(views, 1, kMost));
 }
 
-// Throws Error if the options divide the views into batches, which several processes do not support.
+// Throws Error if the options divide the views into batches.
 inline void CheckOneBatch(const ViewBatchOptions& batches) {
   if (batches.count > 1 || batches.size > 0) {
     Fail(kUnsupported,
@@ -31,12 +31,12 @@ inline void CheckOneBatch(const ViewBatchOptions& batches) {
   }
 }
 
-// Each part has all Gaussians and a run of consecutive views.
+// Each part has all Gaussians.
 class SplatParts final : public ProblemParts<CpuBackend<float>> {
  public:
   using B = CpuBackend<float>;
 
-  // whole: the problem with all views; must outlive this object. Throws Error as CheckOneBatch does.
+  // whole: the problem with all views; must outlive this object. Throws Error as CheckOneBatch.
   explicit SplatParts(SplatProblem<B>& whole) : whole_(whole) { CheckOneBatch(whole.options().batches); }
 
   int num_parts() const override { return NumSplatParts(num_views()); }
@@ -56,13 +56,11 @@ class SplatParts final : public ProblemParts<CpuBackend<float>> {
   SplatProblem<B>& whole_;
 };
 
-// The problem to pass to the solver. If mpirun or a similar launcher started this process, it is a DistributedProblem,
-// even for a single process: the order of sums is then the same for every number of processes. On a GPU, or without a
-// launcher, it is `whole` itself.
+// The problem to solve: `whole` on a GPU or without a launcher such as mpirun. Otherwise a DistributedProblem, even for
+// a single process, so that the order of sums is always the same.
 template <Backend B>
 class ProblemToSolve {
  public:
-  // whole must outlive this object.
   ProblemToSolve(const ProcessGroup& processes, SplatProblem<B>& whole) : solved_(&whole) {
     if constexpr (std::is_same_v<B, Cpu>) {
       if (!processes.ranks()) return;

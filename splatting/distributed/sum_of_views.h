@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of one view in block-sparse form (a "term"), and the sum of the terms of an iteration in the order of a
-// fixed tree. Space is the memory space (Host or Device).
+// The gradient of one view in block-sparse form (a "term"), and sums of terms in the order of a fixed tree. Space: Host
+// or Device.
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,8 @@
 
 namespace vesta::gs {
 
-// A term: the block-sparse gradient of one view, or the sum of several, for an iteration of Adam. Gaussians are divided
-// into blocks of 16 neighbours in memory. A term has only the blocks with a Gaussian that the views see. The time to
-// make, add and send a term is therefore proportional to the number of visible Gaussians.
+// A term: the block-sparse gradient of one view, or the sum of several, in an iteration of Adam. It has only the
+// visible blocks of 16 Gaussians (neighbours in memory), so its cost is proportional to their number.
 template <class Space>
 class ViewGradient {
  public:
@@ -28,31 +27,30 @@ class ViewGradient {
 
   const ViewCost& cost() const { return header_.cost; }
   void SetCost(const ViewCost& cost) { header_.cost = cost; }
-  // Number of blocks, each of term::kLanes Gaussians. Number of rows of all blocks, each of term::kLanes numbers: one
-  // row for each attribute and statistic of a block (view_gradient_steps.h).
+  // blocks(): number of blocks of term::kLanes Gaussians. rows(): rows of all blocks, of term::kLanes numbers: one row
+  // for each attribute and statistic of a block (view_gradient_steps.h).
   Index blocks() const { return header_.blocks; }
   Index rows() const { return header_.rows; }
 
-  // The term as bytes to send to another process, in the byte order of this machine. Host only.
+  // Bytes to send to another process, in the byte order of this machine. Host only.
   HostSpan<const unsigned char> Bytes() {
     static_assert(std::is_same_v<Space, Host>);
     term::WriteHeader(header_, bytes_.data());
     return bytes_;
   }
-  // Reads a term from the bytes of Bytes(). Throws Error if they are not a term.
+  // The inverse of Bytes(). Throws Error if the bytes are not a term.
   void Assign(HostSpan<const unsigned char> bytes) {
     header_ = term::ReadHeader(bytes);
     Reserve(bytes.size());
     bytes_.CopyFrom(bytes);
   }
 
-  // Allocates this many blocks and rows, without initialising them.
+  // Does not initialise the arrays.
   void Allocate(Index blocks, Index rows) {
     header_.blocks = blocks, header_.rows = rows;
     Reserve(term::SizeOf(header_));
     bytes_.ResizeForOverwrite(term::SizeOf(header_));
   }
-  // The arrays of the term (term::Arrays).
   std::uint32_t* block() { return At<std::uint32_t>(term::BlockAt()); }
   std::uint32_t* begin() { return At<std::uint32_t>(term::BeginAt(blocks())); }
   float* numbers() { return At<float>(term::RowsAt(blocks())); }
@@ -73,16 +71,16 @@ class ViewGradient {
   Buffer<unsigned char, Space> bytes_;
 };
 
-// Makes and adds terms of one model, and reuses the memory of terms that are no longer needed. On a device, every
-// function throws OutOfDeviceMemory if memory runs out.
+// Makes and adds terms of one model, and recycles their memory. On a device, every function throws OutOfDeviceMemory if
+// memory runs out.
 template <class Space>
 class ViewGradientPool {
  public:
   using Term = ViewGradient<Space>;
 
-  // Moves the gradient of one view from `gradient` to a new term. `gradient` has the layout of the model. It must be
-  // zero for Gaussians outside the view; afterwards it is zero for all. grad2d_view: image-space gradients of the view,
-  // copied to the term if needs_grad2d.
+  // Moves the gradient of one view from `gradient` to a new term. `gradient` has the layout of the model, with zeros
+  // for Gaussians outside the view; afterwards it is zero. grad2d_view: image-space gradients of the view, copied to
+  // the term if needs_grad2d.
   Term Extract(const term::Layout& layout, const density::Grad2dView& grad2d_view, bool needs_grad2d, float* gradient) {
     counts_.ResizeForOverwrite(layout.Blocks() + 1);
     ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountVisible{layout, grad2d_view.rank_of, counts_.data()});
@@ -94,7 +92,6 @@ class ViewGradientPool {
     return term;
   }
 
-  // Returns left + right as a new term.
   Term Sum(const term::Layout& layout, Term& left, Term& right) {
     for (auto& [places, term] : {std::pair(&left_places_, &left), std::pair(&right_places_, &right)}) {
       places->Resize(layout.Blocks());
@@ -115,20 +112,20 @@ class ViewGradientPool {
     sum.SetCost({left.cost().objective + right.cost().objective, left.cost().values + right.cost().values});
     return sum;
   }
-  // left += right, as TreeSum (sum_tree.h) requires.
+  // left += right, for TreeSum (sum_tree.h).
   void Join(const term::Layout& layout, Term& left, Term right) {
     Term sum = Sum(layout, left, right);
     Recycle(std::exchange(left, std::move(sum)));
     Recycle(std::move(right));
   }
 
-  // Copies the gradient in `term` to `to`, which has the layout of the model. Values of blocks that the term lacks stay
+  // Copies the gradient in `term` to `to`, which has the layout of the model. Blocks that the term lacks stay
   // unchanged.
   void CopyTo(const term::Layout& layout, Term& term, float* to) const {
     ForEachRow(layout, term, term::CopyRow{{layout, term.block()}, term.arrays(), to});
   }
-  // Adds the density statistics of the term to grad2d and seen, which have one number per Gaussian: the sum of
-  // image-space gradients, and the number of views.
+  // Adds the density statistics of the term to grad2d (sum of image-space gradients) and seen (number of views), which
+  // have one number per Gaussian.
   void AddGrad2d(const term::Layout& layout, Term& term, float* grad2d, int* seen) const {
     ForEach<Space>(term.blocks(), kGrain, term::AddGrad2d{term.arrays(), layout.model.count, grad2d, seen});
   }
@@ -136,7 +133,7 @@ class ViewGradientPool {
   void Recycle(Term term) {
     if (term.has_memory()) spare_.push_back(std::move(term));
   }
-  // Returns a recycled term with undefined contents, or an empty one.
+  // A recycled term with undefined contents, or an empty one.
   Term TakeSpare() {
     if (spare_.empty()) return {};
     Term term = std::move(spare_.back());
@@ -147,7 +144,7 @@ class ViewGradientPool {
  private:
   static constexpr Index kGrain = 1024, kRowGrain = 4096;
 
-  // Makes a term with the blocks and rows in counts_ (term::PackCounts). Its numbers are not initialised.
+  // A term with the blocks and rows in counts_ (term::PackCounts). Its numbers are not initialised.
   Term TermOfCounted(const term::Layout& layout) {
     sums_.ResizeForOverwrite(layout.Blocks() + 1);
     const Index all = Sorting<Space>::RunningSum(counts_, sums_);
@@ -166,8 +163,8 @@ class ViewGradientPool {
   std::vector<Term> spare_;
 };
 
-// Sum of the gradients of an iteration's views, in the order of a fixed tree (kernels/ranks/sum_tree.h). The bits of
-// the sum therefore do not depend on which process computed which view.
+// Sum of the gradients of an iteration's views, in the order of a fixed tree (kernels/ranks/sum_tree.h). So its bits do
+// not depend on which process computed which view.
 template <class Space>
 class SumOfViews {
  public:
@@ -175,16 +172,16 @@ class SumOfViews {
   using Tree = TreeSum<Term>;
   using Part = typename Tree::Part;
 
-  // Starts an iteration with `views` views of a model with this layout; discards an unfinished iteration. density:
-  // receives the density statistics; null: they are not needed.
+  // Starts an iteration with `views` views; discards an unfinished one. density: receives the density statistics; null:
+  // not needed.
   void Begin(const term::Layout& layout, Index views, DensityControl<Space>* density) {
     layout_ = layout, density_ = density, views_ = views;
     tree_ = Tree(views);
   }
   Index num_gaussians() const { return layout_.model.count; }
-  // Adds view k of the iteration. `gradient` has its gradient in the layout of the model, and zeros elsewhere. If the
-  // iteration has several views, the gradient is moved to a term, and `gradient` is zero afterwards. cost() returns the
-  // view's ViewCost; it is called last, because it may wait for a device.
+  // Adds view k of the iteration. `gradient` has the layout of the model, with zeros outside the view. If the iteration
+  // has several views, it is moved to a term, and is zero afterwards. cost() returns the view's ViewCost; it is called
+  // last, because it may wait for a device.
   template <class Cost>
   void Add(Index k, const density::Grad2dView& grad2d_view, float* gradient, const Cost& cost) {
     if (views_ == 1) {
@@ -196,19 +193,19 @@ class SumOfViews {
     term.SetCost(cost());
     AddPart({TreeNode{k, k + 1}, std::move(term)});
   }
-  // Adds a term that was summed elsewhere. Only for an iteration with several views.
+  // Adds a term that was summed elsewhere, if the iteration has several views.
   void AddPart(Part part) {
     tree_.Push(part.first, std::move(part.second), [&](const TreeNode&, Term& left, const TreeNode&, Term& right) {
       terms_.Join(layout_, left, std::move(right));
     });
   }
-  // The same for a term as bytes. node: the views in it.
+  // Adds a term as bytes. node: its views.
   void AddPart(const TreeNode& node, HostSpan<const unsigned char> bytes) {
     Term term = terms_.TakeSpare();
     term.Assign(bytes);
     AddPart({node, std::move(term)});
   }
-  // Returns and removes the partial sums of the views added here.
+  // Returns and removes the partial sums.
   std::vector<Part> TakeParts() { return tree_.TakeParts(); }
 
   // Call after all views were added. Stores the sum in `gradient`, updates the density statistics and returns the sum

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exchange of gradients between processes. A term is the block-sparse gradient of one or several views as bytes
-// (sum_of_views.h).
+// Exchange of gradients between processes, as the bytes of terms (sum_of_views.h).
 #pragma once
 
 #include <algorithm>
@@ -18,7 +17,7 @@
 
 namespace vesta::gs {
 
-// Cost of one view, or its sum over the views of a term.
+// Cost of one view, or of all views of a term.
 struct ViewCost {
   double objective = 0;  // photometric loss
   double values = 0;     // pixels times channels
@@ -26,8 +25,8 @@ struct ViewCost {
 
 namespace term {
 
-// The start of a term. Three arrays follow: the block numbers, the first row of each block, and the rows
-// (term::Arrays). Each begins at a multiple of kAlignment bytes.
+// The start of a term. The block numbers, the first row of each block, and the rows (term::Arrays) follow, each at a
+// multiple of kAlignment bytes.
 struct Header {
   ViewCost cost;
   Index blocks = 0, rows = 0;
@@ -35,7 +34,7 @@ struct Header {
 inline constexpr Index kAlignment = 64, kHeaderBytes = kAlignment;
 static_assert(sizeof(Header) <= kHeaderBytes);
 
-// Sizes of the arrays, and their positions in a term, in bytes.
+// Sizes and positions of the arrays in a term, bytes.
 constexpr Index ListBytes(Index blocks) {
   return (blocks * static_cast<Index>(sizeof(std::uint32_t)) + kAlignment - 1) / kAlignment * kAlignment;
 }
@@ -45,7 +44,7 @@ constexpr Index RowsAt(Index blocks) { return kHeaderBytes + 2 * ListBytes(block
 constexpr Index RowBytes(Index rows) { return rows * kLanes * static_cast<Index>(sizeof(float)); }
 constexpr Index SizeOf(const Header& header) { return RowsAt(header.blocks) + RowBytes(header.rows); }
 
-// Writes the header of the term that begins at `to`, and sets the padding of the term to zero.
+// Writes the header, and sets the padding of the term to zero.
 inline void WriteHeader(const Header& header, unsigned char* to) {
   std::fill_n(to, kHeaderBytes, static_cast<unsigned char>(0));
   std::memcpy(to, &header, sizeof(header));
@@ -68,12 +67,12 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
 
 }  // namespace term
 
-// All-gather of the gradients of an Adam iteration. Each process computes the gradients of some consecutive views;
-// every process receives all of them. The object keeps its memory between iterations.
+// All-gather of the gradients of an Adam iteration: each process computes some consecutive views, and receives all.
+// Keeps its memory between iterations.
 class TermExchange {
  public:
   // Collective. Each process has added its own views to `sum`, a SumOfViews on the host (sum_of_views.h). Afterwards
-  // `sum` has all views on every process, with the same bits as if one process had added them all.
+  // `sum` has all views on every process, with the same bits as from one process.
   template <class Sum>
   void AllGather(Communicator& ranks, Sum* sum) {
     const auto self = static_cast<std::size_t>(ranks.rank()), size = static_cast<std::size_t>(ranks.size());
@@ -109,13 +108,13 @@ class TermExchange {
   }
 
  private:
-  // Description of a partial sum, sent to all processes: the rank that computed it, its views [begin, end), the number
-  // of Gaussians, and its size in bytes.
+  // Description of a partial sum for all processes: the rank that computed it, its views [begin, end), the number of
+  // Gaussians, and its size in bytes.
   struct Part {
     Index rank, begin, end, gaussians, bytes;
   };
 
-  // Resizes bytes_. Allocates a quarter more than necessary, since the size differs slightly between iterations.
+  // Allocates a quarter more, since the size differs slightly between iterations.
   void Reserve(Index bytes) {
     if (bytes_.capacity() < bytes) bytes_.ResizeForOverwrite(bytes + bytes / 4);
     bytes_.ResizeForOverwrite(bytes);

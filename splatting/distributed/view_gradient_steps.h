@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over the terms of a sum of view gradients. A term is the gradient of one view, or the sum of several. It has
-// only those blocks of 16 Gaussians that its views see (sum_of_views.h). All pointers of a loop are in one memory
-// space.
+// Loops over terms, which have only the blocks of 16 Gaussians that their views see (sum_of_views.h). All pointers of a
+// loop are in one memory space.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +12,20 @@
 
 namespace vesta::gs::term {
 
-// Gaussians per block of a term. Neighbours in memory are mostly visible in the same views.
+// Gaussians per block. Neighbours in memory are mostly visible in the same views.
 inline constexpr Index kLanes = 16;
-// The rows of a block; each has one number per Gaussian of the block. Row kGrad2d: sum of the image-space gradients
-// over the views that see the Gaussian (Grad2d, density/density_steps.h). Row kViews: the number of these views. Then
-// one row for the gradient of each attribute.
+// The rows of a block, with one number per Gaussian. Row kGrad2d: sum of the image-space gradients over the views that
+// see the Gaussian (Grad2d, density/density_steps.h). Row kViews: number of these views. Then the gradient of each
+// attribute.
 inline constexpr int kGrad2d = 0, kViews = 1, kFirstAttribute = 2;
 
-// The layout of all terms of an iteration.
+// Common to all terms of an iteration.
 struct Layout {
   splat::ModelLayout model;
   int attributes;  // number in use
 
-  // Number of blocks of all Gaussians.
   VESTA_HD Index Blocks() const { return (model.count + kLanes - 1) / kLanes; }
-  // Number of rows of a block. It depends on the SH degree of the block's first Gaussian, which is the highest: models
-  // are sorted by descending degree.
+  // Rows of a block. The block's first Gaussian has its highest SH degree: models are sorted by descending degree.
   VESTA_HD Index RowsOf(Index block) const {
     int degree = model.sh_degree;
     while (block * kLanes >= model.WithBand(degree)) --degree;
@@ -39,22 +36,21 @@ struct Layout {
   VESTA_HD Index MostRows() const { return kFirstAttribute + attributes; }
 };
 
-// The arrays of a term: `block` has its block numbers in ascending order, `begin` the first row of each block. Row r
-// has the numbers rows[kLanes * r] to rows[kLanes * r + kLanes - 1].
+// block: block numbers, ascending; begin: first row of each block. Row r has the numbers rows[kLanes * r] to
+// rows[kLanes * r + kLanes - 1].
 struct Arrays {
   const std::uint32_t *block, *begin;
   const float* rows;
 };
 
-// Packs a block count of 1 and a number of rows into one integer. A running sum of these integers then counts blocks
-// and rows at once.
+// Packs a block and a number of rows into one integer. Running sums of these integers count blocks and rows at once.
 inline constexpr int kRowBits = 40;
 VESTA_HD constexpr Index PackCounts(Index rows) { return (Index{1} << kRowBits) + rows; }
 VESTA_HD constexpr Index UnpackBlocks(Index sum) { return sum >> kRowBits; }
 VESTA_HD constexpr Index UnpackRows(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
 
-// counts[b] = PackCounts(rows of block b) if a Gaussian of block b is visible, else 0. Also called for the block number
-// after the last one, which gets 0.
+// counts[b] = PackCounts(rows of block b) if a Gaussian of block b is visible, else 0; also 0 for the number after the
+// last block.
 struct CountVisible {
   Layout layout;
   const std::int32_t* rank_of;  // depth rank by Gaussian; -1: not visible
@@ -75,8 +71,8 @@ struct PlaceBlocks {
   VESTA_HD void operator()(Index k) const { places[block[k]] = static_cast<std::uint32_t>(k + 1); }
 };
 
-// counts[b] = PackCounts(rows of block b) if at least one of two terms has block b, else 0. Also called for the block
-// number after the last one.
+// counts[b] = PackCounts(rows of block b) if at least one of two terms has block b, else 0; also 0 for the number after
+// the last block.
 struct CountEither {
   Layout layout;
   const std::uint32_t *left, *right;  // by block, from PlaceBlocks; 0: not in the term
@@ -88,7 +84,7 @@ struct CountEither {
   }
 };
 
-// Fills `block` and `begin` of a term. counts: as above, by block number; sums: their exclusive running sums.
+// counts: as above, by block number; sums: their exclusive running sums.
 struct ListBlocks {
   const Index *counts, *sums;
   std::uint32_t *block, *begin;
@@ -101,22 +97,22 @@ struct ListBlocks {
   }
 };
 
-// Gives each row of a term an index, for a parallel loop: row r of block k has the index k * layout.MostRows() + r. The
-// indices of rows that a block does not have are skipped.
+// Index of a row in a parallel loop: row r of block k has the index k * layout.MostRows() + r. Indices of missing rows
+// are skipped.
 struct RowOfBlock {
   Layout layout;
   const std::uint32_t* block;
   Divisor by_rows{layout.MostRows()};
 
-  // Calls body(k, block[k], r) for the row with this index, if the row exists.
+  // Calls body(k, block[k], r) if the row exists.
   template <class Body>
   VESTA_HD void Visit(Index index, const Body& body) const {
     const auto [k, row] = by_rows.Divide(index);
     const Index number = block[k];
     if (row < layout.RowsOf(number)) body(k, number, row);
   }
-  // The same for rows of attributes only: calls body(k, r, first, length). The row corresponds to the elements [first,
-  // first + length) of an array with the layout of the model.
+  // Rows of attributes only: calls body(k, r, first, length). The row corresponds to the elements [first, first +
+  // length) of an array with the layout of the model.
   template <class Body>
   VESTA_HD void VisitAttribute(Index index, const Body& body) const {
     Visit(index, [&](Index k, Index number, Index row) {
@@ -128,8 +124,7 @@ struct RowOfBlock {
   }
 };
 
-// Moves one row of gradients from an array with the layout of the model to a term. The elements of the array become
-// zero.
+// Moves a row of gradients from an array with the layout of the model to a term. The array's elements become zero.
 struct ExtractRow {
   RowOfBlock of;
   const std::uint32_t* begin;
@@ -150,7 +145,7 @@ struct ExtractRow {
 struct ObserveBlock {
   density::Grad2dView grad2d_view;
   bool needs_grad2d;
-  Index count;  // number of Gaussians
+  Index count;
   const std::uint32_t *block, *begin;
   float* rows;
 
@@ -165,8 +160,7 @@ struct ObserveBlock {
   }
 };
 
-// One row of sum = left + right, for the blocks of either term. A block that one of them lacks is copied from the
-// other.
+// A row of sum = left + right. A block that one term lacks is copied from the other.
 struct AddRow {
   RowOfBlock of;
   const std::uint32_t *begin, *left_places, *right_places;
@@ -186,7 +180,7 @@ struct AddRow {
   }
 };
 
-// Copies one row of an attribute to an array with the layout of the model.
+// Copies a row of an attribute to an array with the layout of the model.
 struct CopyRow {
   RowOfBlock of;
   Arrays term;
@@ -200,10 +194,10 @@ struct CopyRow {
   }
 };
 
-// Adds the density statistics of block k to grad2d and seen, which have one number per Gaussian.
+// Adds the density statistics of block k to grad2d and seen, one number per Gaussian.
 struct AddGrad2d {
   Arrays term;
-  Index count;  // number of Gaussians
+  Index count;
   float* grad2d;
   int* seen;
 

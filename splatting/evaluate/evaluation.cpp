@@ -53,7 +53,7 @@ Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measu
     quality->psnr /= quality->views;
     quality->ssim /= quality->views;
   }
-  // Without test views there is no measurement; 0 dB would be wrong.
+  // No measurement; 0 dB would be wrong.
   if (mean.test.views == 0) mean.test.psnr = mean.test.ssim = std::numeric_limits<double>::quiet_NaN();
   mean.cost = values > 0 ? mean.cost / values : 0;
   return mean;

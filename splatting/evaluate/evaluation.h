@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image quality of a model over the views of a scene. Template parameter B is a backend
-// (kernels/core/vector_backend.h), such as CpuBackend<float>: it says in which memory, host or GPU, the data are.
+// Image quality of a model over the views of a scene. B: backend (kernels/core/vector_backend.h) for host or GPU
+// memory.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 
 namespace vesta::gs {
 
-// Means over views, from unmasked pixels of images quantised to 8 bits.
+// Means over views, from unmasked pixels quantised to 8 bits.
 struct Quality {
   double psnr = 0;  // dB
   double ssim = 0;
@@ -33,27 +33,26 @@ struct Evaluation {
   double cost = 0;                // mean over measured training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
 };
 
-// The measurements of one view.
 struct ViewQuality {
   std::size_t view;      // index in the scene
   ImageQuality quality;  // over unmasked pixels
   double counted;        // fraction of unmasked pixels
-  double objective;      // training view: loss of the unquantised image, summed over pixels and channels; else 0
+  double objective;      // training view: unquantised loss, summed over pixels and channels; else 0
 };
-// Makes a ViewQuality. whole: quality over all pixels of an image whose masked pixels are copies of the photograph
-// (masked_loss.h). The function converts it to the quality over unmasked pixels.
+// whole: quality over all pixels of an image with masked pixels from the photograph (masked_loss.h). Converted to the
+// quality over unmasked pixels.
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective);
-// Means over the measured views, which may be in any order. views: all views of the scene.
+// measured: in any order. views: all views of the scene.
 Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured);
 
-// The views that are measured, and the processes that share the work.
+// The measured views, and the processes that share the work.
 struct MeasuredViews {
-  // At most this many training views are measured, evenly spaced. All held-out and test views are measured.
+  // At most this many training views, evenly spaced. All held-out and test views are measured.
   int most_trained = std::numeric_limits<int>::max();
   ProcessGroup processes = {};  // each measures its share of the views
 };
 
-// For each view of a scene, whether any process measures it.
+// True for each view that any process measures.
 inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::vector<View>& views) {
   const Index trained = NumTrainingViews(views);
   const Index most = std::min<Index>(measured.most_trained, trained);
@@ -69,9 +68,8 @@ inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::v
 }
 
 // Evaluates a model in the memory of B. targets: all training views, in the order of the scene, if their photographs
-// are already in that memory; else empty. All other photographs are copied there one at a time. Collective; all
-// processes return the same result. The function allocates one SplatView and two images, and frees them on return. On a
-// device, it throws OutOfDeviceMemory if memory runs out.
+// are in that memory; else empty. Other photographs are copied there one at a time. Collective; all processes return
+// the same result. On a device, throws OutOfDeviceMemory if memory runs out.
 template <class B>
 Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> targets,
                     const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
@@ -103,26 +101,26 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
       Splats::CopyTruth(typename B::ConstVectorView(targets[place].truth), truth);
     }
     FillMasked<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstVectorView(truth), rendered.view());
-    // Compute the loss first: the meter may modify both images.
+    // The loss first: the meter may modify both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
   }
   return MeanOf(scene.views, measured.processes.Gather(qualities));
 }
 
-// Copies the masked pixels of the photograph into the rendered image, so that they do not count as errors.
+// Copies the masked pixels of the photograph, so that they do not count as errors.
 Image ToCompare(Image rendered, const Image& photograph);
 
-// Renders views of models. Keeps its working memory between calls.
+// Renders views of models. Keeps its work memory between calls.
 class Renderer {
  public:
   // background: 0..1. near: distance of the near plane, world units.
   Renderer(const std::array<double, 3>& background, double near) : background_(background), near_(near) {}
 
-  // The model seen from the view; colours are not clamped.
+  // Colours are not clamped.
   Image Render(const SplatModel& model, const View& view);
   Evaluation Evaluate(const SplatModel& model, const Scene& scene);
-  // The same for a model in training, which may have fewer active SH bands.
+  // The model may be in training, with fewer active SH bands.
   Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured = {});
 
  private:

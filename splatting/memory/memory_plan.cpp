@@ -14,18 +14,17 @@ namespace vesta::gs {
 namespace {
 
 constexpr double kGib = 1 << 30;
-// Usable fraction of free GPU memory. The rest allows for fragmentation of the pool, code and kernel stacks.
+// The rest allows for fragmentation of the pool, code and kernel stacks.
 constexpr double kUsableShare = 15.0 / 16;
 
-// In GiB, rounded up to two decimals.
+// Rounded up to two decimals.
 double RoundedGib(double bytes) { return bytes / kGib + 0.005; }
 
 double StageMib(double adam, double lm, double between) { return std::max({adam, lm, between}) / kMib; }
 
 bool MayHoldOneBatch(const LmStageOptions& lm) { return lm.batches > 1 && lm.merge_batches; }
 
-// Bytes of LM in its most frugal form: each view is rebuilt when needed, and one of several merged batches is held at a
-// time.
+// Each view is rebuilt when needed, and one of several merged batches is held at a time.
 double FrugalLmBytes(const MemoryScene& scene, LmStageOptions lm, const StageMemory& memory) {
   lm.jacobian = JacobianKind::kOnTheFly;
   return memory.lm_bytes(scene, lm, !MayHoldOneBatch(lm));
@@ -122,7 +121,7 @@ double PredictedMib(const MemoryScene& scene, const StageOptions& options, doubl
 }
 
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options) {
-  // A copy of parameters, moments and bases from before densification, in case the GPU has no room for the new ones.
+  // A copy of parameters, moments and bases, if the GPU has no space for the new ones.
   const bool grows = options.adam.runs() && options.density.enabled;
   const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
   return (std::max(ModelBytes(scene), ScoringBytes(scene, options.pruning)) + copies) / kMib;

@@ -28,7 +28,7 @@ namespace {
 using Cpu = CpuBackend<float>;
 using Gpu = CudaBackend<float>;
 
-// Sizes of the components of the stages in the memory of B. Each size comes from the class that allocates it.
+// Sizes of the stages' components in the memory of B, from the classes that allocate them.
 template <class B>
 class Parts {
  public:
@@ -42,7 +42,7 @@ class Parts {
   const ViewCounts& most() const { return most_; }
   double Image() const { return kImageBytes * most_.pixels; }
   double View() const { return ViewBytes(most_); }
-  // Working memory of the passes over views, without Gram matrices.
+  // Work memory without Gram matrices.
   double Passes() const { return Workspace::BuildBytes(most_, gaussians_) + Workspace::ProductBytes(most_); }
   // With masks on a device; on the host, masks belong to the views.
   double Truths() const {
@@ -50,12 +50,12 @@ class Parts {
     for (const ViewCounts& view : scene_.views) bytes += Splats::TruthBytes(view.pixels);
     return bytes;
   }
-  // Without the workspace: a view, its image and truth, and the memory of the quality meter.
+  // Without the workspace: a view, its image and truth, and the quality meter.
   double Evaluation() const {
     return View() + Image() + Splats::TruthBytes(most_.pixels) + Splats::QualityMeter::Bytes(most_.pixels);
   }
-  // Curvature of a view with respect to its camera (cameras/derivatives/view_columns.h): another view with its passes,
-  // and its derivative images. The peak is either images and columns, or columns and the product of W with one of them.
+  // Curvature of a view by its camera (cameras/derivatives/view_columns.h): another view with its passes, and its
+  // derivative images. The peak is either images and columns, or columns and the product of W with one of them.
   double CameraCurvature(const CameraOptions& cameras) const {
     if (!cameras.refines()) return 0;
     // The largest choice of auto.
@@ -65,13 +65,13 @@ class Parts {
     return View() + Passes() + (1 + columns + std::max(free.num_moves(), weighted)) * Image() +
            Loss::ProductBytes(SsimLinearization::kQuadratic, most_.pixels);
   }
-  // On the host, wherever the stages run: scoring by the training views. pruning/harmonics.h takes the most memory.
+  // On the host, wherever the stages run. pruning/harmonics.h takes the most memory.
   double Scoring(const PruningOptions& pruning) const {
     if (!pruning.needs_scoring()) return 0;
     return RenderedViewsBytes(most_, gaussians_) +
            (pruning.sh_aic_weight > 0 ? ShRemovalCost::kBytes : kRemovalCostBytes) * gaussians_;
   }
-  // The session's renderer, which exists throughout.
+  // The session's renderer.
   double SessionWorkspace() const {
     return std::is_same_v<typename B::Space, Host> ? Workspace::BuildBytes(most_, gaussians_) : 0;
   }
@@ -86,7 +86,7 @@ class Parts {
 
  private:
   static constexpr bool kIsDevice = !std::is_same_v<typename B::Space, Host>;
-  // Per Gaussian: the rise in one view and in all, a score, and a place in a sorted order.
+  // Per Gaussian: the rise in one view and in all, a score, and a sorted index.
   static constexpr double kRemovalCostBytes = 3 * sizeof(double) + sizeof(Index);
 
   double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
@@ -96,8 +96,8 @@ class Parts {
   double gaussians_;
 };
 
-// Terms of an iteration with several views while they are summed (distributed/sum_of_views.h): two operands and the
-// result of the last sum, and one term for each level below. Each view may see nearly all Gaussians.
+// Terms of an iteration with several views (distributed/sum_of_views.h): two operands and the result of the last sum,
+// and one term for each level below. Each view may see nearly all Gaussians.
 double TermBytes(const MemoryScene& scene, int views) {
   if (views == 1) return 0;
   constexpr double kGrad2dAndViews = 2;
@@ -118,7 +118,7 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
                       Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
                       std::max(parts.Evaluation(), parts.CameraCurvature(options.cameras));
   const double average = options.adam.averaging_fraction > 0 ? vector : 0;
-  // While views are scored, the working memory of an iteration is free.
+  // While views are scored, the memory of an iteration is free.
   const bool is_host = std::is_same_v<typename B::Space, Host>;
   const double scoring = is_host ? vector + parts.Scoring(options.pruning) : 0;
   // A second copy of the bases or of a vector; sources and actions.
@@ -132,7 +132,7 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
   using Workspace = typename Parts<B>::Workspace;
   double views_bytes = 0, rebuilt = 0;
   if (lm.jacobian == JacobianKind::kOnTheFly) {
-    // One view for each linearization that is held.
+    // One view per linearization.
     const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
     rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * parts.LinearizedView(parts.most(), lm);
   } else {
@@ -153,19 +153,19 @@ double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, boo
   LmStageOptions lm = options.lm;
   lm.jacobian = JacobianKind::kCachedViews, lm.batches = 1, lm.batch_size = 0, lm.line_search = false;
   const FreeUnknowns free = FreeBy(options.cameras.refine);
-  // Columns of the pose, and of the gains and offsets per channel. While they are made, the workspace of Gram matrices
-  // is free. The peak is either images and columns, or columns and W J.
+  // Columns of the pose, and of the gains and offsets per channel. Meanwhile, the workspace of Gram matrices is free.
+  // The peak is either images and columns, or columns and W J.
   const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
   const double beside_columns = std::max<double>(free.num_moves(), eliminate_views ? columns : 1);
   const ViewCounts most = scene.Largest();
   const double making = (columns + beside_columns - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
   double beside = std::max(0.0, making - SplatBackend<B>::Workspace::GramBytes(most));
-  // On the host, the photographs with the optimised exposures applied.
+  // On the host, photographs with the optimised exposures applied.
   const double developed = std::is_same_v<typename B::Space, Host> && free.color ? 1 : 0;
   for (const ViewCounts& view : scene.views) {
     beside += (developed + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
   }
-  // The gradient and the right-hand side, which persist, and the right-hand side without the views.
+  // The gradient, the right-hand side, and the right-hand side without the views.
   constexpr double kVectors = 3;
   return LmBytesIn<B>(scene, lm, true, eliminate_views) + beside + kVectors * VectorBytes(scene);
 }
@@ -268,11 +268,11 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
   const auto views = static_cast<double>(scene.views.size());
   const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
   const int linearizations = HeldLinearizations(engine, static_cast<int>(batches));
-  // Views per batch; batches differ by at most one view.
+  // Batches differ by at most one view.
   const double size =
       std::ceil(lm.batch_size > 0 ? std::min<double>(lm.batch_size, views) : views / static_cast<double>(batches));
   const double held = std::min(linearizations * size, views);
-  // Gram matrices of a linearization, which become the blocks of a preconditioner.
+  // Gram matrices, which become the blocks of a preconditioner.
   const double blocks = GramBytes(scene);
   const double vector = VectorBytes(scene);
   return LmPeakBytes(engine, {.batches = static_cast<int>(batches),

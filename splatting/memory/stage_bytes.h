@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sizes and options that determine the memory of a training, and formulas for the peak bytes of each stage.
+// Sizes and options that determine the memory of a training, and the peak bytes of each stage.
 #pragma once
 
 #include <vector>
@@ -23,28 +23,24 @@ struct MemoryScene {
   std::vector<ViewCounts> views;
   double mask_bytes = 0;  // masks of photographs
 
-  // The same scene with another number of Gaussians; the counts per view change in proportion.
+  // Counts per view change in proportion to the number of Gaussians.
   MemoryScene Scaled(Index new_gaussians) const;
-  // The same views with a model of another layout.
   MemoryScene Of(const splat::ModelLayout& other) const;
-  // The maximum over the views of each count except `entries`, which stays 0.
+  // Maximum over the views of each count except `entries`, which stays 0.
   ViewCounts Largest() const;
 };
 
-// Counts splats and tile entries in at most `most` of the views, evenly spaced; the other views get the mean of these
-// counts. most >= 1. near: distance of the near plane. with_entries: also counts the entries of the cached Jacobian,
-// for which each of these views is rendered.
+// Counts splats and tile entries in at most `most` >= 1 of the views, evenly spaced; the others get the mean. near:
+// distance of the near plane. with_entries: also renders these views to count the entries of the cached Jacobian.
 MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries);
 
-// Options of the memory limit.
 struct MemoryOptions {
-  double budget_gib = 0;  // limit of the process; 0: none
+  double budget_gib = 0;  // of the process; 0: no limit
 };
 
 const schema::Table<MemoryOptions>& MemoryFields();
 
-// The options of both stages.
 struct StageOptions {
   MemoryOptions memory;
   AdamOptions adam;
@@ -54,53 +50,51 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether the LM stage optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). It does
-// not after an Adam stage, which has already optimised them.
+// Whether the LM stage optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). An Adam
+// stage has already done so.
 inline bool FindsCamerasByLm(const StageOptions& options) {
   return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();
 }
 
 inline constexpr double kMib = 1 << 20;  // bytes
 
-// Bytes of a vector with all parameters of the model.
+// A vector with all parameters of the model, bytes.
 double VectorBytes(const MemoryScene& scene);
 
-// Bytes of an array with a 32-bit number per Gaussian.
+// An array with a 32-bit number per Gaussian.
 double PerGaussianBytes(const MemoryScene& scene);
 
-// Bytes of Adam's bases in block mode (adam/block_bases.h); else 0.
+// Adam's bases in block mode (adam/block_bases.h); else 0.
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
-// Bytes of the Gram matrices (blocks of J^T W J) of all Gaussians.
+// The Gram matrices (blocks of J^T W J) of all Gaussians.
 double GramBytes(const MemoryScene& scene);
 
-// Bytes that passes over views use temporarily.
+// Temporary memory of passes over views, bytes.
 struct PassingBytes {
   double gram = 0;          // to compute Gram matrices
-  double cost = 0;          // to compute the cost of a trial step
-  double evaluation = 0;    // to compute the cost and quality of x between iterations
-  bool keeps_gram = false;  // ProblemMemory::keeps_gram: the Gram matrices are kept
+  double cost = 0;          // for the cost of a trial step
+  double evaluation = 0;    // for the cost and quality of x between iterations
+  bool keeps_gram = false;  // see ProblemMemory
 };
 
-// Peak bytes of the LM solver and the linearizations of its batches, including the model. views_bytes: sum over the
-// linearizations of all views. hold_batches: whether the linearizations of all batches are in memory at once. passing:
-// temporary memory.
+// Peak bytes of the LM solver and its linearizations, including the model. views_bytes: sum over the linearizations of
+// all views. hold_batches: the linearizations of all batches are in memory at once. passing: temporary memory.
 double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing);
 
-// Peak bytes of each stage of training: the model, and everything that the stage allocates, but not the scene's images
-// and the program. The GPU functions need no GPU.
+// Peak bytes of each stage: the model and the stage's allocations, without the scene's images and the program. The GPU
+// functions need no GPU.
 // In host memory:
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 // hold_batches: see EngineBytes.
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
-// For LM that also optimises cameras (cameras/joint/joint_problem.h). All views are cached. eliminate_views: their
-// derivatives with respect to their own unknowns are stored too.
+// LM that also optimises cameras (cameras/joint/joint_problem.h) caches all views. eliminate_views: stores the
+// derivatives of views by their own unknowns too.
 double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views);
 // The model and its evaluation, between the stages.
 double ModelBytes(const MemoryScene& scene);
-// Scoring of Gaussians for pruning. It runs on the host, even if the stages run on a GPU. 0 if the options need no
-// scores.
+// Scoring for pruning, on the host even if the stages run on a GPU. 0 if the options need no scores.
 double ScoringBytes(const MemoryScene& scene, const PruningOptions& pruning);
 
 // In GPU memory, including the photographs of all views.

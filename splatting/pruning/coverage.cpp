@@ -18,7 +18,7 @@
 namespace vesta::gs {
 namespace {
 
-// The integral of 2^-(p^2 + q^2) over the image, in pixels squared: in closed form along rows, and summed over rows.
+// Integral of 2^-(p^2 + q^2) over the image, in pixels squared: in closed form along rows, summed over rows.
 double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
   // Farther away, the falloff is less than 1e-4.
   constexpr double kReach = 3.7;
@@ -38,8 +38,8 @@ double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
   return sum * step * std::sqrt(std::numbers::pi) / (2 * root * r);
 }
 
-// Coverage::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as a fraction
-// of the image. The maximum over the cameras, and at most 1.
+// Coverage::body of Gaussian i: the area of its outline, as a fraction of the image; the maximum over the cameras, at
+// most 1.
 double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
   std::array<double, 3> deviation{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -66,12 +66,11 @@ std::vector<splat::PosedCamera> CamerasOf(const ScoringViews& scoring_views) {
   return cameras;
 }
 
-// Computes how much of each Gaussian a view shows.
 class ShownByView {
  public:
   explicit ShownByView(const double* background) : background_(background) {}
 
-  // Calls add(i, Coverage::shown in this view only) for each visible Gaussian, in parallel.
+  // Calls add(i, Coverage::shown in this view) for each visible Gaussian, in parallel.
   template <class Add>
   void ForEach(const splat::Model<float>& model, const splat::PosedCamera& camera, const Add& add) {
     projected_.Build(model, camera, background_, workspace_);
@@ -89,7 +88,7 @@ class ShownByView {
   splat::ViewWorkspace<float> workspace_;
 };
 
-// Coverage of each Gaussian with `body` computed and `shown` still 0.
+// `shown` is still 0.
 std::vector<Coverage> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
   std::vector<Coverage> coverage(static_cast<std::size_t>(model.count));
   ParallelFor(model.count, 1024,
@@ -97,7 +96,7 @@ std::vector<Coverage> BodiesOf(const splat::Model<float>& model, const std::vect
   return coverage;
 }
 
-// The degree-0 attributes of some Gaussians, which are enough to project them.
+// Degree-0 attributes of some Gaussians, enough to project them.
 std::vector<float> GeometryOf(const splat::Model<float>& model, const std::vector<Index>& gaussians) {
   std::vector<float> values;
   values.reserve(splat::NumAttributes(0) * gaussians.size());
@@ -126,7 +125,7 @@ double LongestDeviation(const SplatModel& model, Index i) {
       static_cast<double>(std::max({log_scale[i], log_scale[model.count + i], log_scale[2 * model.count + i]})));
 }
 
-// Removes the elements with goes(place, Gaussian) from `gaussians`. Returns their number.
+// Removes the elements with goes(place, Gaussian). Returns their number.
 template <class Goes>
 Index TakeOut(std::vector<Index>& gaussians, const Goes& goes) {
   std::vector<Index> left;
@@ -196,7 +195,7 @@ std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const Sc
 std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views) {
   const std::vector<splat::PosedCamera> cameras = CamerasOf(scoring_views);
   std::vector<Coverage> coverage = BodiesOf(model, cameras);
-  std::vector<Index> wanting;  // by the views so far; further views only make it shorter
+  std::vector<Index> wanting;  // further views only make it shorter
   const auto IsUnderObserved = [&](Index i) { return coverage[static_cast<std::size_t>(i)].IsUnderObserved(); };
   for (Index i = 0; i < model.count; ++i) {
     if (IsUnderObserved(i)) wanting.push_back(i);

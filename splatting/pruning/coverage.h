@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage: how much of each Gaussian the training views show. Also finds floaters: Gaussians in free space that belong
-// to no surface.
+// Coverage: how much of each Gaussian the training views show. Floaters: Gaussians in free space that belong to no
+// surface.
 #pragma once
 
 #include <vector>
@@ -12,47 +12,44 @@
 
 namespace vesta::gs {
 
-// Coverage of a Gaussian. A large Gaussian that hardly any training view shows was not fitted to any photograph, but it
-// may hide the scene from new cameras (docs/decisions/coverage-pruning.md). Both numbers are in units of an image's
-// area. Opacity and occlusion are ignored.
+// Coverage of a Gaussian, in units of an image's area. A large Gaussian that hardly any training view shows may hide
+// the scene from new cameras (docs/decisions/coverage-pruning.md). Opacity and occlusion are ignored.
 struct Coverage {
   // Integral of the Gaussian's falloff (1 at its centre) over the image, summed over the training views.
   double shown = 0;
   // The same integral in one camera that faces the broadest side of the Gaussian, at the distance of the nearest
-  // training camera. It is 2 pi times the product of the two largest standard deviations, seen from there; at most 1.
+  // training camera: 2 pi times the product of the two largest standard deviations; at most 1.
   double body = 0;
 
-  // Small Gaussians are ignored: they occlude little, and there are many.
+  // Small Gaussians are ignored: they occlude little.
   bool IsUnderObserved() const {
     constexpr double kSmall = 0.003, kLeastPart = 0.03;
     return body > kSmall && shown < kLeastPart * body;
   }
 };
 
-// The coverage of each Gaussian. Projects the Gaussians into all views, but renders no image and needs no photographs.
+// Projects the Gaussians into all views; renders no image and needs no photographs.
 std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// For each Gaussian, IsUnderObserved of MeasureCoverage. Much faster than MeasureCoverage, since only large Gaussians
-// are projected, and each only until enough views have shown it. Colours must be finite. (MeasureCoverage counts a
-// Gaussian with other colours as unseen.)
+// IsUnderObserved per Gaussian, much faster than MeasureCoverage: only large Gaussians are projected, each only until
+// enough views have shown it. Colours must be finite. (MeasureCoverage counts a Gaussian with other colours as unseen.)
 std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// The Gaussians that are not under-observed, in ascending order; all Gaussians if there would be none.
+// Indices, ascending; all Gaussians if there would be none.
 std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// Number of floaters by criterion. A Gaussian that meets several criteria counts for the first one. `kept` has all
-// other Gaussians, in ascending order. No criterion is a proof, but Gaussians on a surface are far from meeting any.
+// Number of floaters by criterion; a Gaussian counts for the first that it meets. `kept` has the others, ascending.
+// Gaussians on a surface are far from meeting any criterion.
 struct FloaterCount {
   std::vector<Index> kept;
   // Opacity below 1/255, which is never drawn.
   Index faint = 0;
-  // Surrounds the scene: its longest standard deviation exceeds its distance from the model's middle, and the median of
-  // that distance over all Gaussians. The middle is the median of the means.
+  // Surrounds the scene: its longest standard deviation exceeds its distance from the median of the means, and the
+  // median of that distance over all Gaussians.
   Index huge = 0;
-  // Far from its three nearest neighbours: the root-mean-square distance exceeds ten times the median over all
-  // Gaussians, and six times the Gaussian's longest standard deviation.
+  // Root-mean-square distance from its three nearest neighbours: it exceeds ten times the median over all Gaussians,
+  // and six times the Gaussian's longest standard deviation.
   Index isolated = 0;
-  // Under-observed by the views (Coverage::IsUnderObserved).
   Index under_observed = 0;
 };
 

@@ -15,7 +15,7 @@ namespace {
 constexpr int kBases = kMaxShCoefficients, kBlock = PackedSize(kBases);
 constexpr Index kGrain = 256;
 
-// Active SH degree of Gaussian i.
+// Active degree.
 int DegreeOf(const splat::Model<float>& model, Index i) { return std::min(model.DegreeOf(i), model.active_sh_degree); }
 
 std::array<float, 3> CentreOf(const splat::PosedCamera& camera) {
@@ -23,7 +23,7 @@ std::array<float, 3> CentreOf(const splat::PosedCamera& camera) {
           static_cast<float>(camera.centre[2])};
 }
 
-// The SH basis functions in the viewing direction of a Gaussian from this camera centre.
+// SH basis functions in the viewing direction of a Gaussian from this camera centre.
 std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, const std::array<float, 3>& centre) {
   float mean[3], dir[3];
   for (int k = 0; k < 3; ++k) mean[k] = model.x[model.Offset(splat::kMean + k) + i];
@@ -33,10 +33,10 @@ std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, c
   return basis;
 }
 
-// Second derivative of the loss with respect to the SH coefficients of one Gaussian: packed, mean over the channels.
+// Second derivative of the loss with respect to the SH coefficients of a Gaussian: packed, mean over the channels.
 using Curvature = std::array<float, kBlock>;
 
-// The sum over the views.
+// Sum over the views.
 std::vector<Curvature> Curvatures(const splat::Model<float>& model, const ScoringViews& scoring_views) {
   std::vector<Curvature> sums(static_cast<std::size_t>(model.count), Curvature{});
   RenderedViews rendered(model, scoring_views);

@@ -18,7 +18,7 @@
 namespace vesta::gs {
 namespace {
 
-// Indices sorted by increasing score; ties: the higher index first.
+// Sorts by increasing score; ties: the higher index first.
 std::vector<Index> LeastFirst(const std::vector<double>& scores) {
   std::vector<Index> order(scores.size());
   std::iota(order.begin(), order.end(), Index{0});
@@ -32,7 +32,7 @@ constexpr double kPartOfRound = 0.25;
 
 Index PartOf(Index count, double part) { return static_cast<Index>(std::ceil(part * static_cast<double>(count))); }
 
-// Indices of the `count` highest scores, ascending; at least one.
+// Indices of the highest scores, ascending; at least one.
 std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
   std::vector<Index> order = LeastFirst(scores);
   order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, static_cast<Index>(scores.size())));
@@ -40,7 +40,7 @@ std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
   return order;
 }
 
-// If prune_unseen, gives under-observed Gaussians a score below all others.
+// If prune_unseen, scores under-observed Gaussians below all others.
 std::vector<double> WithCoverage(std::vector<double> scores, const splat::Model<float>& model,
                                  const ScoringViews& scoring_views, bool prune_unseen) {
   if (!prune_unseen) return scores;
@@ -72,9 +72,8 @@ Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& r
   return gone;
 }
 
-// Each round spends a fraction of the remaining rise, as predicted. Removing Gaussians together costs more than
-// predicted. If a round costs too much, it is undone, and rounds become smaller. worth: removal costs of the whole
-// model.
+// Each round spends a fraction of the remaining rise, as predicted. Removals together cost more, so a round that costs
+// too much is undone, and rounds become smaller. removal: of the whole model.
 void PruneToRise(const ScoringViews& scoring_views, const PruneOptions& options, RemovalCost removal,
                  PruneResult& result) {
   constexpr double kLeastRound = 0.002;

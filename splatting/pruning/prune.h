@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selects Gaussians to prune, by ranking (SelectToKeep) or by Akaike's information criterion (KeepByAic). Training uses
-// one of them at intervals. Prune removes Gaussians from a finished model in rounds. Removing a Gaussian can raise the
-// removal cost of its neighbours, so each round measures all costs again.
+// Selects Gaussians to prune, by ranking (SelectToKeep) or by Akaike's information criterion (KeepByAic); training uses
+// one of them at intervals. Prune removes Gaussians from a finished model in rounds, which measure all costs again:
+// neighbours may have become more costly.
 #pragma once
 
 #include <cstdint>
@@ -14,24 +14,24 @@
 
 namespace vesta::gs {
 
-// The `count` Gaussians with the highest removal cost (scoring_views.h), as indices in ascending order; at least one.
-// prune_unseen: under-observed Gaussians (Coverage::IsUnderObserved) are removed before all others. Collective.
+// Indices, ascending, of the `count` Gaussians with the highest removal cost (scoring_views.h); at least one.
+// prune_unseen: under-observed Gaussians (Coverage::IsUnderObserved) are removed first. Collective.
 std::vector<Index> SelectToKeep(const splat::Model<float>& model, const ScoringViews& scoring_views, bool prune_unseen,
                                 Index count);
 
-// The Gaussians to keep by Akaike's information criterion, as indices in ascending order. A Gaussian meets the
-// criterion if its removal would raise the loss of the views by at least `aic_weight` * loss / n per parameter; n is
-// the number of pixel values (RemovalCost::values). A weight of 1 is Akaike's rule (1974, "A new look at the
-// statistical model identification"): a parameter is accepted if it raises the log-likelihood by more than one. For n
-// errors with a Laplace distribution whose scale is their mean, the log-likelihood is -n log(loss) plus a constant.
+// Indices, ascending, of the Gaussians to keep by Akaike's information criterion: removing one would raise the loss of
+// the views by at least `aic_weight` * loss / n per parameter; n is the number of pixel values (RemovalCost::values). A
+// weight of 1 is Akaike's rule (1974, "A new look at the statistical model identification"): a parameter is accepted if
+// it raises the log-likelihood by more than one. For n errors with a Laplace distribution whose scale is their mean,
+// the log-likelihood is -n log(loss) plus a constant.
 //
-// Two Gaussians that can replace each other both have a low removal cost, but only one of them should go. One call
-// therefore removes only a random two fifths of the Gaussians that fail the criterion, and at most a quarter of all
-// Gaussians. The random choice depends on seed and round. Collective.
+// Two Gaussians that can replace each other both have a low removal cost, but only one should be removed. So one call
+// removes only a random two fifths of the Gaussians that fail the criterion, and at most a quarter of all. The choice
+// depends on seed and round. Collective.
 std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& scoring_views, double aic_weight,
                              std::uint64_t seed, std::uint64_t round);
 
-// Exactly one of the two must be set.
+// Set exactly one.
 struct PruneGoal {
   std::optional<Index> count;  // number of Gaussians to keep, at least one; values above the present number keep all
   std::optional<double> max_rise;  // maximum rise of the training loss, as a fraction of its first value, > 0
@@ -39,16 +39,16 @@ struct PruneGoal {
 
 struct PruneOptions {
   PruneGoal goal;
-  bool prune_unseen = true;  // under-observed Gaussians are removed first
+  bool prune_unseen = true;  // under-observed Gaussians first
 };
 
 struct PruneResult {
-  SplatModel model;                        // the kept Gaussians, unchanged and in their order
+  SplatModel model;                        // the kept Gaussians in their order
   double cost_before = 0, cost_after = 0;  // training loss (RemovalCost::loss)
   int rounds = 0;
 };
 
-// Prunes until the goal is reached; scores with scoring_views. Throws Error if that list is empty.
+// Scores with scoring_views. Throws Error if that list is empty.
 PruneResult Prune(SplatModel model, const ScoringViews& scoring_views, const PruneOptions& options);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of pruning, and the iterations at which it runs.
+// Options of pruning, and its iterations.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@ namespace vesta::gs {
 struct PruningOptions {
   // Removes under-observed Gaussians (Coverage::IsUnderObserved) at `begin`, unless that is the start, and at `end`.
   bool prune_unseen = true;
-  // aic_weight: factor on the improvement that the parameters of a Gaussian must bring for it to be kept (KeepByAic,
-  // prune.h); 0: no pruning by this criterion. sh_aic_weight: the same for SH coefficients above degree 0, which are
-  // removed once, at `begin` (DegreesByAic, harmonics.h); 0: all are kept.
+  // aic_weight: factor on the improvement that a Gaussian's parameters must bring (KeepByAic, prune.h). sh_aic_weight:
+  // the same for SH coefficients above degree 0, which are removed once, at `begin` (DegreesByAic, harmonics.h). 0:
+  // keeps all.
   double aic_weight = 1;
   double sh_aic_weight = 0.5;
   double keep_fraction = 1;  // if below 1, replaces aic_weight: fraction of the Gaussians at `begin` to keep at `end`
@@ -27,9 +27,8 @@ struct PruningOptions {
 
   bool prunes_to_count() const { return keep_fraction < 1; }
   bool prunes() const { return prunes_to_count() || aic_weight > 0; }
-  // Whether Gaussians are scored during the Adam stage, which needs memory.
+  // Whether the Adam stage scores Gaussians, which needs memory.
   bool needs_scoring() const { return prunes() || sh_aic_weight > 0; }
-  // Options that leave the model unchanged.
   static PruningOptions None() {
     PruningOptions none;
     none.prune_unseen = false, none.aic_weight = none.sh_aic_weight = 0;
@@ -39,7 +38,7 @@ struct PruningOptions {
 
 const schema::Table<PruningOptions>& PruningFields();
 
-// Throws Error with a message of one line if the options contradict each other.
+// Throws Error if the options contradict each other.
 void ValidateCombination(const PruningOptions& pruning);
 
 // Whether the stage reaches the fraction `part` in this iteration.
@@ -47,52 +46,51 @@ inline bool CrossesFraction(double part, const StageSpan& span) {
   return !StageSpan{0, span.before}.HasReached(part) && span.HasReached(part);
 }
 
-// Whether under-observed Gaussians are removed after this iteration. They are not removed after the last one, because
-// further training must fill the gaps.
+// Whether under-observed Gaussians are removed after this iteration. Not after the last one, because further training
+// must fill the gaps.
 inline bool ChecksCoverage(const PruningOptions& pruning, const StageSpan& span) {
   const bool is_time = CrossesFraction(pruning.begin, span) || CrossesFraction(pruning.end, span);
   return pruning.prune_unseen && !span.is_last() && is_time;
 }
 
-// Whether SH degrees are lowered after this iteration. This happens once, and not before the fraction `every`, because
-// the first iterations change the model too much.
+// Whether SH degrees are lowered after this iteration: once, and not before the fraction `every`, because the first
+// iterations change the model too much.
 inline bool LowersDegrees(const PruningOptions& pruning, const StageSpan& span) {
   return pruning.sh_aic_weight > 0 && !span.is_last() && CrossesFraction(std::max(pruning.begin, pruning.every), span);
 }
 
-// Whether Gaussians are pruned after this iteration. They are not pruned after the last one, because further training
-// must compensate.
+// Whether Gaussians are pruned after this iteration. Not after the last one, because further training must compensate.
 inline bool Prunes(const PruningOptions& pruning, const StageSpan& span) {
   const bool is_within = span.HasReached(pruning.begin) && span.IsWithin(pruning.end);
   const bool is_time = (is_within && span.CrossesMultipleOf(pruning.every)) || CrossesFraction(pruning.end, span);
   return pruning.prunes() && is_time && !span.is_last();
 }
 
-// The fraction of the time from begin to end that has passed after the iteration.
+// Fraction of the time from begin to end that has passed after the iteration.
 inline double FractionDone(const PruningOptions& pruning, const StageSpan& span) {
   const double whole = pruning.end - pruning.begin;
   return whole > 0 ? std::clamp((span.after - pruning.begin) / whole, 0.0, 1.0) : 1;
 }
 
-// Maximum fraction of TrainOptions::time_limit to spend on scoring Gaussians; further scoring is skipped. Without this
-// maximum, a stage of 15 s spent most of its time on scoring and lost 2.8 dB (docs/decisions/time-limit.md).
+// Maximum fraction of TrainOptions::time_limit for scoring; further scoring is skipped. Without it, a stage of 15 s
+// spent most of its time on scoring (docs/decisions/time-limit.md).
 inline constexpr double kScoringFraction = 0.2;
 
-// The AIC weight for the pruning after this iteration. It grows linearly, from 0 at `begin` to aic_weight at `end`.
+// The AIC weight after this iteration grows linearly, from 0 at `begin` to aic_weight at `end`.
 inline double AicWeightAt(const PruningOptions& pruning, const StageSpan& span) {
   return pruning.aic_weight * FractionDone(pruning, span);
 }
 
-// Number of Gaussians to keep after the iteration, with keep_fraction. at_begin: their number before the first pruning.
-// Each pruning removes the same fraction, so that further training has equally much to compensate each time. Rounded
-// down, because a larger number may exceed a size limit.
+// Gaussians to keep after the iteration, with keep_fraction. at_begin: their number before the first pruning. Each
+// pruning removes the same fraction, so that further training has equally much to compensate. Rounded down, because a
+// larger number may exceed a size limit.
 inline Index CountAfter(const PruningOptions& pruning, const StageSpan& span, Index at_begin) {
   const double left = std::pow(pruning.keep_fraction, FractionDone(pruning, span)) * static_cast<double>(at_begin);
   return std::max<Index>(1, static_cast<Index>(std::floor(left)));
 }
 
-// Expected number of Gaussians after the iteration, for forecasts. With aic_weight, the number is not known in advance;
-// on most scenes about six tenths remain at `end` (docs/decisions/automatic-size.md).
+// Expected number of Gaussians after the iteration. With aic_weight, on most scenes about six tenths remain at `end`
+// (docs/decisions/automatic-size.md).
 inline double ExpectedAfter(const PruningOptions& pruning, const StageSpan& span, Index at_begin) {
   constexpr double kTypicalKeptFraction = 0.6;
   PruningOptions expected = pruning;

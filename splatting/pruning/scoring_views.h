@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scores for pruning. The scoring views are the training views from which scores are computed. The score of a Gaussian
-// is its removal cost: the predicted rise of the loss of the scoring views if the Gaussian is removed.
+// Scores for pruning from the scoring views, which are training views. The score of a Gaussian is its removal cost: the
+// predicted rise of their loss without it.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@
 
 namespace vesta::gs {
 
-// The training views with their images. Test and held-out views never score Gaussians.
+// Test and held-out views never score Gaussians.
 struct ScoringViews {
   std::vector<const View*> views;  // must outlive this object
   std::array<double, 3> background{0, 0, 0};
@@ -30,13 +30,11 @@ struct ScoringViews {
   ProcessGroup processes = {};  // each process renders its share of the views
 };
 
-// The training views of the scene.
 ScoringViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
                              const ProcessGroup& processes = {});
 
-// Returns the bytes that a RenderedViews and a ScoringLoss need together, for a model with this many Gaussians. view:
-// the maximum of each count over its views. The workspace of the scoring passes is included. Arrays with one element
-// per Gaussian, such as the rows of ForEachGathered, are not.
+// Bytes of a RenderedViews and a ScoringLoss together, including the workspace of the scoring passes, but not arrays
+// with one element per Gaussian, such as the rows of ForEachGathered. view: the maximum of each count over the views.
 inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians) {
   using Workspace = splat::ViewWorkspace<float>;
   constexpr double kSums = sizeof(splat::RecolorRises<float>),
@@ -47,7 +45,7 @@ inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians
          PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels);
 }
 
-// Renders the model into one scoring view after the other.
+// Renders the model into the scoring views in turn.
 class RenderedViews {
  public:
   // Both must outlive this object.
@@ -56,13 +54,12 @@ class RenderedViews {
 
   // Computes a value of type Row for each Gaussian and each view that sees it.
   //
-  // compute(view, rows) is called once per view, after the view was rendered; view(), image() and workspace() are then
-  // of this view. rows has one zero-initialised row per Gaussian, to which `compute` adds. apply(view) is called once
-  // per view, in the order of the views. It returns a function f; f(i, row) is then called for each visible Gaussian i,
-  // in parallel.
+  // compute(view, rows) is called once per rendered view; view(), image() and workspace() are then of this view. It
+  // adds to the rows, one per Gaussian, which start at zero. apply(view) is called once per view, in order. It returns
+  // a function f; f(i, row) is then called for each visible Gaussian i, in parallel.
   //
-  // Collective. Each process calls `compute` for its share of the views. Every process calls `apply` for all views and
-  // receives the rows of all processes.
+  // Collective. Each process calls `compute` for its share of the views, and `apply` for all views, with the rows of
+  // all processes.
   template <class Row, class Compute, class Apply>
   void ForEachGathered(const Compute& compute, const Apply& apply);
   const splat::SplatView<float>& view() const { return view_; }
@@ -129,12 +126,12 @@ void RenderedViews::ForEachGathered(const Compute& compute, const Apply& apply) 
   }
 }
 
-// The training loss, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, approximated by a quadratic function of
-// the image. Scoring passes use the quadratic to predict how the loss changes.
+// The training loss, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, as a quadratic approximation that
+// predicts how the loss changes.
 class ScoringLoss {
  public:
-  // Computes the quadratic for this view, and adds the view to the sums of Cost and Values. rendered: its rendered
-  // image. The result is valid until the next call.
+  // Computes the quadratic for this view, and adds the view to Cost and Values. rendered: its rendered image. The
+  // result is valid until the next call.
   splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
     const ImageShape shape{view.camera.width, view.camera.height};
     photograph_.reset();  // frees its memory before the next one is loaded
@@ -157,7 +154,7 @@ class ScoringLoss {
             .window_variance = static_cast<float>(WindowVariance()),
             .counts = is_masked ? counts_.data() : nullptr};
   }
-  // Loss of all views of all processes, and the number of their values: unmasked pixels times channels. Collective.
+  // Loss of all views of all processes, and its number of values: unmasked pixels times channels. Collective.
   double Cost(const ScoringViews& scoring_views) const { return SumInOrder(scoring_views.processes.Gather(costs_)); }
   double Values(const ScoringViews& scoring_views) const { return SumInOrder(scoring_views.processes.Gather(values_)); }
 
@@ -165,7 +162,7 @@ class ScoringLoss {
   static double SumInOrder(const std::vector<double>& of_views) {
     return std::accumulate(of_views.begin(), of_views.end(), 0.0);
   }
-  // The image with masked pixels copied from the photograph. Sets counts_.
+  // Replaces masked pixels by the photograph. Sets counts_.
   HostSpan<const float> WithPhotograph(HostSpan<const float> rendered, const Image& photograph) {
     using Backend = CpuBackend<float>;
     shown_.CopyFrom(rendered);
@@ -183,11 +180,10 @@ class ScoringLoss {
   std::vector<double> costs_, values_;  // by view
 };
 
-// Removal cost of each Gaussian: the loss of the scoring views without the Gaussian, minus the loss with it, as
-// predicted by kernels/gaussian_splatting/raster/loss_passes.h. The loss is 0.8 |e| + 0.2 (1 - SSIM), summed over
-// views, pixels and channels.
+// Removal cost of each Gaussian, predicted by kernels/gaussian_splatting/raster/loss_passes.h. The loss is 0.8 |e| +
+// 0.2 (1 - SSIM), summed over views, pixels and channels.
 struct RemovalCost {
-  double loss = 0;           // loss of the views with all Gaussians
+  double loss = 0;           // with all Gaussians
   double values = 0;         // unmasked pixels of the views times channels
   std::vector<double> rise;  // loss without this Gaussian minus loss with it, all others fixed
 };

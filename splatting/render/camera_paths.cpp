@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-// The widest gap between angles on a circle, radians.
+// Widest gap between angles on a circle, radians.
 double WidestGap(std::vector<double> angles) {
   std::ranges::sort(angles);
   double widest = angles.front() + kTurn - angles.back();
@@ -65,7 +65,7 @@ Order ToTheNearest(const Steps& step, Order order) {
   return order;
 }
 
-// Reverses sections of the tour while this makes it shorter (2-opt). The first view stays first.
+// Reverses sections of the tour while this makes it shorter (2-opt), except the first view.
 void Untangle(const Steps& step, Order& order) {
   constexpr int kMostRounds = 8;
   bool is_better = true;
@@ -88,7 +88,7 @@ void Untangle(const Steps& step, Order& order) {
 // Camera centre, then quaternion.
 using Pose = Eigen::Matrix<double, 7, 1>;
 
-// Chooses q or -q, whichever is closer to the quaternion of `before`.
+// Uses q or -q, whichever is closer to `before`.
 Pose PoseOf(const View& view, const Pose& before) {
   Pose pose;
   pose.head<3>() = Eigen::Vector3d(CameraCenter(view).data());

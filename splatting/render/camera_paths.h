@@ -8,47 +8,44 @@
 
 namespace vesta::gs {
 
-// A camera path: one turn around the point that the scene's cameras look at.
+// One turn around the point that the scene's cameras look at.
 struct Orbit {
   std::vector<View> views;
-  // The widest angle, in degrees about the axis of the circle, between neighbouring cameras of the scene: over it, no
-  // photograph shows the object.
+  // Widest angle, in degrees about the circle's axis, between neighbouring cameras: no photograph shows the object from
+  // there.
   double unseen_degrees = 0;
 };
 
-// Views along a circle whose axis passes through PointLookedAt in direction UpOf (look.h). Its radius and height are
-// the medians over the scene's cameras, and every view looks at the point. The circle starts at the angle of the first
-// camera. frames: number of views, at least 1; the last one does not repeat the first. camera: size and lens of the
-// views. Throws Error for a scene without views.
+// Views along a circle whose axis passes through PointLookedAt in direction UpOf (look.h); every view looks at the
+// point. Radius and height are the medians over the scene's cameras. The circle starts at the angle of the first
+// camera. frames: number of views, at least 1; the last one does not repeat the first. camera: size and lens. Throws
+// Error for a scene without views.
 Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames);
 
 // A path for forward-facing scenes that stays among their cameras (as in Mildenhall et al. 2019, "Local light field
-// fusion"). The camera makes two turns in the plane perpendicular to the mean viewing direction, while it moves forward
-// and back once. Along each axis it goes as far from the mean camera as nine tenths of the scene's cameras are. Every
-// view looks at the point at the scene's median depth in front of the mean camera. frames: number of views, at least 1;
-// the last one does not repeat the first. Throws Error for a scene without views, or if the views face different
-// directions.
+// fusion"): two turns in the plane perpendicular to the mean viewing direction, while moving forward and back once.
+// Along each axis it reaches as far from the mean camera as nine tenths of the cameras. Every view looks at the point
+// at the scene's median depth in front of the mean camera. frames: number of views, at least 1; the last one does not
+// repeat the first. Throws Error for a scene without views, or if the views face different directions.
 std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames);
 
-// The order in which to visit cameras.
 struct Tour {
   std::vector<std::size_t> order;  // indices of views
   bool is_reordered = false;       // false: the original order
 };
 
-// The order of a tour past all views. It is the original order, unless the tour found by nearest neighbours and 2-opt
-// from the same first view is more than a third shorter. Lengths are from StepBetween. The time is quadratic in the
-// number of views: one second for 5,000.
+// A tour past all views: the original order, unless nearest neighbours and 2-opt from the first view give one that is
+// more than a third shorter. Lengths are from StepBetween. The time is quadratic in the number of views.
 Tour TourOf(const std::vector<View>& views, double length_unit);
 
 // Distance between two poses: sqrt(d^2 + a^2), with the distance d of the centres in units of length_unit, and the
 // angle a between the orientations in radians.
 double StepBetween(const View& from, const View& to, double length_unit);
 
-// `frames` views along a smooth path from the first of `keys` to the last. The time between two keys is proportional to
-// their StepBetween. Centres and quaternions follow a cubic spline; quaternions are then normalised. The spline's slope
-// at a key is the slope of the parabola through the key and its two neighbours (Catmull-Rom with uneven knots). keys:
-// at least one; frames: at least 1.
+// `frames` views along a smooth path from the first of `keys` to the last. The time between keys is proportional to
+// StepBetween. Centres and quaternions follow a cubic spline; quaternions are then normalised. The slope at a key is
+// the slope of the parabola through the key and its two neighbours (Catmull-Rom with uneven knots). keys: at least one;
+// frames: at least 1.
 std::vector<View> PathThrough(const std::vector<View>& keys, double length_unit, const Camera& camera, int frames);
 
 }  // namespace vesta::gs

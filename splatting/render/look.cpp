@@ -26,7 +26,7 @@ Vector MeanAxis(const std::vector<View>& views, std::size_t i) {
   return sum / static_cast<double>(views.size());
 }
 
-// If the mean direction is shorter, the views have no common direction.
+// If the mean direction is shorter, there is no common direction.
 constexpr double kLeastAgreement = 0.3;
 
 }  // namespace
@@ -51,7 +51,7 @@ View LookingAt(const Camera& camera, const Point3& center, const Point3& target,
 Point3 MeanDirection(const std::vector<View>& views) { return Of(MeanAxis(views, 2)); }
 
 Point3 UpOf(const std::vector<View>& views) {
-  // Weight of the mean up vector relative to all views; equivalent to a few degrees of roll.
+  // Weight of the mean up vector relative to all views: a few degrees of roll.
   constexpr double kPrior = 0.01;
   Vector mean = -MeanAxis(views, 1);
   if (mean.norm() < kLeastAgreement) mean = -MeanAxis(views, 2);

@@ -20,7 +20,7 @@ constexpr float kLeastOpacity = 0.5f;
 
 using Triple = std::array<float, 3>;
 
-// Consecutive attributes of one Gaussian, starting at `first`.
+// Attributes `first` to first + N - 1 of Gaussian i.
 template <std::size_t N>
 std::array<float, N> Values(const splat::Model<float>& model, int first, Index i) {
   std::array<float, N> values;
@@ -28,7 +28,7 @@ std::array<float, N> Values(const splat::Model<float>& model, int first, Index i
   return values;
 }
 
-// Its shortest axis in the world, pointing to the camera; its length is its weight.
+// Shortest axis in the world, pointing to the camera; its length is its weight.
 Triple NormalOf(const splat::Model<float>& model, const Triple& camera_center, Index i) {
   const Triple log_scale = Values<3>(model, splat::kLogScale, i), mean = Values<3>(model, splat::kMean, i);
   std::array<std::size_t, 3> by_length{0, 1, 2};
@@ -46,8 +46,8 @@ Triple NormalOf(const splat::Model<float>& model, const Triple& camera_center, I
   return normal;
 }
 
-// The depth of maximum density along each ray, which to first order is a plane over the image. Returns its depth at the
-// image centre and its slopes along u and v, which are the regression of depth on pixel: cov(z, pixel) cov(pixel)^-1.
+// The depth of maximum density along each ray is, to first order, a plane over the image. Returns its depth at the
+// image centre and its slopes along u and v, the regression of depth on pixel: cov(z, pixel) cov(pixel)^-1.
 template <class L>
 Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstants<double, L>& camera, Index i) {
   const auto in_double = [](const auto& values) {
@@ -91,7 +91,7 @@ DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float
   image.depth.resize(pixels);
   for (std::size_t p = 0; p < pixels; ++p) {
     if (opacity[p] < kLeastOpacity) continue;
-    // Weighted planes add up to a plane: evaluate it at the pixel.
+    // Weighted planes add up to a plane.
     const std::size_t column = p % width, row = p / width;
     const double u = static_cast<double>(column) + 0.5 - 0.5 * camera.width;
     const double v = static_cast<double>(row) + 0.5 - 0.5 * camera.height;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth maps and normal maps of a model in a view, and their colours.
+// Depth and normal maps of a model in a view, and their colours.
 #pragma once
 
 #include <vector>
@@ -11,15 +11,15 @@
 
 namespace vesta::gs {
 
-// Kind of depth. kMean: mean depth, with the weights that blend the colours.
-// kMedian: depth of the Gaussian at which the transmittance falls below one half. It never lies between two surfaces,
-// but it jumps from Gaussian to Gaussian where the mean changes smoothly.
+// kMean: mean depth, with the weights that blend the colours. kMedian: depth of the Gaussian at which the transmittance
+// falls below one half. It never lies between two surfaces, but it jumps from Gaussian to Gaussian where the mean is
+// smooth.
 enum class DepthKind { kMean, kMedian };
 
-// Depth along the optical axis in world units. The depth of a Gaussian in a pixel is the depth of its maximum density
-// along the ray of the pixel. At silhouettes and half-transparent surfaces, the mean depth lies between foreground and
-// background. (The depths of the Gaussians' centres would place oblique surfaces some percent too near: where two
-// Gaussians overlap, the nearer one has the larger weight, also in the pixels of the other.)
+// Depth along the optical axis in world units. A Gaussian's depth in a pixel is the depth of its maximum density along
+// the pixel's ray. At silhouettes and half-transparent surfaces, the mean depth lies between foreground and background.
+// (The depths of the Gaussians' centres would place oblique surfaces some percent too near: where two Gaussians
+// overlap, the nearer one has the larger weight, also in the pixels of the other.)
 struct DepthImage {
   int width = 0, height = 0;
   std::vector<float> depth;  // row by row; 0 where the Gaussians' opacity is below one half
@@ -31,16 +31,16 @@ struct NormalImage {
   std::vector<float> normals;  // planes of x, y and z; 0 where the Gaussians' opacity is below one half
 };
 
-// `view` must have been built (SplatView::Build) from the model, without a cached Jacobian. Each function takes about
-// twice the time of Render.
+// `view` must have been built (SplatView::Build) from the model, without a cached Jacobian. Takes about twice the time
+// of Render.
 DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
                    splat::ViewWorkspace<float>& workspace, DepthKind kind = DepthKind::kMean);
-// The normal of a Gaussian is its shortest axis, pointing to the camera. Its weight is 1 - shortest / middle standard
+// A Gaussian's normal is its shortest axis, pointing to the camera. Its weight is 1 - shortest / middle standard
 // deviation, so discs have normals, and balls and needles have none.
 NormalImage NormalsOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
                       splat::ViewWorkspace<float>& workspace);
 
-// Renders depth and normals of models. Keeps its working memory between calls.
+// Keeps its work memory between calls.
 class SurfaceRenderer {
  public:
   // Distance of the near plane, world units.
@@ -57,12 +57,12 @@ class SurfaceRenderer {
   splat::ViewWorkspace<float> workspace_;
 };
 
-// Colours from yellow (near) to violet (far), and black for no depth. The position on the colour scale is middle /
+// Colours from yellow (near) to violet (far); black: no depth. The position on the colour scale is middle /
 // (middle + depth): one half at the depth `middle` > 0. Images with the same `middle` have comparable colours.
 Image DepthColors(const DepthImage& depth, double middle);
 
-// Usual colours of normal maps: red, green and blue are x, y and z from -1 to 1. Surfaces that face the camera are
-// light blue; black: no normal.
+// Colours of normal maps: red, green and blue are x, y and z from -1 to 1. Surfaces that face the camera are light
+// blue; black: no normal.
 Image NormalColors(const NormalImage& normals);
 
 }  // namespace vesta::gs

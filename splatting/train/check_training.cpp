@@ -18,7 +18,7 @@
 namespace vesta::gs {
 namespace {
 
-// One NaN or infinite pixel would turn all Gaussians of its view into NaN.
+// One NaN or infinite pixel would spoil all Gaussians of its view.
 void CheckPixels(const std::vector<View>& views) {
   std::vector<char> is_bad(views.size());
   ParallelFor(static_cast<Index>(views.size()), 1, [&](Index i) {
@@ -49,7 +49,7 @@ void CheckViews(const Scene& scene) {
   CheckPixels(scene.views);
 }
 
-// Memory of the stored photographs of all training views, in bytes.
+// Stored photographs of all training views, bytes.
 double StoredBytes(const Scene& scene) {
   double bytes = 0;
   for (const View& view : scene.views) {
@@ -58,7 +58,7 @@ double StoredBytes(const Scene& scene) {
   return bytes;
 }
 
-// Rejects options that need all photographs in memory, or change them, if the photographs are in a store.
+// Rejects options that need all photographs in memory, or change them.
 void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
   if (!scene.photographs) return;
   const auto refuse = [](const std::string& what) {
@@ -77,7 +77,7 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
   }
 }
 
-// A splat is rendered with a single eps2d, so the scene's cameras must have the same one.
+// A splat is rendered with a single eps2d.
 void CheckEps2d(const Scene& scene, const TrainOptions& options) {
   for (const View& view : scene.views) {
     if (view.camera.eps2d == options.eps2d) continue;
@@ -93,7 +93,6 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
        options.target_psnr);
 }
 
-// Rejects camera refinement that is not supported.
 void CheckCameras(const Scene& scene, const TrainOptions& options, const ProcessGroup& processes) {
   const CameraChoice refined = options.cameras.refine;
   if (!options.cameras.refines()) return;
@@ -117,7 +116,7 @@ void CheckCameras(const Scene& scene, const TrainOptions& options, const Process
        name, bent->name);
 }
 
-// Rejects options that several processes do not support. Collective.
+// Collective.
 void CheckProcesses(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
                     const ProcessGroup& processes) {
   if (!processes.ranks()) return;

@@ -9,9 +9,9 @@
 
 namespace vesta::gs {
 
-// Throws Error (one line) if this scene cannot be trained with these options: views without photographs, pixels that
-// are not finite, an eps2d that differs from the cameras', too little memory for photographs, no held-out views for a
-// target PSNR, or options that camera refinement or several processes do not support. Collective.
+// Throws Error if this scene cannot be trained with these options: views without photographs, pixels that are not
+// finite, an eps2d that differs from the cameras', too little memory for photographs, no held-out views for a target
+// PSNR, or options that camera refinement or several processes do not support. Collective.
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
                    const ProcessGroup& processes);
 

@@ -32,7 +32,6 @@ void NoteMissedTarget(TrainingSession& session) {
   session.Note(notes::kMissesTarget, session.history().held_out_psnr(), session.options().target_psnr);
 }
 
-// Copies the session's findings to the result.
 void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->eval_seconds = session.EvalSeconds();
   result->stopped = session.early_end().stopped();
@@ -47,14 +46,13 @@ void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->notes = session.TakeNotes();
 }
 
-// The initial model of a training.
 struct TrainingStart {
   SplatModel model;
-  bool is_given;  // given by the caller, so the history starts with its quality
+  bool is_given;  // the history starts with its quality
   BeforeTraining before;
 };
 
-// Loads the model of a saved LM stage, if the training resumes in LM.
+// Takes the model of a saved LM stage, if the training resumes there.
 void ResumeFromLm(TrainingSession& session, SplatModel* model) {
   if (session.saved().first_stage() != Stage::kLm || !session.saved().state()) return;
   *model = session.saved().Validate([&] { return ModelOfLmStage(*session.saved().state()); });
@@ -66,8 +64,8 @@ void NoteSampledEvaluations(TrainingSession& session) {
   session.Note(notes::kEvaluatesSomeViews, evaluated, trained);
 }
 
-// Runs the Adam stage, if any, and passes its result to the caller before LM. Returns the reason to skip LM; else an
-// empty string.
+// Runs the Adam stage, if any, and passes its result to the caller. Returns the reason to skip LM; else an empty
+// string.
 std::string RunAdam(TrainingSession& session, const StageRunners& stages, const TrainCallbacks& callbacks,
                     SplatModel* model) {
   if (!session.options().adam.runs() || session.saved().first_stage() != Stage::kAdam) return "";
@@ -86,7 +84,7 @@ std::string RunAdam(TrainingSession& session, const StageRunners& stages, const 
 }
 
 // Sets ResolvedPlan::max_gaussians to the number that fits into limited memory (memory/memory_plan.h). Throws Error if
-// even the given model does not fit.
+// the given model does not fit.
 void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
   const TrainOptions& options = session.options();
   if (options.memory.budget_gib == 0 && !stages.device_memory) return;
@@ -103,7 +101,7 @@ void LimitGaussians(TrainingSession& session, const StageRunners& stages, const 
   session.Decide().max_gaussians = fit;
 }
 
-// The memory report at the end of a training. lm: the outcome of its LM stage.
+// lm: outcome of the LM stage.
 MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages, const SplatModel& model,
                             const LmOutcome& lm) {
   session.memory().NoteModel(model);
@@ -138,7 +136,7 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
   LimitGaussians(session, stages, model);
   SetRenderSettings(session.options(), &model), model.origin = scene.origin;
   NoteSampledEvaluations(session);
-  // The first row describes the given model, to show the gain. Without Adam, LM records that row.
+  // The first row describes the given model, to show the gain. Without Adam, LM records it.
   const bool tells_gain = start.is_given && session.options().adam.runs() && !callbacks.resume;
   if (tells_gain) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
   TrainResult result;
@@ -194,7 +192,7 @@ TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& opt
       RunStages(scene, {InOrder(std::move(model), order), true, before}, without_growth, callbacks, stages);
   // After pruning, Gaussians stay in spatial order.
   if (result.model.layout() != layout) return result;
-  // Otherwise neither stage reorders Gaussians: restore the input order.
+  // Otherwise neither stage reorders Gaussians.
   std::vector<Index> back(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);
   result.model = InOrder(std::move(result.model), back);

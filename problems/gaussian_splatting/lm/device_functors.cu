@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GPU kernels for the per-index functors of models, scenes and the splatting problem.
+// GPU kernels for the functors of models, scenes and the splatting problem.
 #include "kernels/core/for_each.cuh"
 #include "problems/gaussian_splatting/lm/gradient_shrinkage.h"
 #include "problems/gaussian_splatting/lm/length_metric.h"

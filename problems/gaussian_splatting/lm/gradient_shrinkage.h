@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shrinks the entries of a gradient on which the training views disagree. Runs on host and device.
+// Shrinks gradient entries on which the training views disagree. Runs on host and device.
 //
 // All formulas are per entry. The gradient g = sum_i g_i of the cost is a sum over n views. Its variance is estimated
-// from the gradients g_i of the views: v = n / (n - 1) (sum_i g_i^2 - g^2 / n). If g^2 is hardly above v, the gradients
-// of the views nearly cancel, and g is mostly noise. A step along such an entry would lower the cost of these views and
-// raise the cost of other views. Each entry of the right-hand side -g is therefore multiplied by
+// from the gradients g_i of the views: v = n / (n - 1) (sum_i g_i^2 - g^2 / n). If g^2 is hardly above v, g is mostly
+// noise: a step along such an entry would raise the cost of other views. Each entry of the right-hand side -g is
+// therefore multiplied by
 //   max(0, 1 - strength v / g^2),
 // the positive-part rule of James and Stein (1961). Mahsereci et al. 2017, "Early stopping without a validation set",
-// use the same variance to decide when to end a training.
+// use the same variance to end a training.
 #pragma once
 
 #include "kernels/core/hd.h"
@@ -15,8 +15,7 @@
 
 namespace vesta::gs {
 
-// Adds the gradient of one view, for each entry: sum += view, squares += view^2, view = 0. All arrays have one entry
-// per parameter.
+// Adds the gradient of one view, per parameter: sum += view, squares += view^2, view = 0.
 template <class S>
 struct AddViewGradient {
   S *view, *sum, *squares;
@@ -28,9 +27,9 @@ struct AddViewGradient {
   }
 };
 
-// On input, `sum` is the sum of the gradients of `views` views, and `squares` the sum of their squares. On output,
-// `squares` is the right-hand side: -sum, shrunk. strength > 0 (lm.gradient_shrinkage); with strength 1, an entry
-// becomes zero if its absolute value is at most its standard deviation sqrt(v). With one view there is no shrinkage.
+// Input: `sum` is the sum of the gradients of `views` views, `squares` the sum of their squares. Output: `squares` is
+// the right-hand side: -sum, shrunk. strength > 0 (lm.gradient_shrinkage). With strength 1, an entry becomes zero if
+// its absolute value is at most its standard deviation sqrt(v). With one view there is no shrinkage.
 template <class S>
 struct ShrunkGradient {
   S strength, views;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The damping metric D for means and rotations, so that LM damps lengths: how far means move, and how far rotations
-// move the ends of the splats. D is the diagonal of the system (H + lambda D) step = -gradient. Runs on host and
-// device.
+// Changes the damping metric D of (H + lambda D) step = -gradient, so that LM damps lengths: the motion of means, and
+// the motion of the splats' ends by rotations. Runs on host and device.
 #pragma once
 
 #include <cmath>
@@ -12,15 +11,14 @@
 
 namespace vesta::gs {
 
-// Changes D of Gaussian i for its mean and quaternion. x and D have the layout of layout.h, for `count` Gaussians.
+// Changes D of Gaussian i for its mean and quaternion. x and D: layout of layout.h, `count` Gaussians.
 //
 // * Mean: D is divided by the square of the Gaussian's unit of length (model/length_units.h).
 // * Quaternion q: D_q += D_mean (2 sigma_max / |q|)^2, where D_mean is the new D of the mean and sigma_max the largest
 //   standard deviation.
-// Reason for the second rule: a step dq rotates the splat by an angle of up to 2 |dq| / |q|. This moves the ends of the
-// splat, at sigma_max from the mean, by up to 2 sigma_max |dq| / |q|. So LM damps the motion of the ends like the
-// motion of the mean. The rotation of a small splat is hardly damped. The rotation of a long needle is, because a small
-// angle would move its ends into views that do not see it now.
+// Reason for the second rule: a step dq rotates the splat by up to 2 |dq| / |q|. Its ends, at sigma_max from the mean,
+// move by up to 2 sigma_max |dq| / |q|. So LM damps the ends like the mean. The rotation of a long needle is damped,
+// because a small angle would move its ends into other views.
 template <class S>
 struct LengthMetric {
   Index count;

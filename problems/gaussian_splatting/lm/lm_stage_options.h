@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of the LM stage of a training: Levenberg-Marquardt (LM) on all training views, after Adam. Each step solves
-// (H + lambda D) step = right-hand side by PCG, where H approximates J^T W J summed over the views
-// (docs/mathematics.md).
+// Options of the LM stage: Levenberg-Marquardt (LM) on all training views, after Adam. Each step solves (H + lambda D)
+// step = right-hand side by PCG, where H approximates J^T W J summed over the views (docs/mathematics.md).
 #pragma once
 
 #include "kernels/core/schema.h"
@@ -19,14 +18,13 @@ namespace vesta::gs {
 
 struct SplatProblemOptions;
 
-// The data stored for products with the Jacobian J, the derivatives of the pixels with respect to the parameters.
+// Data stored for products with the Jacobian J of the pixels.
 enum class JacobianKind {
-  kCachedViews,  // projected and sorted splats, image and loss fields of each view; products recompute entries of J
+  kCachedViews,  // projected and sorted splats, image and loss fields per view; products recompute entries of J
   kCache32,      // also entries of J as floats (doubles in double precision), see cache/jacobian_cache.h
   kCache16,      // also entries of J in 16 bits
-  // Nothing: each product projects, sorts, renders and linearises the views again, one after the other. The results are
-  // bit-identical to kCachedViews. On a GPU with enough memory the training uses kCachedViews instead
-  // (splatting/memory/memory_plan.h).
+  // Nothing: each product builds the views again, with results bit-identical to kCachedViews. On a GPU with enough
+  // memory the training uses kCachedViews instead (splatting/memory/memory_plan.h).
   kOnTheFly,
 };
 inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind::kCachedViews, "cached_views"},
@@ -36,7 +34,7 @@ inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind:
 // True if entries of J are stored.
 inline bool IsCached(JacobianKind kind) { return kind == JacobianKind::kCache32 || kind == JacobianKind::kCache16; }
 
-// The diagonal matrix D, the damping metric.
+// The damping metric D, a diagonal matrix.
 enum class LmDamping {
   kLearningRates,  // from Adam's learning rates (lm/splat_blocks.h)
   kDiagonal,       // diag(JtJ)
@@ -47,47 +45,46 @@ enum class LmPreconditioner {
   kJacobi,  // the diagonal of H
 };
 
-// Factor of D inside the preconditioner: lambda as in the system, or 1 (3DGS-LM).
+// Factor of D in the preconditioner: lambda as in the system, or 1 (3DGS-LM).
 enum class PreconditionerDamping { kLambda, kOne };
 
 // Options that change the right-hand side and the damping.
 struct SplatMetricOptions {
   LmDamping damping = LmDamping::kLearningRates;
-  // How strongly each entry of the right-hand side is shrunk where the views of the batch disagree
-  // (lm/gradient_shrinkage.h). 0: no shrinkage.
+  // Shrinks entries of the right-hand side on which the views of the batch disagree (lm/gradient_shrinkage.h). 0: no
+  // shrinkage.
   double gradient_shrinkage = 0.3;
 };
 
-// The option lm.NAME is the member NAME. Help for all: `vesta help train --all`.
+// The option lm.NAME is the member NAME. Help: `vesta help train --all`.
 struct LmStageOptions : SplatMetricOptions {
   int iterations = 0;  // at most; 0: no LM stage
-  // The stage ends when an iteration lowers the cost by less than this fraction. On some scenes Adam leaves almost
-  // nothing to gain (docs/decisions/lm-is-optional.md).
+  // The stage ends when an iteration lowers the cost by less than this fraction (docs/decisions/lm-is-optional.md).
   double function_tolerance = 0.006;
   int pcg_iterations = 4;
-  int batches = 1;     // number of batches of views per iteration
+  int batches = 1;     // batches of views per iteration
   int batch_size = 0;  // views per batch; 0: all views are divided among the batches
   BatchChoice batch_choice = BatchChoice::kStrided;
-  // True: each batch is solved alone, and the steps are averaged (3DGS-LM, eq. 7). False: PCG solves one system, the
-  // sum over the batches.
+  // True: each batch is solved alone, and the steps are averaged (3DGS-LM, eq. 7). False: PCG solves the sum of the
+  // batches.
   bool merge_batches = false;
   LmPreconditioner preconditioner = LmPreconditioner::kBlock;
   PreconditionerDamping preconditioner_damping = PreconditionerDamping::kLambda;
   PcgStart pcg_start = PcgStart::kZero;
   // PCG stops when |residual| <= pcg_tolerance |right-hand side|; 0: when an iteration hardly lowers the quadratic
-  // model of the cost.
+  // model.
   double pcg_tolerance = 0;
   StepRule damping_update = StepRule::kCeres;
   // kCachedViews makes an iteration a quarter shorter but needs several times the memory of everything else
   // (docs/decisions/lm-jacobian-on-the-fly.md).
   JacobianKind jacobian = JacobianKind::kOnTheFly;
   bool line_search = false;
-  double line_search_views = 0.3;  // fraction of the views that the line search evaluates
+  double line_search_views = 0.3;  // fraction of the views in the line search
   double initial_lambda = 0.02;
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
-  // Limits of the entries of D for LmDamping::kDiagonal. min_diagonal = 0: 1e-6 of the median entry of the same kind of
-  // parameter. max_diagonal = 0: no limit.
+  // Limits of D for LmDamping::kDiagonal. min_diagonal = 0: 1e-6 of the median entry of this kind of parameter.
+  // max_diagonal = 0: no limit.
   double min_diagonal = 0, max_diagonal = 0;
   // The cost and its quadratic model: kernels/image/loss_options.h.
   PixelLinearization loss_linearization = PhotometricWeights{}.pixel;
@@ -98,12 +95,12 @@ struct LmStageOptions : SplatMetricOptions {
 };
 
 const schema::Table<LmStageOptions>& LmStageFields();
-// Throws Error with a one-line message if options contradict each other although each is in its range.
+// Throws Error if options contradict each other.
 void ValidateCombination(const LmStageOptions& lm);
 
-// Conversions of the options for the loss, the problem (splat_problem.h) and the solver.
+// Options for the loss, the problem (splat_problem.h) and the solver.
 PhotometricWeights LossOf(const LmStageOptions& lm);
-// For a model with this layout. Batches, background, lr and units keep their defaults; the caller sets them.
+// Batches, background, lr and units keep their defaults; the caller sets them.
 SplatProblemOptions SplatProblemOptionsOf(const LmStageOptions& lm, const splat::ModelLayout& layout);
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm);
 

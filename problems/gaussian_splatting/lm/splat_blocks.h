@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagonal blocks of H = J^T W J of the splatting problem: their layout and values. The damping metric.
+// Diagonal blocks of H = J^T W J of the splatting problem, and the damping metric.
 #pragma once
 
 #include <vector>
@@ -11,26 +11,26 @@
 
 namespace vesta::gs {
 
-// Group 0: one 11 x 11 block per Gaussian for its geometry. Group 1: only the diagonal, for spherical harmonics.
+// Group 0: an 11 x 11 block per Gaussian for its geometry. Group 1: the diagonal for spherical harmonics.
 inline std::vector<BlockGroup> SplatBlockGroups(const splat::ModelLayout& layout) {
   const Index count = layout.count, offset = layout.Offset(splat::kSh);
   return {{.size = splat::kGeometry, .count = count, .offset = 0, .component_stride = count},
           {.size = 1, .count = layout.Size() - offset, .offset = offset}};
 }
 
-// Storage format for the entries of a cached Jacobian; kind is kCache32 or kCache16.
+// kind: kCache32 or kCache16.
 inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
   return kind == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
 }
 
-// The damping metric D from the learning rates of Adam: entry a of the result is D of attribute a of every Gaussian,
-// before LengthMetric changes it for means and quaternions. D = 1.2 c / rate(a)^2 times a factor. Here c is
-// rate(opacity)^2 times the mean of diag(H) over the opacities of all Gaussians. This metric also damps parameters that
-// no view observes well. The factor is 1 except for (docs/decisions/lm-rules.md):
-// * the means: 5, because they move splats past each other in depth order, which the linear model does not contain;
-// * spherical harmonics above degree 0: 0.02. Their rate is a twentieth of the rate of degree 0. A factor
-//   of 1 would make D 400 times as large as for degree 0, and all parameters would converge more slowly.
-// opacity_sum: the sum of diag(H) over the opacities. The result is empty if opacity_sum is not positive.
+// The damping metric D from Adam's learning rates: entry a is D of attribute a of every Gaussian, before LengthMetric
+// changes it. D = 1.2 c / rate(a)^2 times a factor, with c = rate(opacity)^2 times the mean of diag(H) over all
+// opacities. It also damps parameters that no view observes well. The factor is 1 except for
+// (docs/decisions/lm-rules.md):
+// * the means: 5, because they move splats past each other in depth order, which the linear model ignores;
+// * spherical harmonics above degree 0: 0.02. Their rate is a twentieth of the rate of degree 0. A factor of 1
+//   would make D 400 times as large as for degree 0, and all parameters would converge more slowly.
+// opacity_sum: sum of diag(H) over the opacities. The result is empty if it is not positive.
 inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
   constexpr double kWeight = 1.2, kOfMeans = 5, kOfBands = 0.02;
   const double opacity_rate2 = options.lr.opacity * options.lr.opacity;
@@ -46,22 +46,21 @@ inline std::vector<double> RatesMetric(const SplatProblemOptions& options, doubl
   return metric;
 }
 
-// The diagonal blocks of H in the form that the rasteriser accumulates (Gram matrices). The engine requests the
-// diagonal of H first and the blocks later; one pass over the views computes both.
+// Diagonal blocks of H, from one pass over the views. The engine requests the diagonal first and the blocks later.
 template <Backend B>
 class SplatGrams {
  public:
   using S = typename B::Scalar;
 
   bool empty() const { return blocks_.empty(); }
-  // Sets all blocks to zero, for a model with this layout.
+  // Sets all blocks to zero.
   void Start(const splat::ModelLayout& layout) {
     count_ = layout.count;
     blocks_.Resize(PackedSize(splat::kGeometry) * count_);
     sh_diagonal_.Resize(layout.Size() - splat::kSh * count_);
   }
   void Release() { blocks_ = {}, sh_diagonal_ = {}; }
-  // SplatView::AddGram accumulates into these two arrays. Entry k of the packed lower triangle of Gaussian i's block is
+  // SplatView::AddGram adds to these arrays. Entry k of the packed lower triangle of Gaussian i's block is
   // blocks()[k * count + i]. sh_diagonal() has the layout of layout.h without the geometry.
   S* blocks() { return blocks_.data(); }
   S* sh_diagonal() { return sh_diagonal_.data(); }
@@ -72,7 +71,7 @@ class SplatGrams {
     }
     B().Copy(sh_diagonal_, d.subspan(splat::kSh * count_, sh_diagonal_.size()));
   }
-  // Copies into groups 0 and 1, as in SplatBlockGroups.
+  // Copies into the groups of SplatBlockGroups.
   void CopyBlocks(BlockDiagonal<B>& to) const {
     B().Copy(blocks_, to.values(0));
     B().Copy(sh_diagonal_, to.values(1));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linearization of the splatting problem at one x, for one batch of views (lm/splat_problem.h). Its Jacobian J has a
-// row per pixel and channel of the batch and a column per parameter of the Gaussians.
+// Linearization of the splatting problem at one x, for one batch of views (lm/splat_problem.h). The Jacobian J has a
+// row per pixel and channel and a column per parameter.
 #pragma once
 
 #include <memory>
@@ -27,32 +27,31 @@ class SplatLinearization final : public Linearization<B>,
   using Workspace = typename SplatBackend<B>::Workspace;
 
   // Gradient and curvature are `scale` times the sums over `views`. loss, workspace and scratch are work memory. The
-  // problem and all its linearizations share loss and workspace, so only one of them may be called at a time. scratch
-  // may be shared only with JacobianKind::kOnTheFly, which stores nothing there between calls; null: the linearization
-  // allocates its own.
+  // problem and its linearizations share loss and workspace, so only one may be called at a time. scratch may be shared
+  // only with JacobianKind::kOnTheFly, which stores nothing there between calls; null: allocated here.
   SplatLinearization(const SplatProblemOptions& options, ConstVectorView x, std::vector<const TargetView<B>*> views,
                      double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
                      std::shared_ptr<SplatScratch<B>> scratch = nullptr);
 
-  // Residuals are the colour differences e = rendered image - photograph: view after view, 3 planes (red, green, blue)
-  // each. Masked pixels have residual 0.
+  // Colour differences e = rendered image - photograph: view after view, 3 planes (red, green, blue) each. Masked
+  // pixels have residual 0.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return options_.Size(); }
   ConstVectorView residuals() const override;
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
   void ApplyW(ConstVectorView u, VectorView Wu) override;
-  // Computes H v = J^T W J v view by view, so that J v of only one view is in memory.
+  // Computes H v = J^T W J v view by view, with J v of one view in memory.
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
-  // The negative gradient, shrunk where the views disagree (lm/gradient_shrinkage.h).
+  // The negative gradient, shrunk (lm/gradient_shrinkage.h).
   bool has_own_right_hand_side() const override { return options_.gradient_shrinkage > 0; }
   void RightHandSide(VectorView d) override;
-  // The sum over the views of the squared gradient of each view, per entry. Only for options.is_part.
+  // Sum over the views of their squared gradients, per entry. Only for options.is_part.
   void SquaredGradients(VectorView squares) override;
-  // gradient, and on input squares: summed over all parts, which have `units` views. Output: the right-hand side.
+  // gradient and (on input) squares: summed over all parts, which have `units` views. Output: the right-hand side.
   void RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const override;
-  // Uses a simpler, diagonal matrix instead of W (docs/mathematics.md, section 4). BlockGram does the same.
+  // Uses a simpler, diagonal matrix instead of W (docs/mathematics.md, section 4), as does BlockGram.
   void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
@@ -61,24 +60,23 @@ class SplatLinearization final : public Linearization<B>,
  private:
   using Vector = typename B::Vector;
   using Unit = typename SplatScratch<B>::Unit;
-  // Renders and linearises all views and sums their gradients. With gradient shrinkage it also computes the right-hand
-  // side, or for a part only the squared gradients. With kCache16 and kCache32 it stores the Jacobian.
+  // Renders and linearises all views and sums their gradients. Also computes the right-hand side with gradient
+  // shrinkage (for a part: the squared gradients), and stores the Jacobian with kCache16 and kCache32.
   void BuildViews();
-  // Projects, renders and linearises one view of the batch. image_gradient: gradient of the loss.
+  // Projects, renders and linearises one view. image_gradient: gradient of the loss.
   void Build(const TargetView<B>& target, Unit& unit, VectorView image_gradient) const;
   // The first and the last step of Build.
   void Project(const TargetView<B>& target, Unit& unit) const;
   void LinearizeLoss(Unit& unit, VectorView image_gradient) const;
-  // Calls body(unit) for each view of the batch in turn. With kOnTheFly each view is built again before its call.
+  // Calls body(unit) for each view of the batch. With kOnTheFly builds each view again first.
   template <class Body>
   void ForEachView(const Body& body) const;
-  // Hv += scale_ J^T W d_image for one view. d_image: a product J v; it and `weighted` are overwritten.
+  // Hv += scale_ J^T W d_image for one view. d_image: a product J v; overwritten, like `weighted`.
   void AddJTW(const Unit& unit, VectorView d_image, VectorView weighted, VectorView Hv);
-  // Adds the diagonal blocks of H of all views to blocks and sh_diagonal (SplatGrams).
+  // Adds the diagonal blocks of H of all views (SplatGrams).
   void AddGram(S* blocks, S* sh_diagonal);
   static constexpr Index kGrain = 16384;
 
-  // v *= scale_.
   void Scale(VectorView v) const;
 
   SplatProblemOptions options_;
@@ -90,7 +88,7 @@ class SplatLinearization final : public Linearization<B>,
   std::shared_ptr<Loss> loss_;
   std::shared_ptr<Workspace> workspace_;
   Vector gradient_;      // of the cost; freed once requested
-  Vector rhs_;           // right-hand side, for a part the squared gradients; freed once requested
+  Vector rhs_;           // right-hand side; of a part: the squared gradients; freed once requested
   SplatGrams<B> grams_;  // computed by DiagJTJ, freed by BlockGram
   mutable Vector residuals_;
 };

@@ -34,7 +34,7 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
   }
   const bool rebuilds = options.jacobian == JacobianKind::kOnTheFly;
   scratch_->Fit(rebuilds ? std::min<std::size_t>(views_.size(), 1) : views_.size(), largest);
-  // A part without cached views is one of many, so it computes its gradient only on request.
+  // A part without cached views computes its gradient only on request.
   if (!options.is_part || !rebuilds) BuildViews();
 }
 
@@ -55,7 +55,7 @@ void SplatLinearization<B>::BuildViews() {
     if (steers) {
       ForEach<Space>(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), rhs_.data()});
     }
-    // The Jacobian is cached after the gradient, so that the gradient is exact.
+    // The cache comes after the gradient, so that the gradient is exact.
     if (IsCached(options_.jacobian)) {
       unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
     }
@@ -225,7 +225,7 @@ void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal) {
     B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
     unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_);
   });
-  // These are the largest buffers of the workspace and are unused until the next x.
+  // The largest buffers of the workspace, unused until the next x.
   workspace_->pair_grams = {}, workspace_->splat_grams = {};
 }
 

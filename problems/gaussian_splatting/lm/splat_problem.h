@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// 3D Gaussian splatting as a least-squares problem for the solver (solver/problem.h). x contains the parameters of the
-// Gaussians (kernels/gaussian_splatting/formulas/layout.h). The residuals are the colour errors of the training views;
-// in the terms of solver/problem_interfaces.h, a unit is a view. The cost is the photometric loss summed over views,
-// pixels and channels.
+// 3D Gaussian splatting as a least-squares problem (solver/problem.h). x contains the parameters of the Gaussians
+// (kernels/gaussian_splatting/formulas/layout.h). The residuals are the colour errors of the training views; a unit
+// (solver/problem_interfaces.h) is a view. The cost is the photometric loss summed over views, pixels and channels.
 //
-// The Jacobian is J = J_raster J_project: parameters to projected splats to pixels. The derivative s of the loss with
-// respect to the pixels and its curvature W come from kernels/image/photometric_loss.h. JacobianKind selects the data
+// The Jacobian is J = J_raster J_project: parameters to projected splats to pixels. kernels/image/photometric_loss.h
+// computes the derivative s of the loss with respect to the pixels and its curvature W. JacobianKind selects the data
 // stored for products with J.
 #pragma once
 
@@ -25,11 +24,11 @@
 
 namespace vesta::gs {
 
-// The rendered views of a linearization, and work memory.
+// Rendered views of a linearization, and work memory.
 template <class B>
 struct SplatScratch {
   using Vector = typename B::Vector;
-  // One view, projected and rendered at x.
+  // A view, projected and rendered at x.
   struct Unit {
     const TargetView<B>* target;
     ImageShape shape;
@@ -37,10 +36,10 @@ struct SplatScratch {
     Vector image;
     typename SplatBackend<B>::Loss::Linearization loss;
   };
-  std::vector<Unit> units;  // one per view; with JacobianKind::kOnTheFly a single one, reused for each view
+  std::vector<Unit> units;  // one per view; with JacobianKind::kOnTheFly one for all
   Vector image_work, weighted_work;
 
-  // Grows to at least `views` units and work memory for images of `values` numbers.
+  // Grows to at least `views` units and images of `values` numbers.
   void Fit(std::size_t views, Index values) {
     if (units.size() < views) units.resize(views);
     for (Vector* work : {&image_work, &weighted_work}) {
@@ -49,24 +48,22 @@ struct SplatScratch {
   }
 };
 
-// The layout of the model is in the base class.
 struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights;
-  // If the steps of several batches are merged, each batch should contain views from all sides (BatchChoice::kStrided
-  // or kRandom): the step of neighbouring views fits only these.
+  // Merged batches should each have views from all sides (BatchChoice::kStrided or kRandom): a step of neighbouring
+  // views fits only these.
   ViewBatchOptions batches;
   JacobianKind jacobian = JacobianKind::kCachedViews;
   LearningRates lr;
   // Unit of length of each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
-  // True for one part of a problem that is distributed over ranks. The right-hand side with gradient shrinkage needs
-  // sums over all parts: the linearization of a part returns SquaredGradients instead, and RightHandSideOf combines
-  // them.
+  // True for one part of a problem on several ranks. Gradient shrinkage needs sums over all parts: each part returns
+  // SquaredGradients, and RightHandSideOf combines them.
   bool is_part = false;
 };
 
-// B is the backend: CPU or GPU. SplatBackend<B> provides all types that depend on it.
+// SplatBackend<B> provides the types that depend on the backend B.
 template <Backend B>
 class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, public WithDampingMetric<B> {
  public:
@@ -74,9 +71,9 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   using typename Base::ConstVectorView;
   using typename Base::VectorView;
 
-  // views must outlive the problem. Throws Error if a photograph does not match the size of its view, or if
-  // options.units does not have one value per Gaussian. Photographs (TargetView::truth) may be missing for views that
-  // only the parts of other ranks use; using such a view throws Error.
+  // views must outlive the problem. Throws Error for a photograph that does not match its view's size, or unless
+  // options.units has one value per Gaussian. Photographs (TargetView::truth) may be missing for views that only other
+  // ranks use; using such a view throws Error.
   SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views);
 
   Index num_parameters() const override;
@@ -91,16 +88,16 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
 
   const SplatProblemOptions& options() const { return options_; }
   std::span<const TargetView<B>> views() const { return views_; }
-  // The same problem on a subset of the views, with is_part set and one batch. It shares work memory with this problem,
-  // so only one of them may be called at a time. `views` must outlive the result.
+  // The same problem on some views, with is_part set and one batch. It shares work memory with this problem, so only
+  // one may be called at a time. `views` must outlive the result.
   std::unique_ptr<SplatProblem> MakePart(std::span<const TargetView<B>> views) const;
 
-  // Work memory of the renderer. The caller may use it between calls of this object.
+  // Work memory of the renderer, free for the caller between calls.
   typename SplatBackend<B>::Workspace& workspace() { return *workspace_; }
 
  private:
   SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views);
-  // The view. Throws Error if its photograph is missing.
+  // Throws Error if the photograph is missing.
   const TargetView<B>& ViewAt(Index unit) const;
 
   SplatProblemOptions options_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Assignment of training views to the batches of an LM iteration.
+// Divides the training views into the batches of an LM iteration.
 #pragma once
 
 #include <cstdint>
@@ -15,31 +15,28 @@ enum class BatchChoice {
 };
 
 struct ViewBatchOptions {
-  int count = 1;  // number of batches, >= 1; fewer are made if a batch would have no view
-  // Views per batch; 0: all views are divided among the batches. If count * size is less than the number of views, an
-  // iteration uses only count * size views, different ones in each iteration.
+  int count = 1;  // number of batches, >= 1; fewer if a batch would have no view
+  // Views per batch; 0: all views are divided among the batches. If count * size is less than the number of views, each
+  // iteration uses different count * size views.
   int size = 0;
   BatchChoice choice = BatchChoice::kStrided;
   std::uint64_t seed = 0;
 };
 
-// Distributes the views 0 .. n-1 over batches, anew for each x (turn = 0, 1, ... of InBatches::OnNewPoint).
-// Deterministic: the result depends only on the options, the number of views and the turn.
+// Distributes the views 0 .. n-1 over batches for each x (turn = 0, 1, ... of InBatches::OnNewPoint). Deterministic.
 class ViewBatches {
  public:
   // Throws Error for options out of range. Without views there is one empty batch.
   ViewBatches(const ViewBatchOptions& options, Index num_views);
 
-  // Number of batches that are made if `count` batches of `size` views are requested (ViewBatchOptions): at least one,
-  // and at most so many that every batch has a view.
+  // Number of batches for `count` batches of `size` views (ViewBatchOptions): at least one, and each has a view.
   static Index CutCount(int count, int size, Index num_views);
   int num_batches() const { return static_cast<int>(batches_.size()); }
-  // Makes the batches of this turn.
   void OnNewPoint(int turn);
-  // The views of a batch, ascending.
+  // View indices, ascending.
   const std::vector<Index>& views(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
-  // Number of all views divided by the number of views in the batches. A sum over the batches times this factor
-  // estimates the sum over all views. 1 without views.
+  // Number of all views / number of views in the batches: a sum over the batches times this estimates the sum over all
+  // views. 1 without views.
   double scale() const { return num_used_ == 0 ? 1 : static_cast<double>(num_views_) / static_cast<double>(num_used_); }
 
  private:

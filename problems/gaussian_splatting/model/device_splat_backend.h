@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SplatBackend (splat_backend.h) for GPU memory. Photographs and masks are copied there.
+// SplatBackend (splat_backend.h) for GPU memory, with copies of photographs and masks.
 #pragma once
 
 #include "kernels/core/cuda_backend.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies selected Gaussians from one array to another, to reorder, add or remove Gaussians. A model is a structure of
-// arrays (kernels/gaussian_splatting/formulas/layout.h): a Gaussian is a row, an attribute a column.
+// Copies selected Gaussians, to reorder, add or remove them. In a model (kernels/gaussian_splatting/formulas/layout.h)
+// a Gaussian is a row, an attribute a column.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace vesta::gs {
 
-// Copies row source[i] of `from` to row i of `to`, for i < to_rows. `from` has from_rows rows, and both have
-// `attributes` columns, stored one after the other. Row i of `to` becomes zero if kept[i] is 0, or if source[i] >=
-// from_rows. kept: one byte per row of `to`; null: as if all were 1. All pointers are in one memory space.
+// Copies row source[i] of `from` to row i of `to`, for i < to_rows. `from` has from_rows rows; both have `attributes`
+// columns, one after the other. Row i of `to` becomes zero if kept[i] is 0, or if source[i] >= from_rows. kept: one
+// byte per row of `to`; null: all 1. All pointers are in one memory space.
 template <class Row, class T = float>
 struct RowGathering {
   Index attributes, from_rows, to_rows;
@@ -40,7 +40,7 @@ void GatherRows(const RowGathering<Row, T>& gathering) {
   ForEach<Space>(gathering.attributes * gathering.to_rows, 65536, gathering);
 }
 
-// Returns an array with one number per Gaussian: number k is from[source[k]], or zero if source[k] is out of range.
+// Returns one number per Gaussian: from[source[k]], or zero if source[k] is out of range.
 template <class T, class Space>
 Buffer<T, Space> GatherNumbers(const Buffer<T, Space>& from, const Buffer<std::uint32_t, Space>& source) {
   Buffer<T, Space> to;
@@ -50,8 +50,8 @@ Buffer<T, Space> GatherNumbers(const Buffer<T, Space>& from, const Buffer<std::u
   return to;
 }
 
-// For a model, or another array in the layout of layout.h: Gaussian k of `to` becomes Gaussian source[k] of `from`, or
-// zero if kept[k] is 0 (null: none). A spherical-harmonics band becomes zero if the Gaussian lacks it in `from`, and is
+// Arrays have the layout of layout.h. Gaussian k of `to` becomes Gaussian source[k] of `from`, or zero if kept[k] is 0
+// (kept null: all are copied). A spherical-harmonics band becomes zero if the Gaussian lacks it in `from`, and is
 // dropped if it lacks it in `to`.
 template <class Space, class Row>
 void GatherGaussians(const splat::ModelLayout& from_layout, const splat::ModelLayout& to_layout, const Row* source,

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Learning rates by class of parameter.
 #pragma once
 
 #include "kernels/core/schema.h"
@@ -8,9 +7,8 @@
 namespace vesta::gs {
 
 // Adam's learning rates, for the photometric loss of one view as a mean over pixels and channels. Defaults as in the
-// code of Kerbl et al. 2023 (3D Gaussian Splatting); opacity as in later versions of that code. The rate of positions
-// is relative to each Gaussian's unit of length (length_units.h). LM derives its damping from the rates
-// (lm/splat_blocks.h).
+// code of Kerbl et al. 2023 (3D Gaussian Splatting); opacity as in its later versions. The rate of positions is in each
+// Gaussian's unit of length (length_units.h). LM derives its damping from these rates (lm/splat_blocks.h).
 struct LearningRates {
   double position = 1.6e-4;
   double log_scale = 5e-3;  // logarithms of the standard deviations
@@ -22,7 +20,7 @@ struct LearningRates {
 
 const schema::Table<LearningRates>& LearningRateFields();
 
-// Learning rate of an attribute of layout.h; of a position relative to the unit of length.
+// Learning rate of an attribute of layout.h; for positions relative to the unit of length.
 inline double RateOf(const LearningRates& rates, int attribute) {
   if (attribute < splat::kLogScale) return rates.position;
   if (attribute < splat::kQuaternion) return rates.log_scale;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The unit of length of each Gaussian: half its depth in the nearest view. The learning rate of a position is
-// multiplied by it, so that a step moves near and far Gaussians by about as many pixels.
+// The unit of length of each Gaussian: half its depth in the nearest view. It multiplies the learning rate of
+// positions: a step then moves near and far Gaussians by about the same number of pixels.
 #pragma once
 
 #include <vector>
@@ -18,8 +18,8 @@ namespace vesta::gs {
 
 inline namespace VESTA_ISA {
 
-// Returns the unit of length of one Gaussian, in world units: half the smallest depth of its mean among the `count`
-// views that show it beyond their near plane, or `otherwise` if no view does. Runs on host and device.
+// Unit of length of one Gaussian, in world units: half the smallest depth of its mean among the `count` views that show
+// it beyond their near plane, or `otherwise` if none does. Runs on host and device.
 VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, double otherwise, const float mean[3]) {
   double nearest = 0;  // 0: none found yet
   for (Index k = 0; k < count; ++k) {
@@ -31,10 +31,10 @@ VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, d
 
 }  // namespace VESTA_ISA
 
-// The views for LengthUnit: at most 64 of `views`, evenly spread over their order. near: distance of the near plane.
+// Takes at most 64 of `views`, evenly spread. near: distance of the near plane.
 std::vector<splat::PosedCamera> LengthUnitViews(const std::vector<const View*>& views, double near);
 
-// Functor: units[i] = LengthUnit of Gaussian i. All pointers are in one memory space.
+// units[i] = LengthUnit of Gaussian i. All pointers are in one memory space.
 struct MeasureUnit {
   Index count;
   const float* x;  // `count` Gaussians in the layout of kernels/gaussian_splatting/formulas/layout.h
@@ -50,9 +50,7 @@ struct MeasureUnit {
   }
 };
 
-// Returns LengthUnit of each of the `count` Gaussians at x. With these units the learning rate of a position limits the
-// motion in pixels, in near and far views. (Kerbl et al. 2023 use one unit for the whole scene.) views: from
-// LengthUnitViews.
+// LengthUnit of each of the `count` Gaussians at x. views: from LengthUnitViews.
 template <class Space>
 Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<splat::PosedCamera, Space>& views,
                                   double otherwise) {
@@ -62,7 +60,7 @@ Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<spla
   return units;
 }
 
-// The same for a model on the host; `views` are all training views.
+// The same on the host; `views` are all training views.
 std::vector<float> LengthUnits(const SplatModel& model, const std::vector<const View*>& views, double near,
                                double otherwise);
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photometric loss of a view in which a mask excludes some pixels.
+// The photometric loss of a view with a mask that excludes pixels.
 //
-// Before the loss is evaluated, the excluded pixels of the rendered image are replaced by pixels of the photograph, the
-// truth. With the mask m (1: pixel included, 0: excluded) and the elementwise product o, the loss is evaluated at
+// Pixels of the photograph, the truth, replace the excluded pixels of the rendered image. With the mask m (1: included,
+// 0: excluded) and the elementwise product o, the loss is evaluated at
 //   m o rendered + (1 - m) o truth.
-// So an excluded pixel has no error, and SSIM windows that contain excluded pixels are complete. The sums of the loss
-// run over all pixels, because the SSIM window around an excluded pixel may contain included pixels with errors.
+// So an excluded pixel has no error, and SSIM windows are complete. The sums of the loss run over all pixels, because
+// the SSIM window around an excluded pixel may contain errors.
 //
-// Derivatives are exact: the gradient with respect to the rendered image is m o (gradient of the loss). The curvature
-// is M W M with M = diag(m) and W the curvature of the loss; it stays positive semidefinite. Without a mask the result
-// is bit-identical to the plain loss.
+// Derivatives are exact: the gradient is m o (gradient of the loss), and the curvature is M W M with M = diag(m) and W
+// the curvature of the loss. It stays positive semidefinite. Without a mask the result is bit-identical to the plain
+// loss.
 #pragma once
 
 #include "kernels/core/check.h"
@@ -30,7 +30,7 @@ void CheckTruth(const TargetView<B>& view) {
 }
 
 // FillMasked copies the excluded pixels of `truth` to `image`; ClearMasked sets them to zero. mask: one byte per pixel,
-// 0 excludes it (Image::mask), in the memory of B; empty: nothing changes. image and truth: three planes.
+// 0 excludes it; empty: nothing changes. image and truth: three planes. All in the memory of B.
 template <class B, class Mask>
 void FillMasked(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
   if (mask.size() == 0) return;
@@ -45,8 +45,8 @@ void ClearMasked(const Mask& mask, typename B::VectorView image) {
                              ClearMaskedPixels<typename B::Scalar>{mask.data(), image.data(), mask.size()});
 }
 
-// The functions of the loss (kernels/image/photometric_loss.h) with the mask of the view. They replace the excluded
-// pixels of `rendered`. Images are three planes; `gradient` is with respect to the rendered image.
+// The functions of kernels/image/photometric_loss.h with the mask of the view. They replace the excluded pixels of
+// `rendered`. Images are three planes; `gradient` is with respect to `rendered`.
 template <class B>
 PhotometricValue EvaluateLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target,
                               typename B::VectorView rendered) {
@@ -60,8 +60,8 @@ void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& tar
   loss.Gradient(rendered, target.truth, target.shape(), gradient);
   ClearMasked<B>(target.mask, gradient);
 }
-// Computes the gradient and `linearization`, which represents W, not M W M: the caller must call ClearMasked before and
-// after each product with W. Only linearization.diagonal is masked: it belongs to M W M.
+// `linearization` represents W, not M W M: call ClearMasked before and after each product with W. Only
+// linearization.diagonal belongs to M W M.
 template <class B>
 void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
                    typename B::VectorView gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {

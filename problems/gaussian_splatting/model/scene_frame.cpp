@@ -31,7 +31,7 @@ double MedianDistance(const std::vector<Point>& points, const Point& from) {
   return Median(std::move(distances));
 }
 
-// The origin for training: the files' own, or a new one if the scene is far from it.
+// The files' own origin, or a new one if the scene is far from it.
 Point OriginOf(const std::vector<Point>& points, const std::vector<View>& views) {
   constexpr double kFar = 100;
   const Point middle = MiddleOf(points);
@@ -64,7 +64,7 @@ void Move(const Point& by, SplatModel* model) {
   }
 }
 
-// Changes the view to a frame whose origin is at `by` in its present frame.
+// Moves the frame's origin to `by`, in the view's present frame.
 void Move(const Point& by, View* view) {
   const auto& r = view->rotation;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frame of a scene. Positions of points and Gaussians are floats, which are coarse far from the origin. If the
-// coordinates in the files are large, as in georeferenced scenes, the frame of the scene is therefore shifted: its
-// origin is near the points. In this file, world means the frame of the files.
+// The frame of a scene. Positions are floats, which are coarse far from the origin. If coordinates are large, as in
+// georeferenced scenes, the origin is moved near the points. In this file, world means the frame of the files.
 #pragma once
 
 #include <array>
@@ -12,22 +11,22 @@
 
 namespace vesta::gs {
 
-// Points as read from files.
+// Points from files.
 struct WorldPoints {
   std::vector<std::array<double, 3>> positions;  // at least one, within the range of float
   std::vector<std::array<float, 3>> colors;      // r, g, b in 0..1; one per position
 };
 
-// Sets the origin, the points and the extent of the scene. On input, its views are in the world frame. The centre of
-// the points is the median of each coordinate. Their size is the median of their distances from the centre, by the
-// largest coordinate; if that is 0, the median distance of the camera centres from it. If the centre is farther from
-// the world's origin than 100 times the size, a point near the centre becomes Scene::origin, and the views are moved to
-// the new frame. Otherwise the origin is 0 and nothing moves: floats then resolve the size to five digits.
+// Sets the origin, the points and the extent of the scene, whose views are in the world frame on input. The centre of
+// the points is the median of each coordinate. Their size is the median distance from the centre, by the largest
+// coordinate; if that is 0, the median distance of the camera centres. If the centre is farther from the world's origin
+// than 100 times the size, a point near the centre becomes Scene::origin, and the views are moved to the new frame.
+// Otherwise the origin stays 0: floats then resolve the size to five digits.
 void PlaceInScene(const WorldPoints& points, Scene* scene);
 
 // MoveToScene moves a model to the scene's frame, from the frame given by SplatModel::origin. MoveToWorld moves it from
 // the scene's frame to the world and sets SplatModel::origin to 0. If the scene's origin is more than 1000 extents from
-// the world's, floats could not represent the positions: MoveToWorld then leaves the model in the scene's frame, and
+// the world's, floats could not represent the positions: the model then stays in the scene's frame, and
 // SplatModel::origin is the scene's origin.
 void MoveToScene(const Scene& scene, SplatModel* model);
 void MoveToWorld(const Scene& scene, SplatModel* model);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The types that depend on the memory space: CPU or GPU. The problem, the training stages and the evaluation are
-// templates on a backend B of kernels/core/vector_backend.h, which provides vectors. SplatBackend<B> provides the other
-// types. This file has SplatBackend for the CPU, device_splat_backend.h for the GPU.
+// Types that depend on the memory space, CPU or GPU. The problem, the training stages and the evaluation are templates
+// on a backend B (kernels/core/vector_backend.h) for vectors; SplatBackend<B> has the other types. This file is for the
+// CPU, device_splat_backend.h for the GPU.
 #pragma once
 
 #include <cstdint>
@@ -24,20 +24,19 @@ struct SplatBackend<CpuBackend<S>> {
   using Workspace = splat::ViewWorkspace<S>;
   using Loss = PhotometricLoss<S>;
   using QualityMeter = ImageQualityMeter;
-  // The photograph of a view, which the rendered image should match: three planes. A reference to the image in the
-  // scene, which must outlive it.
+  // The photograph of a view: three planes. Refers to the image in the scene, which must outlive it.
   using Truth = HostSpan<const S>;
   static Truth MakeTruth(HostSpan<const S> truth) { return truth; }
-  // Additional memory of the truth of a view.
+  // Additional memory of the truth.
   static double TruthBytes(double /*pixels*/) { return 0; }
   // Sets `to` to `from`. On the GPU this copies the pixels, because the quality meter there may change them.
   static void CopyTruth(HostSpan<const S> from, Truth& to) { to = from; }
-  // The pixel mask (Image::mask), also a reference to the image in the scene.
+  // The pixel mask (Image::mask), also a reference.
   using Mask = HostSpan<const std::uint8_t>;
   static Mask MakeMask(HostSpan<const std::uint8_t> mask) { return mask; }
 };
 
-// One view: its camera, and the photograph that the rendered image should match.
+// One view: its camera, and its photograph.
 template <class B>
 struct TargetView {
   splat::PosedCamera camera;
@@ -47,8 +46,8 @@ struct TargetView {
   ImageShape shape() const { return {camera.width, camera.height}; }
 };
 
-// Converts views in CPU memory to the memory of B. If B is a CPU backend, the result refers to the same images, which
-// must outlive it; otherwise it has copies.
+// Converts views in CPU memory to the memory of B. For a CPU backend the result refers to the same images, which must
+// outlive it; else it has copies.
 template <class B>
 std::vector<TargetView<B>> TargetsIn(const std::vector<TargetView<CpuBackend<typename B::Scalar>>>& views) {
   std::vector<TargetView<B>> targets;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts the views and the model of a scene to the types of the kernels, on CPU or GPU.
+// Converts views and models to the types of the kernels, on CPU or GPU.
 #pragma once
 
 #include <memory>
@@ -15,15 +15,14 @@
 
 namespace vesta::gs {
 
-// Distance of the near plane in world units: 1 % of Scene::extent. Training, refining and evaluation use the same
-// distance, so that a saved model reproduces the metrics of its training.
+// Distance of the near plane in world units: 1 % of Scene::extent. It is the same in training and evaluation, so that a
+// saved model reproduces its metrics.
 double NearPlane(const Scene& scene);
 
-// The camera of a view with this near plane, and the parameters of a model. The result of ToKernelModel refers to
-// `model`.
+// The camera of a view, and the parameters of a model. The result of ToKernelModel refers to `model`.
 splat::PosedCamera ToPosedCamera(const View& view, double near);
 splat::Model<float> ToKernelModel(const SplatModel& model);
-// Copies the parameters of a model in CPU memory; background, eps2d and origin keep their defaults.
+// Copies the parameters in CPU memory; background, eps2d and origin keep their defaults.
 SplatModel CopyOf(const splat::Model<float>& model);
 
 inline HostSpan<const float> ValuesOf(const Image& image) {
@@ -33,9 +32,8 @@ inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
   return {image.mask.data(), static_cast<Index>(image.mask.size())};
 }
 
-// Makes a TargetView of each view and its photograph. near: distance of the near plane. On the CPU the result refers to
-// the photographs of `views`, which must outlive it. Photographs that come from a store (View::stored) are appended to
-// `photographs`, which must outlive the result too.
+// near: distance of the near plane. On the CPU, `views` and `photographs` must outlive the result, which refers to the
+// photographs. `photographs` receives those from a store (View::stored).
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near,
                                        std::vector<std::shared_ptr<const Image>>* photographs) {
@@ -49,7 +47,7 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
   }
   return targets;
 }
-// The same for photographs in memory. On the CPU it throws Error if a photograph comes from a store.
+// The same for photographs in memory. On the CPU throws Error if a photograph comes from a store.
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near) {
   std::vector<std::shared_ptr<const Image>> photographs;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lens distortion models of cameras, as in COLMAP and OpenCV. Training uses pinhole cameras only; photographs are
-// undistorted on loading (undistort.h).
+// Lens distortion models, as in COLMAP and OpenCV. Training uses pinhole cameras only; photographs are undistorted on
+// loading (undistort.h).
 //
 // Formulas: COLMAP, src/colmap/sensor/models.h (SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE and the
 // SIMPLE_RADIAL_FISHEYE and RADIAL_FISHEYE within it); OpenCV's documentation, "Camera Calibration and 3D
-// Reconstruction" and "Fisheye camera model". A COLMAP model with fewer coefficients is one of these two models,
-// FULL_OPENCV or OPENCV_FISHEYE, with zeros.
+// Reconstruction" and "Fisheye camera model". All are FULL_OPENCV or OPENCV_FISHEYE, with zeros for missing
+// coefficients.
 #pragma once
 
 #include <algorithm>
@@ -16,15 +16,14 @@
 
 namespace vesta::gs {
 
-// Dimensionless coefficients, which apply to x/z and y/z in camera coordinates. The default is a pinhole: no
-// distortion.
+// Dimensionless coefficients for x/z and y/z in camera coordinates. Default: no distortion.
 struct Distortion {
   bool is_fisheye = false;
   std::array<double, 6> radial{};      // k1 .. k6; fisheye: k1 .. k4, for powers of the angle from the axis
   std::array<double, 2> tangential{};  // p1, p2; not used by fisheye
 
   bool operator==(const Distortion&) const = default;
-  // True if there is no distortion. A fisheye is never a pinhole, also with zeros.
+  // A fisheye is never a pinhole, also with zeros.
   bool is_none() const { return *this == Distortion{}; }
   bool is_finite() const {
     const auto finite = [](double value) { return std::isfinite(value); };
@@ -33,8 +32,8 @@ struct Distortion {
   }
 };
 
-// Returns the image position of the direction (x, y, 1) in camera coordinates for this lens with focal length 1,
-// relative to the principal point. A pinhole would return (x, y).
+// Image position of the direction (x, y, 1) for focal length 1, relative to the principal point. A pinhole would return
+// (x, y).
 template <class T>
 std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   using std::atan;
@@ -58,7 +57,7 @@ std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   return {x * scale + p1 * xy + p2 * (r2 + two * x * x), y * scale + p2 * xy + p1 * (r2 + two * y * y)};
 }
 
-// The derivative of Distort at (x, y), row-major: d x'/dx, d x'/dy, d y'/dx, d y'/dy.
+// Derivative of Distort at (x, y), row-major: d x'/dx, d x'/dy, d y'/dx, d y'/dy.
 inline std::array<double, 4> DistortionJacobian(const Distortion& lens, double x, double y) {
   using D = Dual<double>;
   const std::array<D, 2> by_x = Distort(lens, D(x, 1), D(y, 0)), by_y = Distort(lens, D(x, 0), D(y, 1));

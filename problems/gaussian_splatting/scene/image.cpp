@@ -9,7 +9,7 @@
 namespace vesta::gs {
 namespace {
 
-// The source pixels under one pixel of the result, and the weight of each.
+// The source pixels under one pixel of the result, and their weights.
 struct Cover {
   int first = 0;
   std::vector<float> shares;

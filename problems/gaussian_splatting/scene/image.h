@@ -13,12 +13,12 @@
 
 namespace vesta::gs {
 
-// A colour image: three planes (red, green, blue), each row by row, of values in 0..1, gamma-encoded as in the file. It
-// takes 12 bytes per pixel: 200 images of 1,200 x 800 pixels take 2.3 GB.
+// A colour image: three planes (red, green, blue), each row by row, values in 0..1, gamma-encoded as in the file. Takes
+// 12 bytes per pixel.
 struct Image {
   int width = 0, height = 0;
   std::vector<float> rgb;
-  // One byte per pixel: 0 excludes the pixel from the loss and the metrics. Empty: no pixel is excluded.
+  // One byte per pixel: 0 excludes the pixel from the loss and the metrics. Empty: none.
   std::vector<std::uint8_t> mask;
 
   Image() = default;
@@ -29,14 +29,14 @@ struct Image {
   const float* plane(int channel) const { return rgb.data() + static_cast<std::size_t>(channel) * num_pixels(); }
 };
 
-// Number of pixels that the mask does not exclude, and their fraction of all pixels.
+// Number of pixels that the mask includes, and their fraction.
 std::size_t UnmaskedPixels(const Image& image);
 double UnmaskedFraction(const Image& image);
 
-// Memory of the pixel values and the mask, bytes.
+// Pixel values and mask, bytes.
 double BytesOf(const Image& image);
 
-// Bytes per pixel of an image without mask.
+// Bytes per pixel, without mask.
 inline constexpr double kImageBytes = 3 * sizeof(float);
 
 struct ImageSize {
@@ -45,17 +45,17 @@ struct ImageSize {
   double pixels() const { return static_cast<double>(width) * height; }
 };
 
-// The 8-bit value of a colour: 255 times the value, clamped to 0..255 and rounded; 0 for NaN.
+// 255 times the value, clamped to 0..255 and rounded; 0 for NaN.
 std::uint8_t QuantizeColor(float value);
 
-// Shrinks an image to width x height pixels: each pixel of the result is the mean of the image area that it covers. The
-// mask of the result excludes a pixel if it covers an excluded one. 1 <= width <= image.width, the same for height.
+// Shrinks an image to width x height: each pixel of the result is the mean of the image area that it covers. The mask
+// excludes a pixel that covers an excluded one. 1 <= width <= image.width, the same for height.
 Image ResizeArea(const Image& image, int width, int height);
 
-// Size after downscaling by a whole factor: floor(width / factor) x floor(height / factor), at least 1 x 1.
+// floor(width / factor) x floor(height / factor), at least 1 x 1.
 ImageSize DownscaledSize(ImageSize size, int factor);
 
-// Returns the colour at position `of`, 0..1, on a colour scale, interpolated between N equidistant colours (r, g, b).
+// Colour at position `of`, 0..1, interpolated between N equidistant colours (r, g, b).
 template <std::size_t N>
 std::array<float, 3> OnScale(const std::array<std::array<float, 3>, N>& colors, float of) {
   const float at = of * static_cast<float>(N - 1);
@@ -67,7 +67,7 @@ std::array<float, 3> OnScale(const std::array<std::array<float, 3>, N>& colors, 
   return color;
 }
 
-// A colour scale: violet, teal in the middle, yellow; each colour is lighter than the one before.
+// Violet, teal, yellow, with increasing lightness.
 inline constexpr std::array<std::array<float, 3>, 5> kVioletToYellow = {{{0.20f, 0.05f, 0.30f},
                                                                          {0.22f, 0.25f, 0.58f},
                                                                          {0.10f, 0.52f, 0.58f},

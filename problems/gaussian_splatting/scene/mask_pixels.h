@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functors that change the pixels excluded by a mask (model/masked_loss.h). Run on host and device.
+// Functors that change masked pixels (model/masked_loss.h), on host and device.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,7 @@
 
 namespace vesta::gs {
 
-// Copies pixel i of `from` to `image` if the mask excludes it (mask[i] is 0). Images have three planes of `plane`
-// pixels.
+// Copies pixel i of `from` to `image` if mask[i] is 0. Images have three planes of `plane` pixels.
 template <class S>
 struct FillMaskedPixels {
   const std::uint8_t* mask;
@@ -23,7 +22,7 @@ struct FillMaskedPixels {
     for (int c = 0; c < 3; ++c) image[c * plane + i] = from[c * plane + i];
   }
 };
-// Sets pixel i of `image` to zero if the mask excludes it.
+// Sets pixel i of `image` to zero if mask[i] is 0.
 template <class S>
 struct ClearMaskedPixels {
   const std::uint8_t* mask;

@@ -54,7 +54,7 @@ std::shared_ptr<const Image> PhotographStore::Get(Index number) {
   std::shared_ptr<const Image> image = entry->image;
   entry->used = ++clock_;
   UpdateExpected(number);
-  // Decoding ahead needs space for that photograph and for any other one requested meanwhile.
+  // Decoding ahead needs space for two: that photograph, and another one requested meanwhile.
   if (!is_ahead_ && budget_ >= 2 * most_bytes_) {
     is_ahead_ = true;
     background_.Run([this] { DecodeAhead(); });
@@ -100,7 +100,7 @@ std::shared_ptr<PhotographStore::Entry> PhotographStore::Find(Index number) cons
 
 bool PhotographStore::MakeRoom(double bytes, bool spares_expected) {
   while (used_bytes_ + bytes > budget_) {
-    // Views are used in cycles, so the most recently used photograph is needed last.
+    // Views are used in cycles: the most recently used photograph is needed last.
     Entry* last = nullptr;
     for (const auto& [number, entry] : entries_) {
       const bool is_free = entry->image && entry->image.use_count() == 1;

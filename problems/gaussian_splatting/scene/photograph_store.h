@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cache for photographs that do not all fit into memory. It decodes a photograph when it is requested, or ahead of
-// the request if the order of the requests is known. Decoded images stay in memory up to a limit, the budget. Decoding
-// always gives the same image, so the budget affects only speed.
+// A cache for photographs that do not all fit into memory. It decodes them on request, or ahead if the order of
+// requests is known. Decoded images stay in memory up to a limit, the budget, which affects only speed.
 #pragma once
 
 #include <condition_variable>
@@ -28,39 +27,35 @@ struct PhotographSource {
 
 class PhotographStore {
  public:
-  // Number of photographs to decode ahead. It is small because decoding one takes less time than a training iteration.
+  // Photographs to decode ahead. Small, because decoding one takes less time than a training iteration.
   static constexpr Index kAhead = 2;
 
-  // budget_bytes: limit for all decoded images, in use or not. The store decodes ahead only if twice the largest image
-  // is within the limit.
+  // budget_bytes: limit for all decoded images, in use or not. Decoding ahead needs twice the largest image.
   explicit PhotographStore(double budget_bytes) : budget_(budget_bytes) {}
   ~PhotographStore();
   PhotographStore(const PhotographStore&) = delete;
   PhotographStore& operator=(const PhotographStore&) = delete;
 
-  // Adds a photograph and returns its number: 0, 1, 2, ... in the order of the calls.
+  // Returns the number of the photograph: 0, 1, 2, ...
   Index Add(PhotographSource source);
   void Remove(Index number);
-  // Stores a photograph that the caller has decoded already, if it fits into the budget; otherwise does nothing.
+  // Stores a photograph that is decoded already, if it fits into the budget.
   void Offer(Index number, Image image);
 
-  // Returns the photograph; waits until it is decoded. It stays in memory as long as the result exists. Destroy the
-  // previous result first, because otherwise both count towards the budget. If only images in use are left to evict,
-  // the budget is exceeded. Throws the exceptions of PhotographSource::decode.
+  // Waits until the photograph is decoded. It stays in memory while the result exists: destroy the previous result
+  // first. Exceeds the budget if all other images are in use. Throws the exceptions of PhotographSource::decode.
   std::shared_ptr<const Image> Get(Index number);
-  // The same for a single use: if the store has to decode the image, it does not store it.
+  // The same for a single use: does not store an image that it has to decode.
   std::shared_ptr<const Image> Read(Index number) const;
-  // Announces the next calls of Get, in their order: these photographs are decoded ahead. Without an announcement, or
-  // after another number was requested, the store expects the kAhead numbers after the latest one.
+  // Announces the next calls of Get, in order, for decoding ahead. Without an announcement, or after a different
+  // request, the store expects the kAhead numbers after the latest one.
   void Expect(const std::vector<Index>& numbers);
 
   double budget_bytes() const { return budget_; }
-  // Size of the images that are decoded or being decoded.
+  // Images decoded or being decoded.
   double kept_bytes() const;
-  // Peak memory of a full store with the memory for decoding: a photograph may be decoded ahead while Get decodes
-  // another.
+  // Peak memory of a full store: a photograph may be decoded ahead while Get decodes another.
   double MostBytes() const;
-  // Number of decodings so far.
   std::int64_t decodings() const;
 
  private:
@@ -73,12 +68,12 @@ class PhotographStore {
   using Lock = std::unique_lock<std::mutex>;
 
   std::shared_ptr<Entry> Find(Index number) const;
-  // Evicts photographs that are not in use until `bytes` bytes of the budget are free. Returns false if that is not
-  // possible. With spares_expected, announced or expected photographs are not evicted.
+  // Evicts unused photographs until `bytes` bytes of the budget are free; false if that is impossible. With
+  // spares_expected, announced or expected photographs stay.
   bool MakeRoom(double bytes, bool spares_expected);
-  // Decodes the photograph, unlocked meanwhile.
+  // Releases the lock while decoding.
   void DecodeInto(Entry& entry, Lock& lock);
-  // Updates expected_ after a request.
+  // Call after a request.
   void UpdateExpected(Index number);
   void DecodeAhead();
 
@@ -97,7 +92,7 @@ class PhotographStore {
   Background background_;  // declared last, so that it ends before the members it uses
 };
 
-// A photograph in a store. The destructor removes it from there.
+// The destructor removes the photograph from the store.
 class StoredPhotograph {
  public:
   StoredPhotograph(std::shared_ptr<PhotographStore> store, PhotographSource source)

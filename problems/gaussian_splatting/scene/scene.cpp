@@ -76,7 +76,7 @@ void HoldOut(std::vector<View>* views) {
 
 namespace {
 
-// 1.1 times the largest distance of a training camera's centre from their mean; 1 if all coincide.
+// 1.1 times the largest distance of a training camera from their mean; 1 if all coincide.
 double CameraRadius(const std::vector<View>& views) {
   const double radius = SpreadOf(TrainingViews(views)).radius;
   return radius > 0 ? 1.1 * radius : 1.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene: images, their cameras and poses, and a point cloud for the initial Gaussians.
+// A scene: images, their cameras and poses, and points for the initial Gaussians.
 #pragma once
 
 #include <algorithm>
@@ -19,21 +19,19 @@
 
 namespace vesta::gs {
 
-// A pinhole camera without its pose. In image coordinates, pixel (i, j) covers [i, i + 1) x [j, j + 1); its centre is
-// at (i + 0.5, j + 0.5).
+// A pinhole camera without its pose. Pixel (i, j) covers [i, i + 1) x [j, j + 1); its centre is at (i + 0.5, j + 0.5).
 struct Camera {
   int width = 0, height = 0;  // image size, pixels
   splat::Lens lens;
-  // 2D dilation: variance that is added to both axes of a projected Gaussian, in pixels squared; the same at any image
-  // size. All cameras of a scene have the same value (LoadSceneOptions). A splat must be rendered with the value of its
-  // training.
+  // 2D dilation: variance added to both axes of a projected Gaussian, in pixels squared at any image size; the same for
+  // all cameras of a scene (LoadSceneOptions). A splat must be rendered with the value of its training.
   double eps2d = splat::kEps2d;
 
   double pixels() const { return ImageSize{width, height}.pixels(); }
   bool operator==(const Camera&) const = default;
 };
 
-// The camera for the same image resized to width x height pixels.
+// The camera for the image resized to width x height pixels.
 Camera ResizeCamera(const Camera& camera, int width, int height);
 
 // A camera with lens distortion.
@@ -44,46 +42,44 @@ struct LensCamera {
   bool operator==(const LensCamera&) const = default;
 };
 
-// Purpose of a view.
 enum class ViewRole {
   kTraining,
-  kHeldOut,  // not used for training; measures quality during the training, for example to stop it
-  kTest,     // not used for training or for any decision of it; measures quality only
+  kHeldOut,  // not used for training; measures quality meanwhile, for example to stop it
+  kTest,     // not used for training or its decisions; measures quality only
 };
 
 // One image with its pose. Camera axes: x right, y down, z forward (COLMAP); x_camera = rotation x_world + translation.
 struct View {
-  std::string name;        // path relative to the image folder; views are sorted and split by it (SortAndSplit)
+  std::string name;        // relative to the image folder; views are sorted and split by it (SortAndSplit)
   std::string image_path;  // path of the image file
-  std::string mask_path;   // path of the mask file; empty: no mask, or only the alpha channel of the photograph
+  std::string mask_path;   // empty: no mask, or only the alpha channel of the photograph
   Camera camera;
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major, orthonormal, world to camera
   std::array<double, 3> translation{};
   ViewRole role = ViewRole::kTraining;
-  Image image;  // of the camera's size; empty before LoadScene loads it and if `stored` is used
-  // The photograph in a PhotographStore; used instead of `image` if the photographs do not fit into memory, else null.
+  Image image;  // of the camera's size; empty before loading and if `stored` is used
+  // Used instead of `image` if the photographs do not fit into memory, else null.
   std::shared_ptr<const StoredPhotograph> stored;
   Distortion distortion;  // of the photograph; none after LoadScene has undistorted it
-  // If LoadScene has undistorted the photograph: the camera of the file, before undistortion.
+  // Camera in the file, if LoadScene has undistorted the photograph.
   std::optional<LensCamera> bent;
 
   bool is_trained() const { return role == ViewRole::kTraining; }
   bool is_test() const { return role == ViewRole::kTest; }
-  // Returns the photograph, from `image` or `stored`. An image from the store is valid as long as the result exists;
-  // `image` only as long as the view exists. Throws Error if the file can no longer be read.
+  // From `image`, valid while the view exists, or `stored`, valid while the result exists. Throws Error if the file can
+  // no longer be read.
   std::shared_ptr<const Image> Photograph() const;
 };
 
-// Returns a copy of the view with the photograph in `image`.
+// A copy of the view with the photograph in `image`.
 View HoldingPhotograph(const View& view);
 
-// Centre of the view's camera in world coordinates.
+// In world coordinates.
 std::array<double, 3> CameraCenter(const View& view);
 
-// A world point in camera coordinates.
 std::array<double, 3> InCamera(const View& view, const std::array<double, 3>& point);
 
-// Depth of a world point if it is in front of the camera and inside the image, otherwise 0.
+// Depth of a world point in front of the camera and inside the image, otherwise 0.
 double DepthInView(const View& view, const std::array<float, 3>& point);
 
 struct PointCloud {
@@ -92,40 +88,39 @@ struct PointCloud {
   Index size() const { return static_cast<Index>(positions.size()); }
 };
 
-// A scene. The origin of its frame may differ from the origin in the files (model/scene_frame.h).
+// The origin may differ from the files' (model/scene_frame.h).
 struct Scene {
   std::vector<View> views;  // sorted by name
   PointCloud points;
   double extent = 1;               // see SceneExtent
   std::array<double, 3> origin{};  // origin of the scene's frame, in the coordinates of the files
   std::vector<std::string> files;  // input files besides the images
-  std::vector<std::string> notes;  // notes of the loader for the user, one line each, for example about ignored input
-  // The store of photographs that do not fit into memory; null if the images are in the views.
+  std::vector<std::string> notes;  // of the loader for the user, one line each, for example about ignored input
+  // Null if the images are in the views.
   std::shared_ptr<PhotographStore> photographs;
 };
 
-// The training views, in the order of `views`, and their number.
+// In the order of `views`.
 std::vector<const View*> TrainingViews(const std::vector<View>& views);
 Index NumTrainingViews(const std::vector<View>& views);
 inline Index NumTrainingViews(const Scene& scene) { return NumTrainingViews(scene.views); }
 
-// Sorts by name and marks every 8th view, starting with the first, as a test view, as is common in the literature.
+// Sorts by name and marks every 8th view, starting with the first, as a test view.
 void SortAndSplit(std::vector<View>* views);
-// Marks every N-th of the sorted views, with N = `every`, as a test view, starting with the first; 0: no view. All
-// others become training views. Throws Error for every < 0.
+// Marks every N-th of the sorted views, N = `every`, as a test view, starting with the first; 0: none. All others
+// become training views. Throws Error for every < 0.
 void SplitByCount(int every, std::vector<View>* views);
-// Holds out every 8th of the training views, starting with the fourth, but at least one. Throws Error if no training
-// view would remain.
+// Holds out every 8th training view, starting with the fourth, but at least one. Throws Error if no training view would
+// remain.
 void HoldOut(std::vector<View>* views);
 
-// The unit of length of the training: half the median depth of the points that are visible in the training images. So a
-// learning rate for positions means about the same motion in pixels for any arrangement of cameras. Kerbl et al. 2023
-// (after NeRF++) use 1.1 times the largest distance of a camera from the mean camera centre. For cameras all around an
-// object, both are about the same. For cameras in a row, their unit would be the length of the row. It is used here if
-// no point is visible; 1 if also all camera centres coincide.
+// Unit of length of the training: half the median depth of the points that are visible in the training images. So a
+// learning rate for positions means about the same motion in pixels for any arrangement of cameras. If no point is
+// visible, it is 1.1 times the largest distance of a camera from the mean camera centre, as in Kerbl et al. 2023
+// (after NeRF++); 1 if all camera centres coincide too.
 double SceneExtent(const std::vector<View>& views, const PointCloud& points);
 
-// Returns the median, for an even number of values the upper one. `values` must not be empty.
+// The upper one for an even number of values. `values` must not be empty.
 template <class T>
 T Median(std::vector<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -133,14 +128,14 @@ T Median(std::vector<T> values) {
   return *middle;
 }
 
-// Mean of the camera centres, and the largest distance of a centre from it, in world units.
+// Camera centres: their mean, and the largest distance from it, in world units.
 struct CameraSpread {
   std::array<double, 3> mean{};
   double radius = 0;
 };
 CameraSpread SpreadOf(const std::vector<const View*>& views);
 
-// Sum of the unit vectors that point up in the images, in world coordinates; near 0 if there is no common up direction.
+// Sum of the images' unit up vectors, in world coordinates; near 0 if there is no common up.
 std::array<double, 3> SumOfUps(const std::vector<View>& views);
 
 // Horizontal field of view, degrees.

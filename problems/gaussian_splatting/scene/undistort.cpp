@@ -17,14 +17,14 @@ std::array<float, 4> CubicWeights(float t) {
           0.5f * t * t * (t - 1)};
 }
 
-// The columns (or rows) around a position and their weights. Beyond the border, the border pixel is repeated.
+// Columns (or rows) around a position, and their weights. The border pixel is repeated beyond the border.
 struct Neighbors {
   std::array<std::size_t, 4> index;
   std::array<float, 4> weight;
   bool are_inside;  // all four are in the image, so they are consecutive
 
   Neighbors(double place, int count) {
-    // Positions farther out give the same result; the clamp also prevents overflow of int.
+    // Positions farther out give the same result; the clamp prevents overflow of int.
     const double at = std::clamp(place - 0.5, -3.0, count + 2.0);
     const int first = static_cast<int>(at + 3) - 3;  // rounds down
     weight = CubicWeights(static_cast<float>(at - first));
@@ -79,8 +79,8 @@ using Point = std::array<double, 2>;
 
 double Determinant(const std::array<double, 4>& j) { return j[0] * j[3] - j[1] * j[2]; }
 
-// The largest distance from the axis, on a pinhole of focal length 1, up to which the lens is one-to-one in all
-// directions; at most tan(kWidest).
+// Largest distance from the axis, at focal length 1, where the lens is still one-to-one in all directions; at most
+// tan(kWidest).
 double InjectiveRadius(const Distortion& lens) {
   constexpr int kSteps = 512, kDirections = 32;
   constexpr double kWidest = 1.5;  // radians from the axis; a pinhole image cannot reach 90 degrees
@@ -90,7 +90,7 @@ double InjectiveRadius(const Distortion& lens) {
     for (int d = 0; d < kDirections; ++d) {
       const double direction = 2 * std::numbers::pi * d / kDirections;
       const std::array<double, 4> j = DistortionJacobian(lens, next * std::cos(direction), next * std::sin(direction));
-      // Check both: for a lens that folds twice the determinant is positive again, but the trace is not.
+      // A lens that folds twice has a positive determinant again, but not a positive trace.
       if (!(Determinant(j) > 0 && j[0] + j[3] > 0)) return radius;
     }
     radius = next;
@@ -98,7 +98,7 @@ double InjectiveRadius(const Distortion& lens) {
   return radius;
 }
 
-// A rectangle around the axis, on the plane of a pinhole of focal length 1: its extent to the left, right, up and down.
+// A rectangle around the axis, at focal length 1: its extent to the left, right, up and down.
 using Sides = std::array<double, 4>;
 
 // The region of that plane that a photograph covers.
@@ -107,16 +107,16 @@ class SeenPlane {
   SeenPlane(const Camera& camera, const Distortion& lens)
       : camera_(camera), lens_(lens), radius_(InjectiveRadius(lens)) {}
 
-  // slack: how far beyond the centres of the outermost pixels still counts as covered, in pixels.
+  // slack: pixels beyond the centres of the outermost pixels that count as covered.
   bool Sees(double x, double y, double slack) const {
     if (!(std::hypot(x, y) <= radius_)) return false;
     const Point at = Distort(lens_, x, y);
     const double u = camera_.lens.fx * at[0] + camera_.lens.cx, v = camera_.lens.fy * at[1] + camera_.lens.cy;
-    // Interpolation has all its neighbours between the centres of the outermost pixels.
+    // Between the centres of the outermost pixels, interpolation has all its neighbours.
     const double margin = 0.5 - slack;
     return u >= margin && u <= camera_.width - margin && v >= margin && v <= camera_.height - margin;
   }
-  // Checking the border suffices, because the covered region has no holes.
+  // The border suffices, because the covered region has no holes.
   bool Sees(const Sides& s, double slack) const {
     constexpr int kSamples = 256;  // per side
     for (int i = 0; i <= kSamples; ++i) {
@@ -135,7 +135,7 @@ class SeenPlane {
   double radius_;
 };
 
-// The largest fraction in 0..1 for which `holds` is true, assuming it is true for all smaller ones; 0 if for none.
+// Largest fraction in 0..1 for which `holds` is true, as for all smaller ones; 0 if none.
 template <class Holds>
 double LargestPart(const Holds& holds) {
   if (holds(1.0)) return 1;
@@ -147,7 +147,7 @@ double LargestPart(const Holds& holds) {
   return low;
 }
 
-// The largest rectangle in the shape of the photograph first; then each side is extended in turn as far as possible.
+// First the largest rectangle in the shape of the photograph; then extends each side in turn.
 Sides LargestSeen(const SeenPlane& plane, const Sides& widest) {
   const auto scaled = [&](double part) {
     Sides sides = widest;
@@ -155,8 +155,7 @@ Sides LargestSeen(const SeenPlane& plane, const Sides& widest) {
     return sides;
   };
   Sides sides = scaled(LargestPart([&](double part) { return plane.Sees(scaled(part), 0); }));
-  // A side may touch the border of the region between two samples. With other samples it then seems to reach a little
-  // beyond.
+  // A side may touch the border between two samples; other samples then seem to reach beyond it.
   constexpr double kSlack = 0.02;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const double least = sides[i];
@@ -183,7 +182,7 @@ std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens) {
     side *= kMost;
   }
   const Sides sides = LargestSeen(SeenPlane(camera, lens), widest);
-  // The covered region ends at the centres of the outermost pixels, within the rounding of the search.
+  // The region ends at the centres of the outermost pixels, within the rounding of the search.
   constexpr double kRounding = 1e-6;
   const double width = std::floor((sides[0] + sides[1]) * f.fx + 1 + kRounding);
   const double height = std::floor((sides[2] + sides[3]) * f.fy + 1 + kRounding);
@@ -207,7 +206,7 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
     for (int column = 0; column < pinhole.width; ++column) {
       const double x = (column + 0.5 - to.cx) / to.fx, y = (static_cast<double>(row) + 0.5 - to.cy) / to.fy;
       const std::array<double, 4> j = DistortionJacobian(lens, x, y);
-      // Width or height of one result pixel, in pixels of the photograph.
+      // Width or height of one result pixel, in photograph pixels.
       const double reach = std::max(std::hypot(j[0] * from.fx / to.fx, j[2] * from.fy / to.fx),
                                     std::hypot(j[1] * from.fx / to.fy, j[3] * from.fy / to.fy));
       // A lens that hardly shrinks the image needs no antialiasing and stays sharp.

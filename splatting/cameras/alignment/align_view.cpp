@@ -65,7 +65,7 @@ bool AllFinite(const View& view) {
   return finite(view.image.rgb) && finite(view.rotation) && finite(view.translation);
 }
 
-// True when no channel varies by more than the rounding of 8 bits.
+// True if no channel varies by more than the rounding of 8 bits.
 bool IsFlat(const Image& image) {
   for (int c = 0; c < ImageShape::kChannels; ++c) {
     const float* plane = image.plane(c);
@@ -75,7 +75,7 @@ bool IsFlat(const Image& image) {
   return true;
 }
 
-// The view at a pyramid level; level 0 is full size. Its image is `view.image` at level 0, else `shrunk`.
+// Level 0 is full size. The image is `view.image` at level 0, else `shrunk`.
 TargetView<CpuBackend<float>> TargetAt(const View& view, int level, double near, Image& shrunk) {
   const ImageSize size = DownscaledSize({view.camera.width, view.camera.height}, 1 << level);
   View small = MovedView(view, {});
@@ -91,8 +91,8 @@ TargetView<CpuBackend<float>> TargetAt(const View& view, int level, double near,
 LmOptions EngineOptions(const AlignOptions& options, int level) {
   LmOptions engine;
   engine.max_iterations = options.max_iterations;
-  // Changes below 1e-7 of the cost are noise: when the camera moves, some alphas cross their cutoff and the depth order
-  // of Gaussians changes. Smaller images only provide a start.
+  // Changes below 1e-7 of the cost are noise: some alphas cross their cutoff and the depth order changes when the
+  // camera moves. Smaller images only provide a start.
   engine.function_tolerance = level == 0 ? 1e-7 : 1e-5;
   return engine;
 }
@@ -100,7 +100,7 @@ LmOptions EngineOptions(const AlignOptions& options, int level) {
 // Marks a value that was not measured; 0 dB would be a result.
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
-// The image columns in [begin, end).
+// Columns [begin, end).
 Image Columns(const Image& image, int begin, int end) {
   Image part(end - begin, image.height);
   for (int row = 0; row < 3 * image.height; ++row) {
@@ -114,7 +114,7 @@ Image Columns(const Image& image, int begin, int end) {
   return part;
 }
 
-// Quality over the pixels that the mask keeps.
+// Measures the unmasked pixels.
 ImageQuality Measure(ImageQualityMeter& meter, Image rendered, const Image& truth) {
   FillMasked<CpuBackend<float>>(MaskOf(truth), ValuesOf(truth),
                                 {rendered.rgb.data(), static_cast<Index>(rendered.rgb.size())});
@@ -122,7 +122,6 @@ ImageQuality Measure(ImageQualityMeter& meter, Image rendered, const Image& trut
   return truth.mask.empty() ? whole : QualityOfMaskedImage(whole, UnmaskedFraction(truth));
 }
 
-// True when both halves have pixels that the mask keeps.
 bool HasCountedHalves(const Image& image) {
   const int middle = image.width / 2;
   return middle > 0 && UnmaskedPixels(Columns(image, 0, middle)) > 0 &&
@@ -214,7 +213,7 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
       if (problem.CountVisible(start) == 0) return end_with(AlignStatus::kSeesNothing);
       const double before = problem.Cost(start);
       alignment.cost_before = before / values;
-      // The result of the smaller images may be a wrong local minimum.
+      // The smaller images may lead to a wrong local minimum.
       if (!(problem.Cost(x) < before)) x.CopyFrom(start);
     }
     const LmSummary summary = SolveLm<DoubleBackend>(EngineOptions(options, level), backend, problem, x);

@@ -15,7 +15,7 @@ namespace vesta::gs {
 
 inline constexpr Index kImageGrain = 1 << 15;  // pixels
 
-// The sum of of(i) over i < n.
+// Sum of of(i) over i < n.
 template <class Of>
 double SumOver(Index n, const Of& of) {
   return ParallelSum<double>(n, kImageGrain, [&](Index begin, Index end) {
@@ -25,8 +25,8 @@ double SumOver(Index n, const Of& of) {
   });
 }
 
-// A queue of sums over images in the memory of backend B (host or GPU). Read() returns all sums, so the host waits for
-// a device only once. An image may be overwritten after the call that queues its sum.
+// A queue of sums over images in the memory of backend B. Read() returns all sums, so the host waits for a device only
+// once. An image may be overwritten once its sum is queued.
 template <class B>
 class ImageProducts {
  public:
@@ -37,7 +37,7 @@ class ImageProducts {
   explicit ImageProducts(int most) {
     if constexpr (kIsDevice) slots_.Resize(most);
   }
-  // Queues a^T b. On a device both must have the device's scalar type.
+  // Queues a^T b. On a device both must have its scalar type.
   template <class T>
   void AddDot(ConstVectorView a, Span<const T, Space> b) {
     if constexpr (kIsDevice) {
@@ -47,7 +47,7 @@ class ImageProducts {
           SumOver(a.size(), [&](Index i) { return static_cast<double>(a[i]) * static_cast<double>(b[i]); }));
     }
   }
-  // Queues the sum of the values of a.
+  // Queues the sum of a.
   void AddSum(ConstVectorView a) {
     if constexpr (kIsDevice) {
       if (ones_.size() < a.size()) {
@@ -59,7 +59,7 @@ class ImageProducts {
       sums_.push_back(SumOver(a.size(), [&](Index i) { return static_cast<double>(a[i]); }));
     }
   }
-  // Returns the sums in the order in which they were queued.
+  // The sums in the order of the queue.
   std::vector<double> Read() {
     if constexpr (kIsDevice) {
       if (queued_ > 0) sums_ = B().Read(slots_);
@@ -82,8 +82,8 @@ class ImageProducts {
   int queued_ = 0;
 };
 
-// Queues the gradient of a cost with respect to an exposure: three gains, then three offsets. image: before the
-// exposure. gradient: derivative of the cost with respect to the exposed image. Both have three planes.
+// Queues the gradient of an exposure: three gains, then three offsets. image: before the exposure. gradient: derivative
+// of the cost with respect to the exposed image. Both have three planes.
 template <class B>
 void AddExposureProducts(typename B::ConstVectorView image, typename B::ConstVectorView gradient,
                          ImageProducts<B>& products) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of a view's cost with respect to its own unknowns (pose, exposure, lens). It needs no further rendering
-// pass: it uses the intermediate results of the gradient with respect to the Gaussians.
+// Gradient of a view's cost with respect to its own unknowns (pose, exposure, lens). It uses intermediate results of
+// the gradient with respect to the Gaussians instead of a rendering pass.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,7 @@
 
 namespace vesta::gs {
 
-// A view whose gradient with respect to the Gaussians was just computed. The intermediate results are in the memory of
-// backend B (host or GPU).
+// A view with the intermediate results of its gradient, in the memory of backend B.
 template <class B>
 struct ProcessedView {
   std::size_t view = 0;  // index among the training views
@@ -23,11 +22,11 @@ struct ProcessedView {
   const TargetView<B>& target;
   const typename SplatBackend<B>::SplatView& splats;
   const splat::SplatTangent<float>* cotangents;  // derivatives of the cost by each splat's parameters, by depth rank
-  typename B::ConstVectorView image, image_gradient;  // the rendered image (needed for exposures); dCost/dImage
+  typename B::ConstVectorView image, image_gradient;  // rendered image (for exposures); dCost/dImage
 };
 
-// Gradient with respect to the view's free unknowns, in the order of FreeUnknowns. Users must include camera_jacobian.h
-// (CPU) or device_camera.h (GPU), which define PoseCotangent and LensCotangent.
+// Has the order of FreeUnknowns. Users must include camera_jacobian.h (CPU) or device_camera.h (GPU), which define
+// PoseCotangent and LensCotangent.
 template <class B>
 std::vector<double> GradientOf(const ProcessedView<B>& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));

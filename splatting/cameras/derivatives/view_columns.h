@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Jacobian J of a view's image with respect to its own unknowns (pose, exposure, lens), stored as images, and the
-// Gauss-Newton curvature J^T W J of the view's cost. W is the curvature of the photometric loss with respect to the
-// image.
+// Gauss-Newton curvature J^T W J of the view's cost. W is the curvature of the photometric loss.
 #pragma once
 
 #include <array>
@@ -18,10 +17,9 @@
 
 namespace vesta::gs {
 
-// A matrix with one column per free unknown of a view; each column is an image of three planes. It is stored in the
-// memory of backend B. A gain or offset affects one channel only, so the columns of the three gains share one image,
-// and so do the columns of the three offsets. With six images for the pose and four for the lens there are at most
-// twelve. W does not mix channels, so W times this matrix has the same form.
+// A matrix with one column per free unknown; each column is an image of three planes in the memory of backend B. A gain
+// or offset affects one channel, so the three gains share an image, and the three offsets another. The pose has six
+// images, the lens four. W does not mix channels, so W times this matrix has the same form.
 template <class B>
 class ViewColumns {
  public:
@@ -29,7 +27,7 @@ class ViewColumns {
   using ConstVectorView = typename B::ConstVectorView;
 
   ViewColumns() = default;
-  // Allocates the images without initialising them.
+  // Does not initialise the images.
   ViewColumns(const FreeUnknowns& free, const ImageShape& shape) : free_(free), shape_(shape) {
     images_.ResizeForOverwrite(NumImages(free) * shape.NumValues());
   }
@@ -41,17 +39,17 @@ class ViewColumns {
   const ImageShape& shape() const { return shape_; }
   bool empty() const { return images_.empty(); }
   int num_images() const { return static_cast<int>(NumImages(free_)); }
-  // Image k, in the order pose, gains, offsets, lens.
+  // Order: pose, gains, offsets, lens.
   VectorView image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   ConstVectorView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
-  // The unknown whose column is channel `channel` of image k, as an index in a step.
+  // Index in a step of the unknown whose column is channel `channel` of image k.
   int Place(int k, int channel) const;
 
-  // g = columns^T u, for an image u; g has free.num_tangent() numbers and is summed in double. On a device u has the
-  // device's scalar type.
+  // g = columns^T u, for an image u; g has free.num_tangent() numbers and is summed in double. On a device u must have
+  // its scalar type.
   template <class U>
   void Project(const U* u, double* g) const;
-  // u += scale * columns * v, for an image u; v has free.num_tangent() numbers.
+  // u += scale * columns * v; v has free.num_tangent() numbers.
   template <class U>
   void Add(double scale, const double* v, U* u) const;
 
@@ -61,28 +59,26 @@ class ViewColumns {
   typename B::Vector images_;
 };
 
-// Derivatives of the exposed image `color(rendered)` with respect to the view's free unknowns; zero at masked pixels.
-// rendered: the image before the exposure. moves: its derivatives, from CameraDerivativeImages. This function and the
-// ones below are defined in view_columns.inl.
+// Derivatives of the exposed image `color(rendered)` with respect to the free unknowns; zero at masked pixels.
+// rendered: before the exposure. moves: its derivatives, from CameraDerivativeImages. Defined, like the functions
+// below, in view_columns.inl.
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
                          typename B::ConstVectorView rendered, typename B::ConstVectorView moves);
-// Derivatives of the image before the exposure with respect to the free pose numbers, then the free lens numbers; one
-// image each.
+// Derivatives of the image before the exposure: one per free number of the pose, then of the lens.
 template <class B>
 typename B::Vector CameraDerivativeImages(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
                                           const splat::Model<typename B::Scalar>& model,
                                           typename SplatBackend<B>::Workspace& workspace);
 
-// Computes J^T W J, a square matrix with free.num_tangent() rows, row-major. Stores W J in `weighted` unless that is
-// null.
+// J^T W J: square, free.num_tangent() rows, row-major. Stores W J in `weighted` unless null.
 template <class B>
 std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
                                  const typename SplatBackend<B>::Loss::Linearization& W,
                                  ViewColumns<B>* weighted = nullptr);
 
-// Copies a symmetric n x n matrix H (row-major) into block number `block` of `blocks` interleaved blocks. values: entry
-// e of the packed lower triangle (PackedLower) of block b is at e * blocks + b.
+// Copies a symmetric n x n matrix H (row-major) into block `block` of `blocks` interleaved blocks: entry e of the
+// packed lower triangle (PackedLower) is at e * blocks + block.
 template <class T>
 void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, HostSpan<T> values) {
   for (int row = 0; row < n; ++row) {
@@ -93,10 +89,10 @@ void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, H
   }
 }
 
-// For value i of an image: sum[i] += scale * (factors[0] * column 0 [i] + factors[1] * column 1 [i] + ...), in double.
+// sum[i] += scale * (factors[0] * column 0 [i] + factors[1] * column 1 [i] + ...), in double.
 template <class S, class U>
 struct AddColumns {
-  static constexpr int kMost = 12;  // maximal number of columns
+  static constexpr int kMost = 12;
 
   double scale;
   int columns;
@@ -112,8 +108,8 @@ struct AddColumns {
   }
 };
 
-// The curvature H = J^T W J of the view's cost at its current camera, without an exposure and with the default loss
-// weights. Square, with free.num_tangent() rows, row-major. Defined in view_columns.inl.
+// The curvature J^T W J at the view's current camera, without an exposure and with the default loss weights. Square,
+// free.num_tangent() rows, row-major.
 template <class B>
 std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
                                   const splat::Model<float>& model, const TargetView<B>& target);

@@ -146,7 +146,7 @@ std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<dou
   view.Render(image.data());
   const ViewColumns<B> columns =
       ColumnsOf<B>(free, {}, target, image.view(), CameraDerivativeImages<B>(free, view, model, workspace).view());
-  // J is zero at masked pixels, so W needs no mask: J^T W J is the same.
+  // J is zero at masked pixels, so W needs no mask.
   typename SplatBackend<B>::Loss loss;
   typename SplatBackend<B>::Loss::Linearization W;
   image_gradient.ResizeForOverwrite(image.size());

@@ -27,7 +27,7 @@ ViewLinearization<S>::ViewLinearization(const FreeUnknowns& free, const AffineCo
   const Index n = num_residuals();
   HostBuffer<S> shown = std::move(rendered), image_gradient(n);
   color.Apply(shown.view());
-  // J is zero at masked pixels, so W needs no mask: J^T W J is the same.
+  // J is zero at masked pixels, so W needs no mask.
   LinearizeLoss(*loss_, target, shown.view(), image_gradient.view(), curvature_);
   residuals_.ResizeForOverwrite(n);
   ParallelFor(n, kImageGrain,

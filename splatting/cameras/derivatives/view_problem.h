@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera pose and exposure of one view as a least-squares problem for the solver.
 #pragma once
 
 #include <array>
@@ -20,16 +19,16 @@ struct ViewProblemOptions {
   PhotometricWeights weights = {};
 };
 
-// The camera pose and exposure of one view as a least-squares problem; the Gaussians are fixed. x is a packed
-// ViewUnknowns (Pack, view_unknowns.h). The cost is the photometric loss between the exposed image and the photograph.
-// This is direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) with a splat as the reference.
+// Camera pose and exposure of one view as a least-squares problem with fixed Gaussians. x is a packed ViewUnknowns
+// (Pack, view_unknowns.h). The cost is the photometric loss between the exposed image and the photograph: direct image
+// alignment (Lucas and Kanade 1981; Engel et al. 2018) with a splat as the reference.
 //
-// S is the scalar type of the images; x and steps are in double. Results are bit-identical for any number of threads.
+// S: scalar type of the images; x and steps are double. Bit-identical for any number of threads.
 template <class S>
 class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<CpuBackend<double>> {
  public:
-  // The data behind model and target must outlive the problem. x describes the camera relative to target.camera. Throws
-  // Error if all unknowns are fixed, if the lens is free, or if the photograph does not have the view's size.
+  // The data behind model and target must outlive the problem. x is relative to target.camera. Throws Error if all
+  // unknowns are fixed, if the lens is free, or if the photograph does not have the view's size.
   ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model, const TargetView<CpuBackend<S>>& target);
 
   Index num_parameters() const override { return kViewParameters; }
@@ -38,7 +37,7 @@ class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<
   std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
   void Plus(CpuBackend<double>& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
-  // Number of Gaussians visible at x.
+  // Gaussians visible at x.
   Index CountVisible(ConstVectorView x);
 
  private:
@@ -53,19 +52,19 @@ class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<
   HostBuffer<S> image_;
 };
 
-// The linearization at one x. It stores the derivatives with respect to the free unknowns as images (ViewColumns).
+// Stores the derivatives with respect to the free unknowns as images (ViewColumns).
 template <class S>
 class ViewLinearization final : public Linearization<CpuBackend<double>>,
                                 public WithLossWeights<CpuBackend<double>>,
                                 public WithProductH<CpuBackend<double>>,
                                 public WithBlocks<CpuBackend<double>> {
  public:
-  // rendered: the image before the exposure `color`. moves: the derivatives of `rendered` (CameraDerivativeImages). The
-  // photograph in target must outlive this object.
+  // rendered: before the exposure `color`. moves: its derivatives (CameraDerivativeImages). The photograph in target
+  // must outlive this object.
   ViewLinearization(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                     HostBuffer<S>&& rendered, HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss);
 
-  // The residuals are the colour differences e = exposed image - photograph, 3 planes.
+  // Colour differences e = exposed image - photograph, 3 planes.
   Index num_residuals() const override { return columns_.shape().NumValues(); }
   Index num_parameters() const override { return columns_.free().num_tangent(); }
   ConstVectorView residuals() const override { return residuals_.view(); }
@@ -75,7 +74,7 @@ class ViewLinearization final : public Linearization<CpuBackend<double>>,
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
   void DiagJTJ(VectorView d) override;
-  // One block with all of H, so the preconditioner solves the system exactly.
+  // One block with all of H, so the preconditioner is exact.
   std::vector<BlockGroup> block_groups() const override {
     return {{.size = columns_.free().num_tangent(), .count = 1}};
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout of the parameter vector for joint optimisation of Gaussians ("splats") and views, and host access to the part
-// of the views.
+// Layout of the parameter vector for joint optimisation of Gaussians ("splats") and views. Host access to the views'
+// part.
 #pragma once
 
 #include <algorithm>
@@ -13,9 +13,8 @@
 namespace vesta::gs {
 
 // x has the parameters of all Gaussians, then kViewParameters numbers per view (view_unknowns.h). A step, or a
-// gradient, has a number per parameter of the Gaussians, then free.num_tangent() numbers per view. The part of the
-// views is called the rest. It is small, so the host computes it even if the Gaussians are on a device (ConstHostTail,
-// HostTail).
+// gradient, has a number per Gaussian parameter, then free.num_tangent() numbers per view. The views' part is called
+// the rest. It is small, so the host computes it even if the Gaussians are on a device (ConstHostTail, HostTail).
 struct JointLayout {
   Index splats = 0;  // parameters of all Gaussians
   Index views = 0;
@@ -29,7 +28,7 @@ struct JointLayout {
   HostSpan<T> RestOf(HostSpan<T> vector) const {
     return vector.subspan(splats, vector.size() - splats);
   }
-  // The unknowns of view v, in double. rest: the rest of x.
+  // The unknowns of view v. rest: the rest of x.
   template <class S>
   ViewUnknowns UnknownsOf(HostSpan<const S> rest, Index v) const {
     double numbers[kViewParameters];
@@ -45,15 +44,15 @@ struct JointLayout {
     Pack(unknowns, {numbers, kViewParameters});
     for (Index k = 0; k < kViewParameters; ++k) rest[v * kViewParameters + k] = static_cast<S>(numbers[k]);
   }
-  // The part of view v in the rest of a step or gradient.
+  // View v in the rest of a step or gradient.
   template <class T>
   HostSpan<T> StepOf(HostSpan<T> rest, Index v) const {
     return rest.subspan(v * free.num_tangent(), free.num_tangent());
   }
 };
 
-// Read access on the host to the elements of a vector of backend B from index `begin` on. For a vector in host memory
-// this is a reference. From a device the constructor copies the elements, and waits for the copy.
+// Host access to the elements from index `begin` on of a vector of backend B. A reference for host memory; from a
+// device the constructor copies the elements and waits.
 template <class B>
 class ConstHostTail {
  public:
@@ -76,7 +75,7 @@ class ConstHostTail {
 
 struct ZeroInitialized {};
 
-// Read and write access to these elements. For a device vector, Store() copies the changes back.
+// The same with write access. For a device vector, Store() copies the changes back.
 template <class B>
 class HostTail {
  public:
@@ -89,7 +88,7 @@ class HostTail {
       here_ = copy_.view();
     }
   }
-  // Starts with zeros and does not read the vector.
+  // Starts with zeros instead of reading the vector.
   HostTail(ZeroInitialized, typename B::VectorView vector, Index begin)
       : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {

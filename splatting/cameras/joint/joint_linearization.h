@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linearization of the joint problem of Gaussians ("splats") and cameras, and its reduced system, where the unknowns of
-// the views are eliminated. J_s and J_c are the derivatives of a view's image with respect to the Gaussians and to the
-// view's own unknowns; W is the curvature of the photometric loss with respect to the image.
+// Linearization of the joint problem of Gaussians ("splats") and cameras, and its reduced system, with the views'
+// unknowns eliminated. J_s and J_c are the derivatives of a view's image with respect to the Gaussians and the view's
+// own unknowns; W is the curvature of the photometric loss.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace vesta::gs {
 
-// Linearization data of one view.
+// Data of one view.
 template <class B>
 struct JointUnit {
   const TargetView<B>* target = nullptr;
@@ -24,9 +24,9 @@ struct JointUnit {
   typename SplatBackend<B>::SplatView view;
   typename B::Vector rendered;  // before the exposure
   typename SplatBackend<B>::Loss::Linearization W;
-  std::vector<double> prior, prior_jacobian;  // Residuals and Jacobian of ViewPrior
-  // curvature: J_c^T W J_c plus the prior's curvature, row-major, computed on first use. weighted: W J_c, stored only
-  // if views may be eliminated.
+  std::vector<double> prior, prior_jacobian;  // residuals and Jacobian of ViewPrior
+  // curvature: J_c^T W J_c plus the prior's curvature, row-major, computed on first use. weighted: W J_c, only if views
+  // may be eliminated.
   std::vector<double> curvature;
   ViewColumns<B> weighted;
 
@@ -45,26 +45,25 @@ class JointLinearization final : public Linearization<B>,
   using typename Linearization<B>::ConstVectorView;
   using typename Linearization<B>::VectorView;
 
-  // The linearization shares `scratch` with the problem.
+  // Shares `scratch` with the problem.
   JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstVectorView x,
                      std::span<const TargetView<B>> views, std::shared_ptr<JointScratch<B>> scratch);
 
-  // The residuals are the colour differences e = exposed image - photograph of all views, 3 planes each. The prior
-  // residuals of all views follow.
+  // Residuals: colour differences e = exposed image - photograph of all views, 3 planes each; then the prior residuals
+  // of all views.
   Index num_residuals() const override { return num_values_ + num_priors(); }
   Index num_parameters() const override { return layout_.num_tangent(); }
   ConstVectorView residuals() const override;
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
-  // W is the identity on the prior residuals.
+  // W is the identity for prior residuals.
   void ApplyW(ConstVectorView u, VectorView Wu) override;
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
-  // The negative gradient. Its entries for the Gaussians are reduced where the views disagree
-  // (lm/gradient_shrinkage.h).
+  // The negative gradient, shrunk for the Gaussians (lm/gradient_shrinkage.h).
   bool has_own_right_hand_side() const override { return options_.splats.gradient_shrinkage > 0; }
   void RightHandSide(VectorView d) override;
-  // Exact for the unknowns of views. For Gaussians, W is replaced by its pointwise part (docs/mathematics.md).
+  // Exact for the views' unknowns. For Gaussians, W is replaced by its pointwise part (docs/mathematics.md).
   void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override { return BlockGroupsOf(options_, layout_); }
   void BlockGram(BlockDiagonal<B>& blocks) override;
@@ -74,15 +73,15 @@ class JointLinearization final : public Linearization<B>,
   // Building blocks of the reduced system.
   const JointLayout& layout() const { return layout_; }
   const std::vector<JointUnit<B>>& units() const { return units_; }
-  // Steps and gradients are passed in two parts: the part of the Gaussians, in the memory of B, and the rest on the
-  // host (joint_layout.h).
+  // Steps and gradients are passed in two parts: the Gaussians, in the memory of B, and the rest on the host
+  // (joint_layout.h).
   using ConstHere = HostSpan<const S>;
   using Here = HostSpan<S>;
-  // ApplySplatsJ: d_image = J_s * splats for view v. AddSplatsJT: g += J_s^T u; the image u is overwritten.
+  // ApplySplatsJ: d_image = J_s * splats for view v. AddSplatsJT: g += J_s^T u; overwrites the image u.
   void ApplySplatsJ(Index v, ConstVectorView splats, VectorView d_image);
   void AddSplatsJT(Index v, VectorView u, VectorView g);
   void ApplyW(const JointUnit<B>& unit, ConstVectorView u, VectorView Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
-  // Diagonal and blocks of the Gram matrix J_s^T W J_s, computed on first use.
+  // Diagonal and blocks of J_s^T W J_s, computed on first use.
   const SplatGrams<B>& Grams();
   const std::vector<double>& CurvatureOf(std::size_t view) { return MakeCurvature(units_[view]); }
   JointScratch<B>& scratch() { return *scratch_; }
@@ -93,14 +92,14 @@ class JointLinearization final : public Linearization<B>,
   Index num_priors() const { return layout_.views * layout_.free.num_tangent(); }
   // Builds all views, sums their gradients and computes the right-hand side.
   void BuildViews();
-  // Builds `unit` for view v. x: the rest of the parameter vector. image_gradient: receives the gradient of the view's
-  // cost with respect to its rendered image.
+  // x: the rest of the parameter vector. image_gradient: receives the gradient of the view's cost with respect to its
+  // rendered image.
   void Build(Index v, ConstHere x, JointUnit<B>& unit, VectorView image_gradient);
   // ApplyViewJ: d_image = J_s * splats + J_c * (its part of rest) for view v, without the prior. AddViewJT: adds J_s^T
-  // u to g and J_c^T u to g_rest; u is overwritten.
+  // u to g and J_c^T u to g_rest; overwrites u.
   void ApplyViewJ(Index v, ConstVectorView splats, ConstHere rest, VectorView d_image);
   void AddViewJT(Index v, VectorView u, VectorView g, Here g_rest);
-  // out = J_p step and g += J_p^T u, where J_p is the Jacobian of the prior of view v. It depends on the rest alone.
+  // out = J_p step and g += J_p^T u, with the Jacobian J_p of the prior of view v, which depends on the rest alone.
   void ApplyPriorJ(Index v, ConstHere step, S* out) const;
   void AddPriorJT(Index v, const S* u, Here g) const;
   const std::vector<double>& MakeCurvature(JointUnit<B>& unit);
@@ -118,18 +117,17 @@ class JointLinearization final : public Linearization<B>,
   mutable typename B::Vector residuals_;
 };
 
-// The damped system with the unknowns of the views eliminated. A view's unknowns and the Gaussians are coupled only by
-// that view's image. The Schur complement is therefore lambda D plus the sum over views of
-// J_s^T (W - W J_c C^-1 J_c^T W) J_s.
-// C = J_c^T W J_c + prior + lambda D is the damped system of the view's own unknowns; D is the damping metric. A
-// product costs little more than one for the Gaussians alone. W J_c is stored: up to eight images per view.
+// The damped system with the views' unknowns eliminated. Only a view's own image couples its unknowns with the
+// Gaussians. So the Schur complement is lambda D plus the sum over views of J_s^T (W - W J_c C^-1 J_c^T W) J_s. C =
+// J_c^T W J_c + prior + lambda D is the damped system of the view's own unknowns; D is the damping metric. W J_c is
+// stored: up to eight images per view.
 template <Backend B>
 class JointReducedSystem final : public ReducedSystem<B> {
  public:
   using typename ReducedSystem<B>::ConstVectorView;
   using typename ReducedSystem<B>::VectorView;
 
-  // Keeps a reference to the linearization.
+  // Refers to the linearization.
   explicit JointReducedSystem(JointLinearization<B>& linearization);
 
   Index size() const override { return layout_.splats; }
@@ -137,8 +135,8 @@ class JointReducedSystem final : public ReducedSystem<B> {
   void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
   void Apply(ConstVectorView x, VectorView y) override;
   void BackSubstitute(ConstVectorView rhs, VectorView step) override;
-  // The blocks of J_s^T W J_s, for the preconditioner. They are upper bounds of the blocks of the Schur complement,
-  // which would cost six adjoint passes per view.
+  // The blocks of J_s^T W J_s, upper bounds of the Schur complement's blocks, which would cost six adjoint passes per
+  // view.
   std::vector<BlockGroup> kept_groups() const override;
   void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
 
@@ -147,7 +145,7 @@ class JointReducedSystem final : public ReducedSystem<B> {
     const Index n = layout_.free.num_tangent();
     return views_.view().subspan(static_cast<Index>(view) * n, n);
   }
-  // Multiplies the numbers of that view in views_ by C^-1, in place.
+  // Multiplies this view's numbers in views_ by C^-1.
   void SolveView(std::size_t view) { blocks_[view].Solve(ViewPart(view), ViewPart(view)); }
 
   JointLinearization<B>& linearization_;

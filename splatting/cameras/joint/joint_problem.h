@@ -2,9 +2,9 @@
 // Gaussians ("splats"), cameras and exposures as one least-squares problem: photometric bundle adjustment with
 // Gaussians instead of points.
 //
-// For the image of a view, a motion of its camera equals a rigid motion of all Gaussians
-// (kernels/gaussian_splatting/projection/camera_block.h). So the product J v with the Jacobian still takes one tangent
-// pass per view, and J^T u one adjoint pass. A weak prior fixes the gauge (gauge.h).
+// A camera motion changes the image like a rigid motion of all Gaussians
+// (kernels/gaussian_splatting/projection/camera_block.h). So J v still takes one tangent pass per view, and J^T u one
+// adjoint pass. A weak prior fixes the gauge (gauge.h).
 #pragma once
 
 #include <memory>
@@ -19,18 +19,18 @@
 namespace vesta::gs {
 
 struct JointProblemOptions {
-  // Options for the Gaussians. All views form one batch and are cached, so `batches` and `jacobian` are ignored.
+  // All views form one cached batch, so `batches` and `jacobian` are ignored.
   SplatProblemOptions splats;
   FreeUnknowns free = {};
   ViewPrior prior = {};
-  // True: linearizations offer the reduced system, in which the unknowns of the views are eliminated
-  // (WithReducedSystem). This needs 6 to 8 more images per view.
+  // True: linearizations offer the reduced system without the views' unknowns (WithReducedSystem). Needs 6 to 8 more
+  // images per view.
   bool eliminate_views = false;
 };
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout);
 
-// The workspace shared by a joint problem and its linearizations. Only one of their functions may run at a time.
+// Shared by a joint problem and its linearizations. Only one of their functions may run at a time.
 template <class B>
 class JointScratch {
  public:
@@ -41,7 +41,7 @@ class JointScratch {
 
   typename SplatBackend<B>::Loss loss;
   typename SplatBackend<B>::Workspace workspace;
-  // Two image buffers, at least `values` numbers each. Every call of the same function returns the same buffer.
+  // Two image buffers of at least `values` numbers. Each function returns the same buffer every time.
   VectorView Image(Index values) { return Of(values, image_); }
   VectorView Weighted(Index values) { return Of(values, weighted_); }
 
@@ -54,9 +54,9 @@ class JointScratch {
   Vector image_, weighted_;
 };
 
-// The joint problem for any memory space. x: see JointLayout. The units of InUnits are the views. Camera motions in x
-// are relative to TargetView::camera, which is in double precision; x then has only small numbers. The cost is infinite
-// if a gain is not positive. Results are bit-identical for any number of threads.
+// x: see JointLayout. The units of InUnits are the views. Camera motions in x are relative to TargetView::camera
+// (double), so x has only small numbers. The cost is infinite if a gain is not positive. Bit-identical for any number
+// of threads.
 template <Backend B>
 class JointProblem final : public Problem<B>, public OnManifold<B>, public InUnits<B>, public WithDampingMetric<B> {
  public:
@@ -75,14 +75,14 @@ class JointProblem final : public Problem<B>, public OnManifold<B>, public InUni
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
-  // D of the damping term lambda D: SplatMetricOptions for Gaussians, diag(H) for the unknowns of views.
+  // SplatMetricOptions for Gaussians, diag(H) for the views' unknowns.
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
   // The blocks of the splats, then one block per view.
   std::vector<BlockGroup> block_groups() const { return BlockGroupsOf(options_, layout_); }
 
-  // The workspace of the rendering passes. Callers may use it while no function of the problem runs.
+  // Work memory of the renderer, free for callers while no function of the problem runs.
   typename SplatBackend<B>::Workspace& workspace() { return scratch_->workspace; }
 
  private:

@@ -29,8 +29,8 @@ StepMatrix StepMatrixOf(const std::vector<double>& square) {
   return Eigen::Map<const StepMatrix>(square.data(), n, n);
 }
 
-// Multiplies the diagonal by 1 + damping, which separates nearly equivalent unknowns such as a rotation and a shift. A
-// diagonal entry that is not positive becomes 1: the data do not determine that unknown.
+// Multiplies the diagonal by 1 + damping, which separates unknowns such as a rotation and a shift. Entries that are not
+// positive (undetermined unknowns) become 1.
 StepMatrix Damped(StepMatrix H) {
   constexpr double kDamping = 1e-3;
   for (Eigen::Index i = 0; i < H.rows(); ++i) H(i, i) = H(i, i) > 0 ? H(i, i) * (1 + kDamping) : 1;

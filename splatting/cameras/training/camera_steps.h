@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refinement of cameras, exposures and shared lenses during the Adam stage: the decision whether to refine, the
-// schedule, and the steps.
+// Refinement of cameras, exposures and shared lenses during the Adam stage: decision, schedule and steps.
 #pragma once
 
 #include <algorithm>
@@ -17,40 +16,39 @@
 
 namespace vesta::gs {
 
-// Fractions of the Adam stage. Cameras begin to move at kCamerasMove: earlier, the rendered images do not show the
-// scene yet. With CameraChoice::kAuto, some training views are held out until kCamerasDecide. They then decide whether
-// cameras are refined (EvidenceOf).
+// Fractions of the Adam stage. Cameras move from kCamerasMove on: earlier, the rendered images do not show the scene.
+// With CameraChoice::kAuto, some training views are held out until kCamerasDecide; they decide whether cameras are
+// refined (EvidenceOf).
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
-// The fraction of the stage until which the mean rotation of all cameras is fixed (SubtractMeanRotation). When the 2D
-// dilation blurs Gaussians more than the photographs are blurred, it biases the mean rotation. With a smaller eps2d the
-// rotation may therefore be free earlier (docs/decisions/mean-camera-rotation.md).
+// Fraction of the stage until which the mean rotation of all cameras is fixed (SubtractMeanRotation). A 2D dilation
+// above the photographs' own blur biases the mean rotation, so it is free earlier with a smaller eps2d
+// (docs/decisions/mean-camera-rotation.md).
 inline double MeanRotationFreeFrom(double eps2d) {
   constexpr double kSoonest = 0.45, kLater = 0.2;
   return kSoonest + kLater * std::min(eps2d / splat::kEps2d, 1.0);
 }
 
-// Whether training view number `view` of `views` is held out to decide kAuto: every eighth view from the fourth on, or
-// fewer, so that there are at most eight.
+// Whether training view number `view` of `views` is held out to decide kAuto: every eighth from the fourth on, or
+// fewer, so that they are at most eight.
 inline bool IsHeldOutForDecision(std::size_t view, std::size_t views) {
   constexpr std::size_t kEvery = 8, kMost = 8, kFirst = 3;
   return view % std::max(kEvery, (views + kMost - 1) / kMost) == kFirst;
 }
 
-// The number of times that each view's curvature should have been measured by this iteration. It is measured when
-// cameras begin to move, each time the elapsed fraction has grown fourfold (the image becomes sharper), and at the
-// change to full-size photographs.
+// Number of measurements of each view's curvature by this iteration: when cameras begin to move, each time the elapsed
+// fraction has grown fourfold (the image becomes sharper), and at the change to full-size photographs.
 inline int CurvatureAge(const AdamOptions& adam, const StageSpan& span) {
   int age = 1;
   for (double part = 4 * kCamerasMove; part < 1; part *= 4) age += span.HasReached(part) ? 1 : 0;
   return age + (IsCoarse(adam, span) ? 0 : 1);
 }
 
-// State of a view's camera steps. Each time Adam has processed the view, the view's own unknowns take a Gauss-Newton
-// step from the gradient of its cost and a stored curvature.
+// State of a view's camera steps. Each time Adam has processed the view, its own unknowns take a Gauss-Newton step from
+// the gradient of its cost and a stored curvature.
 struct CameraStepState {
-  // curvature: the latest measured J^T W J of the view's cost; square, row-major, in the order of a step
-  // (FreeUnknowns); empty before the first measurement. age: CurvatureAge at the last attempt to measure. pixels:
-  // number of pixels of the measured image, since the cost is a sum over pixels.
+  // curvature: the latest J^T W J of the view's cost; square, row-major, in the order of a step (FreeUnknowns); empty
+  // before the first measurement. age: CurvatureAge at the last attempt to measure. pixels: their number in the
+  // measured image, since the cost is a sum over pixels.
   std::vector<double> curvature;
   int age = 0;
   double pixels = 0;
@@ -61,66 +59,62 @@ struct CameraStepState {
   }
 };
 
-// Rescales the curvature to an image of `pixels` pixels.
 void RescaleCurvature(double pixels, CameraStepState* state);
 
-// The scale of a camera's scene, its step limit, and the progress of the training.
+// Scale of a camera's scene, its step limit, and the progress of the training.
 struct CameraStepContext {
   double depth = 1;  // depth of the scene in front of the camera, world units
   double most = 1;   // step limit: rotation in radians, translation in units of `depth`
   double done = 0;   // fraction of the stage
 };
 
-// The factor on the Gauss-Newton step. It is 1 until the fraction `done` of the stage is 0.8, then decreases
-// geometrically to 0.1 at the end. Gradients are noisy while the Gaussians move; shorter steps let the cameras
-// converge.
+// Factor on the Gauss-Newton step: 1 until the fraction `done` of the stage is 0.8, then falling geometrically to 0.1
+// at the end. Gradients are noisy while the Gaussians move; shorter steps let the cameras converge.
 double GaussNewtonFactor(double done);
 
-// The step of the view's own unknowns (pose and exposure); the lens part is zero (see LensStep). gradient: of the
-// view's cost. curvature: CameraStepState::curvature.
+// The step of the view's pose and exposure; the lens part is zero (see LensStep). gradient: of the view's cost.
+// curvature: CameraStepState::curvature.
 std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
                                const std::vector<double>& curvature, const CameraStepContext& around);
 
-// The 4 x 4 linear system for a step of one lens. It is a sum over the views processed since the last step, in which
-// the views' own unknowns are eliminated: Schur complement (row-major), gradient, and number of views.
+// The 4 x 4 linear system for a step of one lens, summed over the views since the last step: Schur complement without
+// the views' own unknowns (row-major), gradient, and number of views.
 struct LensSystem {
   std::array<double, splat::kLensTangent * splat::kLensTangent> curvature{};
   std::array<double, splat::kLensTangent> gradient{};
   int views = 0;
 };
 
-// Adds one view to the system of its lens. gradient and curvature (CameraStepState) include the lens. The view's own
-// unknowns are eliminated: for every value of the lens parameters they are assumed to be optimal.
+// Adds one view to the system of its lens. gradient and curvature (CameraStepState) include the lens. Eliminates the
+// view's own unknowns: they are optimal for every value of the lens parameters.
 void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
                LensSystem* system);
-// The lens step: `part` times the Gauss-Newton step, scaled so that no number exceeds `most`. A point at a distance of
-// one focal length from the principal point then moves by at most `most` focal lengths. Zero if the system is empty.
+// `part` times the Gauss-Newton step, scaled so that no number exceeds `most`: a point one focal length from the
+// principal point moves by at most `most` focal lengths. Zero if the system is empty.
 splat::LensTangent LensStep(const LensSystem& system, double part, double most);
-// The whole step of a view for a given lens step: the view's own unknowns change so that its quadratic model is minimal
-// again. If their step would not be finite, it is zero. curvature: CameraStepState::curvature.
+// The whole step of a view for a given lens step: its own unknowns change so that its quadratic model is minimal again.
+// If that is not finite, they do not change. curvature: CameraStepState::curvature.
 std::vector<double> FollowLensStep(const FreeUnknowns& free, const std::vector<double>& curvature,
                                    const splat::LensTangent& lens);
 
-// Evidence for refining the cameras of a scene: the improvement of held-out views when their cameras are fitted to the
-// splat.
+// Evidence for refining the cameras of a scene: how much held-out views improve when their cameras are fitted.
 struct CameraEvidence {
-  int views = 0;      // views that were fitted; 0: no evidence
-  double pose = 0;    // median relative decrease of the loss when cameras are fitted
+  int views = 0;      // fitted views; 0: no evidence
+  double pose = 0;    // median relative decrease of the loss
   double pixels = 0;  // median MedianShift of the fitted cameras
   // Relative decrease of the RMS error of the right image halves if exposures are fitted to the left halves.
   double exposure = 0;
 
-  // Returns kPose if `pose` is at least a threshold, else kNone. The threshold lies between the values for scenes with
-  // poses from bundle adjustment and for the same scenes with perturbed cameras
-  // (docs/decisions/refine-cameras-auto.md). Exposures are never chosen: new views would then be rendered with the mean
-  // exposure of the photographs, which is worse than the exposure of neighbouring views.
+  // kPose if `pose` reaches a threshold, else kNone. The threshold lies between the values for scenes with poses from
+  // bundle adjustment and for the same scenes with perturbed cameras (docs/decisions/refine-cameras-auto.md). Exposures
+  // are never chosen: new views would get the mean exposure, which is worse than the exposure of neighbouring views.
   CameraChoice Choice() const;
-  // The evidence as text, for a note to the user.
+  // Text for a note to the user.
   std::string Summary() const;
 };
 
-// Fits the cameras of `views`, on which the splat was not trained, and measures the improvement. background: 0..1.
-// near: distance of the near plane, world units.
+// Fits the cameras of `views`, on which the splat was not trained. background: 0..1. near: distance of the near plane,
+// world units.
 CameraEvidence EvidenceOf(const SplatModel& model, const std::vector<View>& views,
                           const std::array<double, 3>& background, double near);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Applies exposures (AffineColor) to images of three planes, in every memory space.
+// Applies exposures (AffineColor) to images of three planes, in any memory space.
 #pragma once
 
 #include <array>
@@ -11,14 +11,13 @@
 
 namespace vesta::gs {
 
-// One number per channel.
 template <class S>
 struct Channels {
   static constexpr int kCount = 3;
   S of[kCount];
 };
 
-// For pixel i of an image of three planes with `plane` pixels each: value = gain * value + offset, per channel.
+// Pixel i of three planes of `plane` pixels: value = gain * value + offset, per channel.
 template <class S>
 struct ExposePixel {
   Channels<S> gain, offset;
@@ -32,7 +31,7 @@ struct ExposePixel {
   }
 };
 
-// For pixel i of a planar image: value *= factor of the channel.
+// Pixel i: value *= factor of the channel.
 template <class S>
 struct ScalePixel {
   Channels<S> factor;
@@ -44,8 +43,8 @@ struct ScalePixel {
   }
 };
 
-// The derivative of the exposed image, gain * rendered + offset, at pixel i. Before the call d_image is the change of
-// `rendered`; afterwards it is the change of the exposed image.
+// Derivative of the exposed image, gain * rendered + offset, at pixel i. d_image: change of `rendered` before the call,
+// of the exposed image afterwards.
 template <class S>
 struct ExposeChange {
   Channels<S> gain, d_gain, d_offset;
@@ -68,7 +67,7 @@ Channels<S> ChannelsOf(const std::array<double, 3>& values) {
   return {{static_cast<S>(values[0]), static_cast<S>(values[1]), static_cast<S>(values[2])}};
 }
 
-// Applies the exposure, in place, to an image in the memory of backend B (host or GPU).
+// Changes the image in place.
 template <class B>
 void Expose(const AffineColor& color, typename B::VectorView image) {
   using S = typename B::Scalar;
@@ -77,7 +76,7 @@ void Expose(const AffineColor& color, typename B::VectorView image) {
       plane, kExposureGrain,
       ExposePixel<S>{ChannelsOf<S>(color.gain), ChannelsOf<S>(color.offset), image.data(), plane});
 }
-// image *= factors, per channel.
+// Multiplies each channel by its factor.
 template <class B>
 void ScaleChannels(const Channels<typename B::Scalar>& factors, typename B::VectorView image) {
   using S = typename B::Scalar;

@@ -26,7 +26,7 @@ Vector3 LogOf(const splat::CameraMotion& motion) {
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
   return turn.angle() * turn.axis();
 }
-// The motion of a view in world axes: its rotation, and the shift of its centre.
+// Rotation, and shift of the centre, in world axes.
 struct WorldMotion {
   Vector3 turn, shift;
 };
@@ -37,7 +37,7 @@ WorldMotion InTheWorld(const View& given, const splat::CameraMotion& motion) {
 Matrix3 RotationBy(const Vector3& turn) {
   return Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
 }
-// The motion of the view after a rotation `turn` in the world, with its centre at `centre`.
+// The motion after a rotation `turn` in the world, with the view's centre at `centre`.
 splat::CameraMotion Placed(const View& given, const splat::CameraMotion& found, const Matrix3& turn,
                            const Vector3& centre) {
   View moved = MovedView(given, found);
@@ -61,8 +61,8 @@ void FixCameraGauge(const std::vector<const View*>& given, double depth, std::ve
   Vector3 middle = Vector3::Zero();
   for (const View* view : given) middle += CentreOf(*view) / views;
 
-  // The scale is estimated from the distances between camera centres. If these are small, as in a panorama, the
-  // estimate would depend on other motions instead.
+  // The scale follows from the distances between camera centres. If these are small, as in a panorama, other motions
+  // would determine the estimate.
   constexpr double kFarApart = 2;  // ratio of root mean squares
   std::vector<WorldMotion> motions;
   Vector3 mean_shift = Vector3::Zero();
@@ -95,7 +95,7 @@ void FixCameraGauge(const std::vector<const View*>& given, double depth, std::ve
     if (has_grown) rows.col(6) = arm;
     add(rows, motion.shift);
   }
-  // The pseudo-inverse leaves undetermined freedoms at zero.
+  // The pseudo-inverse leaves undetermined numbers at zero.
   const Vector7 common = normal.completeOrthogonalDecomposition().solve(right);
   const Vector3 turn = common.head<3>(), shift = common.segment<3>(3);
   if (!common.allFinite() || common[6] <= -1) return;

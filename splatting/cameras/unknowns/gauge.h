@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gauge of cameras and splat: changes of both together that no photograph shows, such as moving the whole scene.
-// Functions that remove such changes, and a prior for joint optimisation.
+// Functions and a prior that fix the gauge of cameras and splat: common changes that no photograph shows, such as
+// moving the whole scene.
 #pragma once
 
 #include <vector>
@@ -10,40 +10,36 @@
 
 namespace vesta::gs {
 
-// Functions that fix the gauge. No photograph determines the position, orientation and scale of the whole scene, nor
-// the common brightness of all photographs.
+// No photograph determines the position, orientation and scale of the whole scene, nor the common brightness.
 //
 // FixCameraGauge removes the similarity (rotation, translation and scale: 7 numbers) that all camera motions have in
-// common. The similarity is a least-squares fit to the shifts of the camera centres and to the camera rotations times
-// `depth`. `given`: the views with their given cameras, in the order of `found`. `depth`: depth of the scene in front
-// of the cameras, world units, > 0. A number that the views do not determine stays unchanged, such as the scale if the
-// given centres nearly coincide. FixExposureGauge removes, per channel, the common affine map: then the mean gain is 1
-// and the mean offset 0.
+// common: a least-squares fit to the shifts of the camera centres and to the camera rotations times `depth`. `given`:
+// the views with their given cameras, in the order of `found`. `depth`: depth of the scene in front of the cameras,
+// world units, > 0. Numbers that the views do not determine stay unchanged, such as the scale if the given centres
+// nearly coincide. FixExposureGauge removes, per channel, the common affine map: then the mean gain is 1 and the mean
+// offset 0.
 void FixCameraGauge(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
 void FixExposureGauge(std::vector<ViewUnknowns>* found);
 
-// Subtracts from each view's rotation, which is in camera axes, the mean over all views. For cameras in a ring the
-// photographs hardly determine this mean: if all cameras tilt upwards while the scene sinks, the images stay nearly the
-// same. The mean rotation would therefore drift while the splat is inaccurate, and return only slowly
-// (docs/decisions/mean-camera-rotation.md). Independent errors of the given cameras have a small mean, so little is
-// lost.
+// Subtracts from each view's rotation, in camera axes, the mean over all views. For cameras in a ring the photographs
+// hardly determine this mean: if all cameras tilt upwards while the scene sinks, the images stay nearly the same. So it
+// would drift while the splat is inaccurate, and return only slowly (docs/decisions/mean-camera-rotation.md).
+// Independent errors of the given cameras have a small mean, so little is lost.
 void SubtractMeanRotation(std::vector<ViewUnknowns>* found);
 
-// A weak prior that fixes the gauge when cameras, exposures and splats are optimised jointly: it pulls each view
-// towards its given camera.
+// A weak prior that fixes the gauge in joint optimisation: it pulls each view towards its given camera.
 //
-// For an image of n values (pixels times channels), the prior adds to the cost
+// For an image of n values (pixels times channels), it adds to the cost
 // n * weight / 2 * (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2),
 // without the terms of fixed unknowns. v is the vector part of the motion's quaternion (2 |v| is the angle, if small),
-// t the translation. The prior biases weakly determined unknowns. Gains of 0.9 to 1.1 of small dark photographs were up
-// to 0.02 too close to 1 with the default weight, and up to 0.003 with weight 1e-4.
+// t the translation. The prior biases weakly determined unknowns, such as the gains of small dark photographs.
 struct ViewPrior {
   double weight = 0.01;  // >= 0
   double depth = 1;      // depth of the scene in front of the views, world units, > 0
 
-  // The residuals, free.num_tangent() numbers; half their squared norm is the cost above. values: n above.
+  // free.num_tangent() numbers; half their squared norm is the cost above. values: n above.
   std::vector<double> Residuals(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const;
-  // The derivative of the residuals with respect to a step of the view (Plus): square, row-major.
+  // Derivative of the residuals for a step of the view (Plus): square, row-major.
   std::vector<double> Jacobian(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const;
 };
 

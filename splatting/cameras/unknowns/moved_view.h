@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views with moved cameras, and the views that share a lens.
+// Views with moved cameras, and views that share a lens.
 #pragma once
 
 #include <algorithm>
@@ -13,34 +13,31 @@
 
 namespace vesta::gs {
 
-// The view with its camera moved, without its image.
+// Leaves out the image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
 
-// The view, or camera, with the found motion and lens. The exposure is not applied; a view gets no image.
+// Applies the found motion and lens, but not the exposure; a view gets no image.
 View AsFound(const View& view, const ViewUnknowns& found);
 splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found);
 
-// The motion that maps the pose of `from` to the pose of `to`.
+// Maps the pose of `from` to the pose of `to`.
 splat::CameraMotion MotionBetween(const View& from, const View& to);
 
 // The lens change of each view of a scene. `found` has one entry per training view, in order; empty: no changes.
-// Training views have the change in `found`. Another view has the change of a training view with an equal given camera,
-// or none.
+// Another view has the change of a training view with an equal given camera, or none.
 std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
-// The views of a scene, without images. Training views have the found motion and lens; other views keep their pose and
-// have the lens of LensesOf.
+// The views of a scene, without images: training views with the found motion and lens, others with their pose and the
+// lens of LensesOf.
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
-// Measures how far the image moves between two views: the median, in pixels, of the distance between the two
-// projections of each Gaussian mean. Only Gaussians visible in `from` count; 0 without any. near: distance of the near
-// plane.
+// How far the image moves between two views: the median distance, in pixels, between the two projections of each
+// Gaussian mean. Only Gaussians visible in `from` count; 0 without any. near: distance of the near plane.
 double MedianShift(const SplatModel& model, const View& from, const View& to, double near);
 
-// The lenses of views, and which views share one.
 struct SharedLenses {
-  std::vector<std::size_t> of;  // the lens index of each view
-  std::vector<int> views;       // the number of views of each lens
+  std::vector<std::size_t> of;  // lens index of each view
+  std::vector<int> views;       // number of views of each lens
 
   std::size_t size() const { return views.size(); }
   // The first view with this lens.

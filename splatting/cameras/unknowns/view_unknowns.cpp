@@ -105,7 +105,7 @@ CameraChanges ChangesOf(const SplatModel& model, const std::vector<const View*>&
   for (std::size_t i = 0; i < given.size(); ++i) {
     const splat::CameraMotion& motion = found[i].motion;
     degrees.push_back(motion.Angle() * 180 / std::numbers::pi);
-    // Often most cameras have not moved; skip the projection for these.
+    // Usually most cameras have not moved: skip their projection.
     const bool is_still = degrees.back() == 0 && found[i].lens.is_none() &&
                           std::ranges::all_of(motion.translation, [](double t) { return t == 0; });
     pixels.push_back(is_still ? 0 : MedianShift(model, *given[i], AsFound(*given[i], found[i]), near));

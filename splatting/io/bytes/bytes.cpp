@@ -119,7 +119,7 @@ std::string Gzip(std::string_view bytes, const std::string& comment) {
     throw std::bad_alloc();
   }
   gz_header header{};
-  header.os = 255;  // unknown, so that the bytes are the same on every system
+  header.os = 255;  // unknown, so that the bytes are the same everywhere
   header.comment = comment.empty() ? nullptr : Writable(comment.c_str());
   deflateSetHeader(&stream, &header);
   std::string result;
@@ -131,7 +131,7 @@ std::string Gzip(std::string_view bytes, const std::string& comment) {
     stream.next_out = Writable(block.data());
     stream.avail_out = Counted(block.size());
     const uInt given = stream.avail_in;
-    // With input and output space left, deflate always makes progress.
+    // With input and output space left, deflate makes progress.
     state = deflate(&stream, given == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
     bytes.remove_prefix(given - stream.avail_in);
     result.append(block.data(), block.size() - stream.avail_out);

@@ -14,8 +14,8 @@
 
 namespace vesta::gs {
 
-// Reads a little-endian binary file item by item. If the remaining bytes are too few for an item, throws Error with the
-// file, the byte offset, and `what`, which names the item in the message.
+// Reads a little-endian binary file item by item. If too few bytes remain for an item, throws Error with the file, the
+// byte offset, and the item's name `what`.
 class ByteReader {
  public:
   explicit ByteReader(std::string path);
@@ -29,14 +29,14 @@ class ByteReader {
   }
   // Reads text up to a terminating zero byte.
   std::string ReadText(const char* what);
-  // Reads a 64-bit number of items, each of at least bytes_each bytes. Throws Error unless that many fit into the rest
-  // of the file. Check every count this way before allocating memory for it: a damaged file may state any number.
+  // A 64-bit number of items of at least bytes_each bytes. Throws Error unless they fit into the rest of the file. Read
+  // counts this way before allocating memory: a damaged file may state any number.
   Index ReadCount(Index bytes_each, const char* what);
   void Skip(Index count, Index bytes_each, const char* what) { Take(count, bytes_each, what); }
   // Throws Error unless the whole file was read.
   void ExpectEnd() const;
 
-  // "FILE: byte N"; N is the offset of the last item read.
+  // "FILE: byte N", the offset of the last item read.
   std::string Where() const;
 
  private:
@@ -49,22 +49,21 @@ class ByteReader {
   Index item_ = 0;
 };
 
-// Maximum compression ratio of deflate.
 inline constexpr int kMostDeflateExpands = 1032;
 
-// Decompresses gzip in steps, because a short file can expand to a very long one.
+// Decompresses in steps, because a short file can expand to a very long one.
 class GzipReader {
  public:
-  // bytes: content of the file, which must outlive the reader; path: for messages.
+  // bytes: content of the file, must outlive the reader; path: for messages.
   GzipReader(std::string path, std::string_view bytes);
   ~GzipReader();
   GzipReader(const GzipReader&) = delete;
   GzipReader& operator=(const GzipReader&) = delete;
 
-  // Decompresses up to `size` bytes to `out`, and returns their number; less than `size` at the end of the stream.
-  // Throws Error, in one line with the file, if the stream is damaged or truncated.
+  // Decompresses up to `size` bytes to `out`, and returns their number; less than `size` at the end. Throws Error,
+  // naming the file, if the stream is damaged or truncated.
   std::size_t Read(char* out, std::size_t size);
-  // The comment in the header, at most 1000 characters. Valid after the first Read.
+  // Comment in the header, at most 1000 characters. Valid after the first Read.
   std::string comment() const;
 
  private:
@@ -74,7 +73,7 @@ class GzipReader {
   std::unique_ptr<State> state_;
 };
 
-// Compresses with gzip (RFC 1952). The comment must not contain a zero character; an empty comment is omitted.
+// RFC 1952. The comment must not contain a zero character; an empty comment is omitted.
 std::string Gzip(std::string_view bytes, const std::string& comment);
 
 }  // namespace vesta::gs

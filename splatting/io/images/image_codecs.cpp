@@ -31,13 +31,13 @@ Image PlanesOf(const InterleavedImage& source, const std::array<float, 3>& backg
         continue;
       }
       const float alpha = Value<Sample>(bytes, i * samples + colors);
-      // A premultiplied colour cannot exceed its alpha, but damaged files may contain such colours.
+      // A premultiplied colour cannot exceed its alpha, except in damaged files.
       const float shown = is_straight ? alpha * color : std::min(color, alpha);
       plane[i] = shown + (1.0f - alpha) * background[c];
     }
   }
   if (!has_alpha) return image;
-  // At soft edges, colours are mixed with the background, so only opaque pixels are used.
+  // At soft edges, colours are mixed with the background: only opaque pixels are used.
   image.mask.resize(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
     image.mask[i] = Value<Sample>(bytes, i * samples + colors) == 1 ? 1 : 0;

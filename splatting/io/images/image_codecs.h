@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image codecs, and the interleaved samples that they read and write.
+// Image codecs and their interleaved samples.
 #pragma once
 
 #include <array>
@@ -15,11 +15,11 @@ namespace vesta::gs {
 
 enum class Alpha {
   kNone,
-  kStraight,       // colours are not multiplied by alpha
-  kPremultiplied,  // colours are multiplied by alpha
+  kStraight,       // colours not multiplied by alpha
+  kPremultiplied,  // colours multiplied by alpha
 };
 
-// Pixels row by row; the samples of a pixel are adjacent.
+// Row by row; the samples of a pixel are adjacent.
 struct InterleavedImage {
   ImageSize size;
   std::size_t samples = 3;       // per pixel; samples after colour and alpha are ignored
@@ -27,32 +27,32 @@ struct InterleavedImage {
   Alpha alpha = Alpha::kNone;    // kind of the sample after the colours
   std::vector<unsigned char> bytes;
 
-  // Allocates all samples; does not change existing ones.
+  // Does not change existing samples.
   void Allocate() { bytes.resize(num_pixels() * samples * sample_bytes); }
   std::size_t row_bytes() const { return static_cast<std::size_t>(size.width) * samples * sample_bytes; }
   std::size_t num_pixels() const {
     return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
   }
-  // Number of colours: 1 (grey) or 3.
+  // 1 (grey) or 3.
   std::size_t colors() const { return samples >= 3 ? 3 : 1; }
 };
 
-// Converts to three planes with values in 0..1. Pixels that are not opaque are composited over `background`, and the
-// mask excludes them. The mask is empty if all pixels are opaque.
+// Converts to three planes with values in 0..1. Pixels that are not opaque are composited over `background` and masked.
+// The mask is empty if all pixels are opaque.
 Image ToPlanes(const InterleavedImage& source, const std::array<float, 3>& background);
 
-// The image as interleaved RGB, row by row, 8 bits per sample.
+// Interleaved RGB, row by row, 8 bits per sample.
 std::vector<std::uint8_t> InterleavedBytes(const Image& image);
 
-// Decode the samples of a file, or with size_only its size alone. `bytes`: content of the file; `path`: for messages.
-// Throw Error if the file is damaged, truncated or of an unsupported kind.
+// Decode a file, or with size_only its size alone. `bytes`: content of the file; `path`: for messages. Throw Error if
+// the file is damaged, truncated or of an unsupported kind.
 InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only);
 InterleavedImage DecodePng(const std::string& path, std::string_view bytes, bool size_only);
 InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, bool size_only);
 InterleavedImage DecodeWebp(const std::string& path, std::string_view bytes, bool size_only);
 
-// Throws Error if a file of num_bytes is too short for an image of this size. Otherwise a damaged header could make the
-// reader allocate gigabytes.
+// Throws Error if num_bytes are too few for an image of this size, so that a damaged header cannot make the reader
+// allocate gigabytes.
 void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size);
 
 [[noreturn]] void FailDamagedImage(const std::string& path, const char* message);

@@ -20,7 +20,7 @@ namespace {
 
 using Decoder = InterleavedImage (*)(const std::string& path, std::string_view bytes, bool size_only);
 
-// Chosen by the first bytes of the file; nullptr if unknown.
+// Compares the first bytes of the file; nullptr if unknown.
 Decoder DecoderOf(std::string_view bytes) {
   using namespace std::string_view_literals;
   if (bytes.starts_with("\xff\xd8\xff")) return DecodeJpeg;

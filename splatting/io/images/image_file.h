@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files: photographs with their orientation, and 16-bit grey images.
+// Image files: photographs and 16-bit grey images.
 #pragma once
 
 #include <array>
@@ -13,36 +13,33 @@
 namespace vesta::gs {
 
 // Reads a JPEG (grey or colour), a PNG (any colour type, 8 or 16 bits), a TIFF (grey or RGB, 8 or 16 bits, first page)
-// or a WebP. The format is detected from the first bytes, not from the name. Samples of 16 bits keep their precision.
-// Pixels that are not opaque are composited over `background`, and the mask excludes them. Orientation
-// (ExifOrientation) and colour profiles are ignored, as in COLMAP. Throws Error naming the file if it is missing,
-// damaged, truncated or unsupported (CMYK JPEG, other TIFF samples, animation). work_bytes: unless null, receives the
-// bytes of memory that reading needed beside the result.
+// or a WebP. The first bytes, not the name, determine the format. Samples of 16 bits keep their precision. Pixels that
+// are not opaque are composited over `background` and masked. Orientation (ExifOrientation) and colour profiles are
+// ignored, as in COLMAP. Throws Error naming the file if it is missing, damaged, truncated or unsupported (CMYK JPEG,
+// other TIFF samples, animation). work_bytes: unless null, receives the memory for reading in addition to the result.
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
                 double* work_bytes = nullptr);
 
-// Size of an image file, from its header. Throws Error like LoadImage.
+// Reads the header only. Throws Error like LoadImage.
 ImageSize ReadImageSize(const std::string& path);
 
-// Encodes a JPEG; values are clamped to 0..1 and rounded. quality: 1 to 100, as in libjpeg. Throws Error for an image
-// without pixels, or with a side above 65500.
+// Values are clamped to 0..1 and rounded. quality: 1 to 100, as in libjpeg. Throws Error for an image without pixels,
+// or with a side above 65500.
 std::string EncodeJpeg(const Image& image, int quality);
 
-// Writes an 8-bit RGB PNG; values are clamped to 0..1 and rounded. Written completely or not at all
-// (kernels/core/files.h).
+// Writes 8-bit RGB; values are clamped to 0..1 and rounded. Written completely or not at all (kernels/core/files.h).
 void SavePng(const std::string& path, const Image& image);
 
-// Writes a 16-bit grey PNG without gamma; values row by row. comment: one line of ASCII that explains the values,
-// stored in the file (chunk tEXt, "Comment"). Written completely or not at all (kernels/core/files.h).
+// Writes 16-bit grey without gamma; values row by row. comment: one line of ASCII that explains the values (chunk tEXt,
+// "Comment"). Written completely or not at all (kernels/core/files.h).
 void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std::uint16_t>& values,
                  const std::string& comment);
 
-// The EXIF orientation of a JPEG, 1 to 8. 1: upright; 3: rotated by 180 degrees; 6 and 8: by 90 degrees; the others are
+// EXIF orientation of a JPEG, 1 to 8. 1: upright; 3: rotated by 180 degrees; 6 and 8: by 90 degrees; the others are
 // mirrored. 1 if missing or unreadable. Source: CIPA DC-008 (EXIF 2.32), tag 274, in APP1.
 int ExifOrientation(std::string_view jpeg);
 
-// Rotates or mirrors an image whose orientation swaps its sides (5 to 8) to upright. Other images are returned
-// unchanged.
+// Turns an image upright if its orientation swaps its sides (5 to 8). Returns others unchanged.
 Image RotatedUpright(const Image& image, int orientation);
 
 }  // namespace vesta::gs

@@ -37,7 +37,7 @@ struct JpegErrors {
   }
 };
 
-// libjpeg only warns of lost data and fills the image with grey, but training needs complete images.
+// libjpeg only warns of lost data and fills the image with grey; training needs complete images.
 void OnMessage(j_common_ptr info, int level) {
   if (level >= 0) return;
   switch (info->err->msg_code) {
@@ -68,7 +68,7 @@ class Decoder {
     jpeg_read_header(&info_, TRUE);
     return true;
   }
-  // Rows of interleaved 8-bit RGB, one after the other.
+  // Rows of interleaved 8-bit RGB.
   bool ReadPixels(unsigned char* rgb) {
     if (setjmp(errors_.jump) != 0) return false;
     info_.out_color_space = JCS_RGB;
@@ -98,7 +98,7 @@ class Encoder {
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
 
-  // rgb: rows of interleaved 8-bit RGB, one after the other.
+  // rgb: rows of interleaved 8-bit RGB.
   bool Encode(const unsigned char* rgb, int width, int height, int quality) {
     if (setjmp(errors_.jump) != 0) return false;
     jpeg_create_compress(&info_);

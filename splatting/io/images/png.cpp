@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG with libpng. It reports errors with longjmp, so each step that can fail is a function without objects that have
-// destructors.
+// PNG with libpng. It reports errors with longjmp, so steps that can fail hold no objects with destructors.
 #include <png.h>
 
 #include <bit>
@@ -25,7 +24,7 @@ class Decoder {
   Decoder(const Decoder&) = delete;
   Decoder& operator=(const Decoder&) = delete;
 
-  // Sets up pixels as RGB or RGBA with 8 or 16 bits per channel.
+  // Sets up RGB or RGBA with 8 or 16 bits per channel.
   bool ReadHeader() {
     if (info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;

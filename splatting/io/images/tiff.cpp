@@ -111,7 +111,7 @@ struct Block {
   bool is_tile = false;
 };
 
-// Reads the image block by block, and plane by plane if planes are separate. Returns false if a block is missing.
+// Block by block, and plane by plane if planes are separate. Returns false if a block is missing.
 bool ReadPixels(TIFF* tiff, const Block& block, InterleavedImage* image) {
   const bool is_separate = Tag<std::uint16_t>(tiff, TIFFTAG_PLANARCONFIG) == PLANARCONFIG_SEPARATE;
   const std::size_t planes = is_separate ? image->samples : 1;
@@ -155,7 +155,7 @@ InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, boo
     FailDamagedImage(path, source.message[0] != 0 ? source.message : "its pixel data is incomplete");
   };
   if (tiff == nullptr) fail();
-  // Sides above the range of int become negative and are then rejected.
+  // Sides above the range of int become negative and are rejected.
   const auto size_of = [&](ttag_t width, ttag_t height) {
     return ImageSize{static_cast<int>(Tag<std::uint32_t>(tiff.get(), width)),
                      static_cast<int>(Tag<std::uint32_t>(tiff.get(), height))};

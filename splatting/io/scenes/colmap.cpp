@@ -67,7 +67,7 @@ std::vector<std::string> ModelFiles(const std::string& folder) {
   return files;
 }
 
-// " of 12 images", from the count at the start of a binary file; empty if the count cannot be read.
+// " of 12 images", from the count in a binary file; empty if it cannot be read.
 std::string OfImages(const std::string& folder) {
   std::ifstream file(folder + "/images.bin", std::ios::binary);
   std::uint64_t count = 0;
@@ -100,7 +100,7 @@ ColmapCameraModel ModelOf(const LensCamera& bent) {
   return bent.camera.lens.fx == bent.camera.lens.fy ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole;
 }
 
-// The id of this camera; adds the camera if it is new.
+// Adds the camera if it is new.
 std::uint32_t IdOf(const LensCamera& bent, std::vector<ColmapCamera>* cameras) {
   const auto same = std::ranges::find_if(*cameras, [&](const ColmapCamera& other) {
     return LensCamera{other.camera, other.distortion} == bent;

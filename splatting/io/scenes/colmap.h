@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads and writes COLMAP sparse models, binary and text. Format: COLMAP's documentation, "Output Format".
+// COLMAP sparse models, binary and text. Format: COLMAP's documentation, "Output Format".
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace vesta::gs {
 
-// The supported COLMAP camera models, with COLMAP's numbers.
+// The supported models, with COLMAP's numbers.
 enum class ColmapCameraModel : std::int32_t {
   kSimplePinhole = 0,
   kPinhole = 1,
@@ -47,8 +47,7 @@ struct ColmapPoint {
   double error = 0;  // mean reprojection error in pixels
 };
 
-// A COLMAP model without image observations (2D points and tracks), which are skipped on reading and left empty on
-// writing.
+// Image observations (2D points and tracks) are skipped on reading and left empty on writing.
 struct ColmapModel {
   std::vector<ColmapCamera> cameras;
   std::vector<ColmapImage> images;
@@ -58,17 +57,17 @@ struct ColmapModel {
 
 enum class ColmapFormat { kBinary, kText };
 
-// Reads the files cameras, images and points3D of the folder: .bin, or .txt if there is no cameras.bin. Throws Error,
-// in one line with the file, the byte (or line) and what to do, unless all of this holds: sizes and focal lengths are
-// positive and finite; distortion, poses and points are finite; quaternions are not zero; image names and camera ids
-// are unique; the cameras of all images exist; there is at least one image. For an unsupported camera model (FOV,
-// THIN_PRISM_FISHEYE), the message has the colmap command that undistorts the images.
+// Reads cameras, images and points3D of the folder: .bin, or .txt if there is no cameras.bin. Throws Error, with the
+// file, the byte (or line) and what to do, unless all of this holds: sizes and focal lengths are positive and finite;
+// distortion, poses and points are finite; quaternions are not zero; image names and camera ids are unique; the cameras
+// of all images exist; there is at least one image. For an unsupported camera model (FOV, THIN_PRISM_FISHEYE), the
+// message has the colmap command that undistorts the images.
 ColmapModel ReadColmapModel(const std::string& folder);
 
 // Creates the folder and writes the three files, each completely or not at all. Both formats preserve numbers exactly.
 void WriteColmapModel(const ColmapModel& model, const std::string& folder, ColmapFormat format);
 
-// The folder with the model of a scene: SCENE/sparse/0 or SCENE/sparse; empty if neither exists.
+// SCENE/sparse/0 or SCENE/sparse; empty if neither exists.
 std::string FindColmapModel(const std::string& scene_folder);
 
 // Reads the COLMAP model of a scene folder. The views are sorted by name, every 8th is a test view (SortAndSplit), and
@@ -77,10 +76,9 @@ std::string FindColmapModel(const std::string& scene_folder);
 Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder,
                       const RandomPoints& random = {});
 
-// Converts a scene to a COLMAP model with its points. views: the views of the scene with the cameras to store, in the
-// coordinates of the scene. The model is in the coordinates of the scene's files (Scene::origin). Equal cameras are
-// stored once. If LoadScene has undistorted a photograph, the camera of the original photograph, with its distortion,
-// is stored.
+// views: the views of the scene with the cameras to store, in the coordinates of the scene. The model is in the
+// coordinates of the scene's files (Scene::origin). Equal cameras are stored once. If LoadScene has undistorted a
+// photograph, its original camera, with distortion, is stored.
 ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views);
 
 }  // namespace vesta::gs

@@ -104,13 +104,13 @@ class LineReader {
     if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
   }
 
-  // Moves to the next line; false at the end of the file.
+  // False at the end of the file.
   bool NextLine() {
     if (!vesta::NextLine(&rest_, &line_)) return false;
     ++number_;
     return true;
   }
-  // Moves to the next line with data, skipping blank lines and comments.
+  // Skips blank lines and comments.
   bool NextRecord() {
     while (NextLine()) {
       std::string_view words = line_;
@@ -129,7 +129,7 @@ class LineReader {
     if (!ParseNumber(Word(what), &value)) FailWord(what);
     return value;
   }
-  // A non-negative integer in the range of T.
+  // Non-negative, in the range of T.
   template <std::integral T>
   T Whole(const char* what) {
     Index value = 0;
@@ -139,7 +139,7 @@ class LineReader {
     }
     return static_cast<T>(value);
   }
-  // The rest of the line, without surrounding white space.
+  // Without surrounding white space.
   std::string Rest() { return std::string(Trimmed(line_)); }
   std::string Where() const { return fmt::format("{}: line {}", path_, number_); }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts shared by COLMAP's two formats, and its camera models. Internal to the reader.
+// Shared by COLMAP's two formats. Camera models. Internal to the reader.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,7 @@
 
 namespace vesta::gs {
 
-// Parameters of COLMAP's camera models. Both formats store them in the same order. Source: COLMAP,
-// src/colmap/sensor/models.h.
+// Parameters of COLMAP's camera models, in the same order in both formats. Source: COLMAP, src/colmap/sensor/models.h.
 enum class CameraParameter { kFocal, kFx, kFy, kCx, kCy, kK1, kK2, kK3, kK4, kK5, kK6, kP1, kP2 };
 
 struct CameraModelInfo {
@@ -29,21 +28,21 @@ const CameraModelInfo* FindCameraModel(std::string_view name);
 // The model must be supported.
 const CameraModelInfo& InfoOf(ColmapCameraModel model);
 
-// The name of a camera model for messages, for example "SIMPLE_RADIAL", also if it is not supported. A model that
-// COLMAP's documentation does not name has its number as name.
+// For messages, for example "SIMPLE_RADIAL", also if it is not supported. The number if COLMAP's documentation does not
+// name the model.
 std::string CameraModelName(std::int32_t number);
 
-// Sets the model of the camera, and each of its parameters to read(description), in the order of the file. description:
-// text for messages (WhatIs).
+// Sets the camera's model and parameters, in the order of the file, to read(description). description: text for
+// messages (WhatIs).
 template <class Read>
 void ReadParameters(const CameraModelInfo& info, const Read& read, ColmapCamera* record);
 // Calls write(value) for each parameter, in the order of the file.
 template <class Write>
 void WriteParameters(const ColmapCamera& record, const Write& write);
 
-// The member of `record` that stores a parameter; fx for kFocal.
+// The member that stores a parameter; fx for kFocal.
 double& ParameterOf(ColmapCamera& record, CameraParameter parameter);
-// A description for messages, such as "the camera's focal length".
+// For messages, such as "the camera's focal length".
 const char* WhatIs(CameraParameter parameter);
 
 template <class Read>
@@ -68,12 +67,12 @@ ColmapModel ReadColmapText(const std::string& folder);
 void WriteColmapBinary(const ColmapModel& model, const std::string& folder);
 void WriteColmapText(const ColmapModel& model, const std::string& folder);
 
-// Each throws Error if the record is invalid. where: "FILE: byte N" or "FILE: line N".
+// Throw Error if the record is invalid. where: "FILE: byte N" or "FILE: line N".
 void CheckColmapCamera(const ColmapCamera& camera, const std::string& where);
 void CheckColmapImage(const ColmapImage& image, const std::string& where);
 void CheckColmapPoint(const ColmapPoint& point, const std::string& where);
 
-// Rejects an unsupported camera model; the message has the command that undistorts.
+// The message has the command that undistorts.
 [[noreturn]] void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model);
 
 }  // namespace vesta::gs

@@ -14,15 +14,14 @@
 
 namespace vesta::gs {
 
-// Selects the test views. Set at most one of the two members. If neither is set, the views keep the roles that the
-// reader of the scene gave them.
+// Selects the test views by at most one of the two members. If neither is set, the views keep their roles.
 struct TestViews {
-  std::optional<int> every;  // every `every`-th view in the order of names, starting with the first; 0: none
+  std::optional<int> every;  // every N-th view by name, starting with the first; 0: none
   std::string list;          // file with one image name per line, as in the model; lines that begin with # are ignored
 };
 
-// Sets the roles of the views, which must be sorted by name. Throws Error (one line) if both members are set, or if the
-// list has an unknown name.
+// Sets the roles of the views, which must be sorted by name. Throws Error if both members are set, or if the list has
+// an unknown name.
 void ChooseTestViews(const TestViews& choice, std::vector<View>* views);
 
 struct LoadSceneOptions {
@@ -31,29 +30,26 @@ struct LoadSceneOptions {
   std::string image_folder = "images";       // within the scene; may have smaller images, such as images_4
   bool allow_missing = false;                // skip views whose image is missing
   TestViews test_views;                      // default: every 8th by name, or as defined in a NeRF scene
-  // Maximum memory for decoded photographs. If they need more, they are decoded on demand (photograph_store.h).
+  // Memory for decoded photographs. If they need more, they are decoded on demand (photograph_store.h).
   double photographs_bytes = std::numeric_limits<double>::infinity();
   RandomPoints random_points;    // for scenes without points
-  double eps2d = splat::kEps2d;  // Camera::eps2d of the cameras
+  double eps2d = splat::kEps2d;  // Camera::eps2d
   bool hold_out = false;         // hold out some training views (HoldOut)
 };
 
 // Detects the kind of scene in `path`, reads it, and decodes all images in parallel. COLMAP scenes have sparse/0 or
-// sparse; NeRF scenes have transforms.json or transforms_train.json.
-// If an image has another size than its camera, the camera is rescaled. Their aspect ratios must agree to within a
-// pixel. If they agree only after the image is rotated by its EXIF orientation, it is rotated. Photographs with lens
-// distortion are undistorted (undistort.h), so that their views have pinhole cameras. All photographs are then
-// downscaled.
-// Pixels that a mask file excludes (FindMasks, photographs.h) are ignored. In COLMAP scenes, pixels that are not opaque
-// are ignored too; in NeRF scenes, they are composited over the background and used. A pixel takes 12 bytes.
-// Scene::notes receives the ignored COLMAP models and the numbers of masked, missing and undistorted photographs.
-// Throws Error, in one line with the file and what to do, for input that cannot be used: missing folder or image,
-// unreadable image, wrong aspect ratio, mask without a pixel to use, too strong distortion, damaged model, no training
-// views.
+// sparse; NeRF scenes have transforms.json or transforms_train.json. The camera is rescaled to the size of its image.
+// Their aspect ratios must agree to within a pixel; if they agree only after rotation by the EXIF orientation, the
+// image is rotated. Photographs with lens distortion are undistorted (undistort.h). Then all are downscaled. Pixels
+// that a mask file excludes (FindMasks, photographs.h) are ignored. Pixels that are not opaque are ignored in COLMAP
+// scenes; in NeRF scenes, they are composited over the background and used. A pixel takes 12 bytes. Scene::notes
+// receives the ignored COLMAP models and the numbers of masked, missing and undistorted photographs. Throws Error, with
+// the file and what to do, for unusable input: missing folder or image, unreadable image, wrong aspect ratio, mask
+// without a pixel to use, too strong distortion, damaged model, no training views.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
 
-// Whether the path folder/name leads out of the scene folder, to which `folder` is relative; also true for absolute
-// paths. A downloaded scene must not make vesta read files elsewhere.
+// Whether folder/name leads out of the scene folder, to which `folder` is relative; also true for absolute paths. A
+// downloaded scene must not make vesta read files elsewhere.
 inline bool LeavesScene(const std::string& folder, const std::string& name) {
   const std::filesystem::path path = (std::filesystem::path(folder) / name).lexically_normal();
   return path.is_absolute() || (!path.empty() && *path.begin() == "..");

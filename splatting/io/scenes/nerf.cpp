@@ -23,7 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-// Values of a frame; values that it lacks come from the top level of the file.
+// Values of a frame, else from the top level of the file.
 class FrameValues {
  public:
   FrameValues(const json& frame, const json& top, std::string where)
@@ -129,7 +129,7 @@ void ReadLens(const FrameValues& values, Camera* camera) {
   if (!std::isfinite(lens.cx) || !std::isfinite(lens.cy)) Fail(kBadFile, "{}: cx or cy is not finite", values.where());
 }
 
-// Returns a camera of 0 x 0 if the size is not stated and the image may be missing and is.
+// Returns a 0 x 0 camera if the size is not stated and the image may be missing and is.
 Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool may_be_missing) {
   Camera camera;
   if (!ReadStatedSize(values, &camera)) {
@@ -143,7 +143,7 @@ Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool
 }
 
 // Files have 6 or 7 digits, so Gram-Schmidt makes the rows orthonormal to double precision. Returns false if the error
-// is larger than rounding, or if the matrix is left-handed.
+// exceeds rounding, or if the matrix is left-handed.
 bool Orthonormalize(std::array<double, 9>* rotation) {
   constexpr double kTolerance = 1e-3;
   auto& r = *rotation;
@@ -165,7 +165,7 @@ bool Orthonormalize(std::array<double, 9>* rotation) {
   return determinant > 0;
 }
 
-// Converts world_from_camera with OpenGL axes to rotation and translation of the view.
+// Converts world_from_camera with OpenGL axes.
 void ReadPose(const FrameValues& values, View* view) {
   const json* matrix = values.Find("transform_matrix");
   if (matrix == nullptr) Fail(kBadFile, "{}: the frame has no transform_matrix", values.where());
@@ -281,7 +281,7 @@ void ReadFrames(const json& top, const char* key, const std::string& path, const
     view.image_path = images.PathOf(folder, view, values).string();
     view.mask_path = MaskPath(values, folder);
     ReadPose(values, &view);
-    // Focal lengths refer to the image named in the file, not to the one in images.name.
+    // Focal lengths refer to the image in the file, not in images.name.
     view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);
     view.distortion = ReadDistortion(values);
     scene->views.push_back(std::move(view));
@@ -289,7 +289,7 @@ void ReadFrames(const json& top, const char* key, const std::string& path, const
   if (bad > 0) scene->notes.push_back(fmt::format("{}: {} of the {} have is_bad and are left out", path, bad, key));
 }
 
-// The file with the points, or empty. transforms: the file that may name it.
+// The file with the points, or empty.
 std::string FindPoints(const fs::path& folder, const std::string& transforms, const json& top) {
   const std::string named = FrameValues(top, top, transforms).Text("ply_file_path", "");
   if (LeavesScene("", named)) {

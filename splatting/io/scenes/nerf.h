@@ -38,12 +38,11 @@ Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options 
 
 // The cameras of such a file, in its order and coordinates, for example as a camera path. file_path may be missing or
 // name no file. A frame without intrinsics gets the camera `usual`; a frame with a focal length but without w and h
-// gets the size of `usual`. Distortion is ignored. Throws Error as ReadNerfScene.
+// gets its size. Distortion is ignored. Throws Error as ReadNerfScene.
 std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual);
 
-// Writes such a file for views with pinhole cameras. file_path is the name of the view, and each frame has its
-// intrinsics. Reading the poses back changes at most the last digit or two of a double. more: keys and numbers for the
-// top level.
+// Writes such a file for views with pinhole cameras. file_path is the name of the view; each frame has its intrinsics.
+// Reading the poses back changes at most the last digit or two of a double. more: keys and numbers for the top level.
 void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
                       const std::vector<std::pair<std::string, double>>& more = {});
 

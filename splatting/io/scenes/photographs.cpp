@@ -20,7 +20,7 @@
 namespace vesta::gs {
 namespace {
 
-// The pinhole camera of the undistorted photograph, before --downscale.
+// Camera before --downscale.
 Camera UndistortedCamera(const View& view, const Camera& camera) {
   const std::optional<Camera> pinhole = PinholeOf(camera, view.distortion);
   if (pinhole) return *pinhole;
@@ -37,9 +37,8 @@ bool HasShapeOf(const Camera& camera, ImageSize size) {
   return std::abs(height_at_width - size.height) <= 1 || std::abs(width_at_height - size.width) <= 1;
 }
 
-// The EXIF orientation by which to rotate an image of this size, so that it fits its camera; 1 if it already fits. Most
-// programs find cameras for images as they are stored. Some rotate them to upright first, which swaps the sides of the
-// camera.
+// The EXIF orientation by which to rotate an image so that it fits its camera; 1 if it already fits. Some programs
+// rotate images upright before they find cameras.
 int OrientationFor(const View& view, ImageSize size) {
   constexpr int kFirstThatSwapsSides = 5;
   const Camera& camera = view.camera;
@@ -65,7 +64,7 @@ Image LoadTurned(const View& view, const std::array<float, 3>& background, doubl
   return RotatedUpright(image, orientation);
 }
 
-// The cameras of the rotated photograph in its file, after undistortion, and after downscaling.
+// Cameras of the rotated photograph in its file, after undistortion, and after downscaling.
 struct CameraSteps {
   Camera in_file, undistorted, downscaled;
 };
@@ -79,8 +78,8 @@ CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& 
   return steps;
 }
 
-// Upper bound of the temporary memory beside the result. Decoding holds the samples (four of two bytes) and the planes.
-// Rotating, resampling and masks hold two sets of planes.
+// Upper bound of the temporary memory. Decoding holds the samples (four of two bytes) and the planes. Rotating,
+// resampling and masks hold two sets of planes.
 double MostWorkBytes(const View& view, const CameraSteps& steps, const PhotographRule& rule) {
   constexpr double kMostSampleBytes = 8, kMaskedBytes = kImageBytes + 1;
   const double in_file = steps.in_file.pixels(), undistorted = steps.undistorted.pixels(),
@@ -111,7 +110,7 @@ void CheckBudget(double budget, const std::vector<View>& views) {
        budget / kMib, std::ceil(20 * most / kMib) / 10);
 }
 
-// Reads a photograph again, and checks that its size is unchanged.
+// Checks that the size is unchanged.
 Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& camera) {
   Image image = ReadPhotograph(in_file, rule).image;
   if (image.width != camera.width || image.height != camera.height) {

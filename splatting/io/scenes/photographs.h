@@ -9,7 +9,6 @@
 
 namespace vesta::gs {
 
-// Rules for converting image files to training photographs.
 struct PhotographRule {
   int downscale = 1;                         // see DownscaledSize
   std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
@@ -19,45 +18,42 @@ struct PhotographRule {
 struct ViewPhotograph {
   Image image;
   Camera camera;          // pinhole camera of the image
-  double work_bytes = 0;  // peak of the temporary memory, beside the image
+  double work_bytes = 0;  // peak of the temporary memory
 };
 
-// Reads the photograph of a view: loads the image file, rotates it by its EXIF orientation if it then fits the camera,
-// applies the mask, undistorts and downscales. view: as in the scene's files, without an image. Throws Error, in one
-// line with the file, if the image cannot be used.
+// Loads the image file, rotates it by its EXIF orientation if it then fits the camera, applies the mask, undistorts and
+// downscales. view: as in the scene's files, without an image. Throws Error, with the file, if the image cannot be
+// used.
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule);
 
-// Prediction of ReadPhotograph's result.
 struct PredictedPhotograph {
   Camera camera;                     // as in ViewPhotograph
-  double bytes = 0, work_bytes = 0;  // upper bounds: the image including a possible mask, and the temporary memory
+  double bytes = 0, work_bytes = 0;  // upper bounds: the image with a possible mask, and temporary memory
 };
 
-// Predicts from the header of the image file, so the time does not depend on the size of the image. Throws Error for
-// problems visible in the header: not an image, or another aspect ratio than the camera's. Does not detect damaged
-// pixels or bad masks.
+// Predicts from the image file's header only. Throws Error if it is not an image, or has another aspect ratio than the
+// camera. Does not detect damaged pixels or bad masks.
 PredictedPhotograph PredictPhotograph(const View& view, const PhotographRule& rule);
 
-// Expected bytes of the photograph in memory, from the size of its camera in the scene's files. The image file is not
-// opened. Throws Error if the distortion is too strong for undistortion.
+// Expected bytes of the photograph in memory, from the camera in the scene's files, without opening the image file.
+// Throws Error if the distortion is too strong for undistortion.
 double ExpectedBytes(const View& view, const PhotographRule& rule);
 
 // Decodes the photographs in parallel, sets the cameras of the views to theirs and rejects unusable images. If all fit
-// into budget_bytes of memory, they are stored in their views. Otherwise a PhotographStore (Scene::photographs) decodes
-// them from their files on demand, and caches as many as fit; the files must not be removed. After the memory is full,
-// this function reads only headers, because decoding thousands of images takes many minutes. It then does not detect
-// damaged images; their first use throws Error. Throws Error if not even two photographs fit, and the errors of
-// ReadPhotograph and PredictPhotograph.
+// into budget_bytes, they are stored in their views. Otherwise a PhotographStore (Scene::photographs) decodes them on
+// demand and caches as many as fit; the files must not be removed. Once the memory is full, this function reads only
+// headers, which is much faster. It then does not detect damaged images; their first use throws Error. Throws Error if
+// not even two photographs fit, and the errors of ReadPhotograph and PredictPhotograph.
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
 
-// Finds the mask files of the views in the folder masks/ (or mask/) of the scene. The mask of the image a/b.jpg is
-// a/b.jpg.png, as in COLMAP, or else a/b.png. Views that already have a View::mask_path keep it. Adds a note to the
-// scene: the number of views with a mask, or that the folder has no mask of any view.
+// Finds mask files in the folder masks/ (or mask/) of the scene. The mask of the image a/b.jpg is a/b.jpg.png, as in
+// COLMAP, or else a/b.png. A View::mask_path stays if set. Notes in the scene the number of views with a mask, or that
+// the folder has no mask of any view.
 void FindMasks(const std::string& scene_folder, Scene* scene);
 
-// Excludes the pixels that are black in the mask file, as in COLMAP. If the mask has another size than the photograph,
-// the nearest pixel is used. Throws Error, in one line with the mask's path, if the mask cannot be read, has another
-// aspect ratio or excludes all pixels. Returns the peak of the temporary memory in bytes.
+// Excludes the pixels that are black in the mask file, as in COLMAP. Masks of another size are sampled at the nearest
+// pixel. Throws Error, with the mask's path, if the mask cannot be read, has another aspect ratio or excludes all
+// pixels. Returns the peak of the temporary memory in bytes.
 double ApplyMask(const std::string& mask_path, Image* photograph);
 
 }  // namespace vesta::gs

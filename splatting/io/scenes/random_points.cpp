@@ -34,7 +34,7 @@ class Uniform {
   std::mt19937_64 generator_;
 };
 
-// The point closest to the optical axes by least squares, by Cramer's rule; nullopt if they are nearly parallel.
+// The point closest to the optical axes, by Cramer's rule; nullopt if they are nearly parallel.
 std::optional<Vector> MeetingOfAxes(const std::vector<View>& views, const Vector& mean, double radius) {
   constexpr double kParallel = 1e-4;
   double a[3][3] = {}, b[3] = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random points for the initial Gaussians, if a scene has no points.
+// Random points for the initial Gaussians of scenes without points.
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,14 @@ struct RandomPoints {
   std::uint64_t seed = 0;
 };
 
-// Random colours, and positions uniform in the cube [-1.3, 1.3]^3 (as Kerbl et al. 2023 for Blender scenes).
+// Random colours, and positions uniform in [-1.3, 1.3]^3 (as Kerbl et al. 2023 for Blender scenes).
 WorldPoints PointsInCube(const RandomPoints& random);
 
-// Random points with random colours in the training views, equally many per view and uniform over the image. Each view
-// has a likely depth d; the logarithm of a point's depth is uniform between log(d / 3) and log(3 d). d is the depth of
-// the point closest to all optical axes. If the axes are nearly parallel or meet behind a camera, d is four times the
-// largest distance of a camera from the mean of all cameras; if all are at one place, d is 1. Throws Error if a
-// coordinate exceeds the range of float.
+// Random colours and positions in the training views, equally many per view and uniform over the image. The logarithm
+// of a point's depth is uniform between log(d / 3) and log(3 d), with the likely depth d of its view: the depth of the
+// point closest to all optical axes. If the axes are nearly parallel or meet behind a camera, d is four times the
+// largest distance of a camera from the mean of all cameras; if all are at one place, 1. Throws Error if a coordinate
+// exceeds the range of float.
 WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random);
 
 // Random points for the views of a scene without points, and a note. If all training cameras are outside the cube and

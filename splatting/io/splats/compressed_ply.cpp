@@ -49,7 +49,7 @@ struct Bounds {
   std::array<double, kBounded> min, max;
 };
 
-// ToBits: a number in 0..1 as an integer with this many bits. FromBits: the inverse, for the lowest bits of a word.
+// ToBits: a number in 0..1 as an integer of `bits` bits. FromBits: the inverse, for the lowest bits of a word.
 std::uint32_t ToBits(double value, int bits) {
   const double most = (1 << bits) - 1;
   return static_cast<std::uint32_t>(std::clamp(std::round(value * most), 0.0, most));
@@ -76,8 +76,8 @@ std::array<double, 4> UnpackRotation(std::uint32_t word) {
   return FromSmallestThree(three);
 }
 
-// A coefficient in -4..4, as in SuperSplat: the centre of one of 256 intervals, except that the first and the last byte
-// are the limits.
+// A coefficient in -4..4, as in SuperSplat: the centre of one of 256 intervals; the first and the last byte are the
+// limits.
 double ShOfByte(std::uint8_t byte) { return byte == 0 ? -4 : byte == 255 ? 4 : (byte + 0.5) / 32 - 4; }
 
 std::uint8_t ByteOfSh(double sh) {
@@ -118,7 +118,7 @@ std::vector<Bounds> ReadBounds(const PlyFile& file, const PlyTable& chunks) {
   return bounds;
 }
 
-// The values of a property, which must have this integer type.
+// The property must have this integer type.
 std::vector<double> ReadWhole(const PlyFile& file, const PlyTable& table, const std::string& property, PlyType type) {
   if (!table.Has(property, type) || file.is_ascii()) {
     Fail(kBadFile, "{}: property {} of the compressed splat is missing or has the wrong type; export it again",
@@ -152,7 +152,7 @@ double BoundedOf(const SplatModel& model, std::size_t bounded, Index i) {
   return bounded < 3 ? value : std::clamp(value, -kMostLogScale, kMostLogScale);
 }
 
-// Bounds of the Gaussians [begin, end), rounded to float.
+// Rounded to float.
 Bounds BoundsOf(const SplatModel& model, Index begin, Index end) {
   Bounds bounds;
   for (std::size_t b = 0; b < kBounded; ++b) {
@@ -204,9 +204,8 @@ void Unpack(const std::array<std::uint32_t, kNumWords>& words, const Bounds& bou
     model->attribute(splat::kQuaternion + k)[i] = static_cast<float>(q[static_cast<std::size_t>(k)]);
 }
 
-// The harmonics of Gaussians [begin, end). The quantisation step is coarse, so half of the rounding error is added to
-// the same coefficient of the next Gaussian. This is a neighbour, and errors cancel in pixels that show both. An error
-// is then at most 3/4 of a step.
+// The harmonics of Gaussians [begin, end). Half of the rounding error is added to the same coefficient of the next
+// Gaussian, a neighbour: errors cancel in pixels that show both. An error is then at most 3/4 of a step.
 void WriteSh(const SplatModel& model, Index begin, Index end, std::uint8_t* bytes) {
   constexpr double kHalfStep = 1.0 / 64;
   std::array<double, splat::kMaxAttributes> carried{};
@@ -224,7 +223,7 @@ void WriteSh(const SplatModel& model, Index begin, Index end, std::uint8_t* byte
 
 using Iterator = std::vector<Index>::iterator;
 
-// A cut separates at least 1/kSmallestPart of the chunks, which limits the depth of the recursion.
+// A cut separates at least 1/kSmallestPart of the chunks: limits the recursion.
 constexpr Index kSmallestPart = 16;
 
 struct Box {

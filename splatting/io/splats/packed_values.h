@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversions for compact files: axes, opacities, rotations.
+// Axes, opacities and rotations in compact files.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 
 namespace vesta::gs {
 
-// The factor, 1 or -1, that converts an attribute (kernels/gaussian_splatting/formulas/layout.h) between the two axis
-// conventions of files, in both directions: x right, y down, z forward (INRIA's .ply) and x right, y up, z backward
-// (.spz). They differ by a rotation of 180 degrees about x, so y and z change sign. The components y and z of a
-// quaternion do too, and the spherical harmonics for which f(x, -y, -z) = -f(x, y, z).
+// The factor, 1 or -1, that converts an attribute (kernels/gaussian_splatting/formulas/layout.h) between x right, y
+// down, z forward (INRIA's .ply) and x right, y up, z backward (.spz). The axes differ by a rotation of 180 degrees
+// about x: y and z change sign, as do y and z of a quaternion and the spherical harmonics with f(x, -y, -z) =
+// -f(x, y, z).
 constexpr float HalfTurnSign(int attribute) {
   if (attribute < splat::kLogScale) return attribute == splat::kMean ? 1.0f : -1.0f;
   if (attribute < splat::kQuaternion) return 1.0f;
@@ -33,22 +33,22 @@ inline std::uint8_t OpacityByte(float logit) {
   return parts < 1 ? std::uint8_t{0} : static_cast<std::uint8_t>(std::min(std::round(parts), 254.0));
 }
 
-// The inverse: the logit of a byte. Always finite: 0 and 255 give the middle of the opacities that round to them.
+// The logit of a byte. Always finite: 0 and 255 give the middle of the opacities that round to them.
 inline float OpacityLogit(std::uint8_t byte) {
   const double opacity = std::clamp(static_cast<double>(byte), 0.25, 254.75) / 255;
   return static_cast<float>(std::log(opacity / (1 - opacity)));
 }
 
-// "Smallest three" encoding of rotations. The number of a unit quaternion with the largest magnitude is not stored. It
-// follows from the other three, whose magnitudes are at most 1 / sqrt(2).
+// "Smallest three" encoding of rotations: omits the number of a unit quaternion with the largest magnitude. It follows
+// from the other three, whose magnitudes are at most 1 / sqrt(2).
 inline constexpr double kLargestOfSmallest = 0.70710678118654752;
 
 struct SmallestThree {
-  int largest;                 // index of the largest number in the quaternion
+  int largest;                 // index of the largest number
   std::array<double, 3> rest;  // the others in order, all times -1 if the largest is negative (q and -q are equal)
 };
 
-// Encodes a quaternion of any length but zero. The order of its numbers (w first or last) does not matter.
+// Any length but zero. The order of the numbers (w first or last) does not matter.
 inline SmallestThree ToSmallestThree(const std::array<double, 4>& q) {
   SmallestThree result{0, {}};
   double norm2 = 0;
@@ -65,8 +65,8 @@ inline SmallestThree ToSmallestThree(const std::array<double, 4>& q) {
   return result;
 }
 
-// Decodes to a unit quaternion in the same order. If the squares of the three numbers sum to more than 1, which no
-// rotation has, the largest is 0 and the length is not 1.
+// A unit quaternion in the same order. If the squares of the three numbers sum to more than 1, the largest is 0 and the
+// length is not 1.
 inline std::array<double, 4> FromSmallestThree(const SmallestThree& three) {
   const auto& [a, b, c] = three.rest;
   std::array<double, 4> q{};

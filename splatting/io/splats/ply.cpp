@@ -25,7 +25,7 @@ struct FileColumn {
   int attribute;
 };
 
-// All columns in the order of the file.
+// Columns in the order of the file.
 std::vector<FileColumn> FileColumns(int sh_degree) {
   std::vector<FileColumn> columns;
   const auto add = [&columns](const char* prefix, int count, int attribute) {

@@ -26,12 +26,12 @@ namespace vesta::gs {
 SplatModel ReadSplatPly(const std::string& path, std::vector<std::string>* notes = nullptr);
 SplatModel ReadSplatPly(const PlyFile& file, std::vector<std::string>* notes);
 
-// Writes that layout in binary with floats, completely or not at all (kernels/core/files.h). Reading the file gives the
-// same bits.
+// Writes that layout in binary with floats, completely or not at all (kernels/core/files.h). Reading gives the same
+// bits.
 void WriteSplatPly(const std::string& path, const SplatModel& model);
 // Writes to an open file, which stays open.
 void WriteSplatPly(AtomicFile& file, const SplatModel& model);
-// Approximate file size in bytes; not above the true size.
+// Approximate bytes; not above the true size.
 std::int64_t SplatPlyBytes(Index gaussians, int sh_degree);
 
 // Reads a point cloud: properties x y z, and red green blue or diffuse_red diffuse_green diffuse_blue (8 or 16 bits, or

@@ -28,7 +28,7 @@ constexpr TypeName kTypes[] = {
     {"uint", PlyType::kUint32, 4},    {"uint32", PlyType::kUint32, 4}, {"int", PlyType::kInt32, 4},
     {"int32", PlyType::kInt32, 4}};
 
-// Removes the first line from `text`, and returns it without its end. Returns false if no line end is left.
+// Moves the first line of `text` to `line`, without its end. Returns false if no line end is left.
 bool TakeLine(std::string_view* text, std::string_view* line) {
   const std::size_t end = text->find('\n');
   if (end == std::string_view::npos) return false;
@@ -241,7 +241,7 @@ void PlyTable::ParseAscii(const PlyFile& file, const PlyElement& element) {
   std::string_view words = file.values();
   for (const PlyElement& other : file.elements()) {
     const auto width = static_cast<Index>(other.properties.size());
-    // Each word takes at least two characters including white space, except the last one.
+    // Each word but the last takes at least two characters including white space.
     const Index most = (static_cast<Index>(words.size()) + 1) / std::max<Index>(2 * width, 1);
     if (width > 0 && other.count > most) {
       Fail(kBadFile,

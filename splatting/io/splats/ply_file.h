@@ -20,7 +20,7 @@ struct PlyProperty {
   std::optional<PlyType> count_type = std::nullopt;  // of a list: the type of its count
 };
 
-// An element: rows with the same properties.
+// Rows with the same properties.
 struct PlyElement {
   std::string name;
   Index count = 0;
@@ -29,7 +29,7 @@ struct PlyElement {
   std::string fault;  // if not empty, the reason why neither this element nor later ones can be read
 };
 
-// Name of an element's rows for messages: "vertices", "rows of chunk".
+// For messages: "vertices", "rows of chunk".
 std::string PlyRows(std::string_view element);
 
 // A .ply file in memory: its parsed header, and its values as bytes. The formats ascii, binary_little_endian
@@ -72,12 +72,9 @@ class PlyTable {
 
   Index count() const { return count_; }
   bool Has(std::string_view property) const { return Find(property) != nullptr; }
-  // Number of properties whose names have this prefix.
   int CountWithPrefix(std::string_view prefix) const;
-  // Whether the table has a property of this name and type.
   bool Has(std::string_view property, PlyType type) const;
-  // The value of full brightness if the property is a colour: 255 or 65535 for 8 or 16 unsigned bits, 1 for other
-  // types.
+  // The value of full brightness if the property is a colour: 255 or 65535 for 8 or 16 unsigned bits, else 1.
   float FullScale(std::string_view property) const;
 
   // T: float or double.
@@ -86,7 +83,7 @@ class PlyTable {
     std::string property;
     T* out;  // receives count() values
   };
-  // Copies properties to arrays, in parallel over rows. Throws Error if the element lacks one.
+  // In parallel over rows. Throws Error if the element lacks one.
   template <class T>
   void Copy(const std::vector<Column<T>>& columns) const;
 

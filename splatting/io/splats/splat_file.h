@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splat files of any supported format, and comment lines with which vesta stores further data about a splat in them.
+// Splat files of any supported format, and comment lines for vesta's further data.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ namespace vesta::gs {
 // Error, in one line with the file, if no Gaussian is left.
 void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* notes, SplatModel* model);
 
-// Checks a model before it is written. Throws Error if it has unusable Gaussians, or if its number of values does not
-// fit its degree and count.
+// Before writing: throws Error if the model has unusable Gaussians, or if its number of values does not fit its degree
+// and count.
 void CheckDrawable(const std::string& path, const SplatModel& model);
 
 // Reads a splat. The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h),
@@ -24,21 +24,21 @@ void CheckDrawable(const std::string& path, const SplatModel& model);
 // notes, unless null, receives a line for the user if some Gaussians are left out (RemoveUnusableGaussians).
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes = nullptr);
 
-// Writes a splat. The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case.
-// The file is written completely or not at all (kernels/core/files.h). Throws Error, in one line with the file, for
-// another extension, a model that the format cannot represent, or a file that cannot be written.
+// The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case. The file is
+// written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension, a model
+// that the format cannot represent, or a file that cannot be written.
 void WriteSplat(const std::string& path, const SplatModel& model);
 // Throws Error if WriteSplat does not support the extension of `path`.
 void CheckSplatExtension(const std::string& path);
 
-// The comment lines of a splat, which other programs ignore:
+// Comment lines of a splat:
 // "vesta background R G B": the background colour in training;
 // "vesta eps2d H": the 2D dilation in pixels^2 for rendering, unless it is the default;
 // "vesta origin X Y Z": the world point that is the origin of the means, unless it is zero.
 std::vector<std::string> SplatComments(const SplatModel& model);
 
-// Sets background, eps2d and origin of the model from its comment lines; other comments are ignored. Throws Error, in
-// one line with the file, if numbers are missing or invalid.
+// Sets background, eps2d and origin from these lines; ignores others. Throws Error, with the file, if numbers are
+// missing or invalid.
 void ReadSplatComments(const std::string& path, const std::vector<std::string>& comments, SplatModel* model);
 
 }  // namespace vesta::gs

@@ -27,7 +27,7 @@ namespace {
 constexpr std::uint32_t kMagic = 0x5053474e;  // "NGSP"
 constexpr std::uint32_t kWrittenVersion = 2;
 constexpr std::uint8_t kHasExtensions = 2;  // bit of Header::flags
-// Fraction bits of the 24-bit fixed-point means: the usual number, and the maximum in writing and in reading.
+// Fraction bits of the 24-bit fixed-point means: usual, and maximum in writing and reading.
 constexpr int kUsualFractionBits = 12, kMostWritten = 24, kMostRead = 30;
 constexpr double kLargestFixed = (1 << 23) - 1;
 constexpr double kLeastLogScale = -10, kLogScalesPerUnit = 16, kGreatestLogScale = kLeastLogScale + 255 / 16.0;
@@ -42,7 +42,7 @@ struct Header {
 };
 static_assert(sizeof(Header) == 16);
 
-// Bytes per Gaussian in each of the arrays that follow the header, in their order.
+// Bytes per Gaussian in the arrays after the header, in their order.
 struct Widths {
   Index mean, opacity = 1, color = 3, scale = 3, rotation, sh;
 
@@ -53,7 +53,7 @@ struct Widths {
   Index Sum() const { return mean + opacity + color + scale + rotation + sh; }
 };
 
-// The arrays in the bytes after the header. Byte may be const.
+// Byte may be const.
 template <class Byte>
 struct Arrays {
   Byte *mean, *opacity, *color, *scale, *rotation, *sh;
@@ -117,8 +117,7 @@ std::array<double, 4> ReadRotation(std::uint32_t version, const std::uint8_t* by
   if (version < 3) {
     for (std::size_t k = 0; k < 3; ++k) three.rest[k] = bytes[k] / kQuaternionScale - 1;
   } else {
-    // From the highest bit: two bits for the index of the largest number, then a sign and nine bits for each of the
-    // others.
+    // From the highest bit: two bits for the index of the largest number, then a sign and nine bits for each other.
     std::uint32_t bits = 0;
     std::memcpy(&bits, bytes, sizeof(bits));
     three.largest = static_cast<int>(bits >> 30);
@@ -132,9 +131,8 @@ std::array<double, 4> ReadRotation(std::uint32_t version, const std::uint8_t* by
   return {w, x, y, z};
 }
 
-// Stores x, y and z of the quaternion w, x, y, z in three bytes. A small w is inaccurate when it is recomputed from
-// them. Therefore, of the 24 quaternions for the same Gaussian, the one with the smallest error is stored. Returns the
-// order of the log-scales that goes with it.
+// Stores x, y and z of the quaternion w, x, y, z in three bytes. Recomputing a small w from them is inaccurate, so of
+// the 24 quaternions for the Gaussian, the one with the smallest error is stored. Returns its order of the log-scales.
 std::array<int, 3> WriteRotation(const std::array<double, 4>& q, std::uint8_t* bytes) {
   std::array<int, 3> axes{};
   double nearest = 0;
@@ -156,7 +154,7 @@ std::array<int, 3> WriteRotation(const std::array<double, 4>& q, std::uint8_t* b
   return axes;
 }
 
-// Skips data that other programs append to a splat. Rejects extensions that could change its meaning.
+// Skips data that other programs append, but rejects extensions that could change the splat's meaning.
 void SkipExtensions(const std::string& path, GzipReader* reader) {
   constexpr std::uint32_t kCameraLimits = 0xadbe0002, kMostSkipped = 1 << 16;
   std::array<std::uint32_t, 2> head{};  // type, number of bytes
@@ -181,7 +179,7 @@ std::vector<std::string> LinesOf(const std::string& text) {
   return lines;
 }
 
-// Median over the Gaussians of the logarithm of the geometric mean of the three standard deviations.
+// Median of the logarithm of the geometric mean of the three standard deviations.
 double MedianLogScale(const SplatModel& model) {
   std::vector<float> sizes(static_cast<std::size_t>(model.count));
   const float* scale = model.attribute(splat::kLogScale);
@@ -191,8 +189,7 @@ double MedianLogScale(const SplatModel& model) {
   return static_cast<double>(Median(std::move(sizes)));
 }
 
-// The number of fraction bits: steps of an eighth of the median Gaussian size, at least 12 and at most 24 bits, and
-// fewer if the means do not fit otherwise.
+// Steps of an eighth of the median Gaussian size; 12 to 24 bits, or fewer if the means do not fit otherwise.
 int FractionBits(const std::string& path, const SplatModel& model) {
   const double size = MedianLogScale(model);
   if (size < kLeastLogScale || size > kGreatestLogScale) {
@@ -232,8 +229,8 @@ CubeTurn TurnOf(const std::array<double, 4>& direction) {
   return turn;
 }
 
-// Quaternions along an edge direction of the four-dimensional cube, or along a diagonal of two or of all four axes. Of
-// q and -q, the same rotation, one is included.
+// Quaternions along an edge direction of the four-dimensional cube, or along a diagonal of two or of all four axes; one
+// of q and -q, the same rotation.
 std::array<CubeTurn, 24> MakeTurns() {
   std::array<CubeTurn, 24> turns{};
   std::size_t count = 0;

@@ -25,18 +25,17 @@
 
 namespace vesta::gs {
 
-// The first stage of a training: Adam with densification and pruning, on one or a few views per iteration. Parameters,
-// gradient and moments are in the memory of backend B (host or GPU) during the whole stage.
+// Adam with densification and pruning, on one or a few views per iteration. Parameters, gradient and moments are in the
+// memory of backend B.
 template <class B>
 class AdamStage {
  public:
-  // model: the initial Gaussians; receives the result. If the session has a saved Adam stage, the stage resumes from
-  // it.
+  // model: the initial Gaussians; receives the result. Resumes from the session's saved Adam stage, if any.
   AdamStage(TrainingSession& session, SplatModel& model)
       : session_(session), options_(session.options()), result_(model), saved_(session.saved().Take(Stage::kAdam)) {}
 
-  // Runs the remaining iterations. On a device it may throw OutOfDeviceMemory. RunAdamStage then calls the functions
-  // below: RollBack, Finish or GiveBackSavedStage.
+  // Runs the remaining iterations. On a device it may throw OutOfDeviceMemory; RunAdamStage then calls RollBack, Finish
+  // or GiveBackSavedStage.
   void Run() {
     if (!state_) Begin();
     views_.LoadFull();
@@ -45,20 +44,20 @@ class AdamStage {
   }
 
   int iteration() const { return state_ ? state_->iteration : 0; }
-  // Returns the saved state to the session. Call it if the stage could not begin, so that another AdamStage can resume.
+  // Returns the saved state to the session if the stage could not begin, so that another AdamStage can resume.
   void GiveBackSavedStage() { session_.saved().GiveBack(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
-  // Restores the state before the last densification; from then on no Gaussians are added. Returns false, and changes
-  // nothing, if no such state is stored.
+  // Restores the state before the last densification; no Gaussians are added afterwards. Without such a state, returns
+  // false and changes nothing.
   bool RollBack() {
     if (rollback_point_.empty()) return false;
     views_.FreePasses();
     if constexpr (!kOnHost) rollback_point_.Restore(&*state_);
-    // The stored state is from before the opacity reset of that iteration, so the reset is repeated.
+    // The stored state is from before the opacity reset of that iteration.
     if (session_.schedule().At(state_->span).resets_opacity) state_->model.ResetOpacity();
     return true;
   }
-  // Stores the model after the last iteration and records it in the history.
+  // Stores the model and records it in the history.
   void Finish() {
     views_.UpdateMovedCameras();
     if (recorded_ != state_->iteration) Record();
@@ -73,7 +72,7 @@ class AdamStage {
 
   static AdamStageState<B> StartState(const TrainingSession& session, const SplatModel& model) {
     const TrainOptions& options = session.options();
-    // Learning rates and length units depend on the given cameras, not on the refined ones.
+    // Learning rates and length units depend on the given cameras.
     const std::vector<const View*>& views = session.cameras().given();
     const Scene& scene = session.scene();
     DensityOptions density = options.density;
@@ -134,9 +133,9 @@ class AdamStage {
     Save();
     session_.interim().ServeViewer(Stage::kAdam, state_->iteration, on_host, Writer());
   }
-  // Stops after this iteration, which is already recorded. The returned model is the one before the iteration's
-  // densification and pruning. A checkpoint has the state after them. Notes about the end of the stage are not in the
-  // checkpoint, since a resumed run adds its own.
+  // Stops after this iteration, which is recorded already. Returns the model before the iteration's densification and
+  // pruning; a checkpoint has the state after them, without notes about the end of the stage: a resumed run adds its
+  // own.
   void Stop(const IterationPlan& plan, int degree) {
     state_->model.DownloadResult(result_);
     finished_ = true;
@@ -155,10 +154,9 @@ class AdamStage {
     return [&](ArchiveWriter& archive) { archive(*state_); };
   }
 
-  // The SH degree in use.
   int DegreeOf(const IterationPlan& plan) const { return std::min(plan.max_sh_degree, state_->model.sh_degree()); }
 
-  // One step of Adam. The loss is summed, not averaged, over pixels and views: Adam's steps do not depend on its scale.
+  // The loss is summed, not averaged, over pixels and views: Adam's steps do not depend on its scale.
   void Step(const IterationPlan& plan, int degree) {
     views_.ChooseSize(plan.is_coarse);
     views_.DecideOnCamerasWhereDue(plan.span, &*state_);
@@ -171,8 +169,7 @@ class AdamStage {
     if (state_->is_averaging && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
-  // Adds the parameters to their average. If a device has too little memory for the average, the stage continues
-  // without it.
+  // Adds the parameters to their average. If memory for it is lacking, the stage continues without.
   void Average() {
     try {
       state_->model.Average();
@@ -182,7 +179,7 @@ class AdamStage {
     }
   }
 
-  // Records a history row if one is due, or if the stage ends. Returns true if the stage must stop early.
+  // Records a history row if due, or if the stage ends. Returns true if the stage must stop early.
   bool RecordWhereDue(const IterationPlan& plan) {
     const double ahead = planner_.EvaluationSeconds();
     const bool is_stopped = session_.early_end().ShouldStop(ahead);
@@ -202,7 +199,7 @@ class AdamStage {
     session_.history().Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
     recorded_ = state_->iteration;
   }
-  // The model on the host. A device model is downloaded into result_; the next download overwrites it.
+  // A device model is downloaded into result_; the next download overwrites it.
   splat::Model<float> OnHost(const splat::Model<float>& result) {
     if constexpr (!kOnHost) {
       state_->model.DownloadResult(result_);
@@ -232,7 +229,7 @@ class AdamStage {
     planner_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
   }
 
-  // Reports the predicted time and memory of the whole stage.
+  // Predicts time and memory of the whole stage.
   void PredictWhereDue(const IterationPlan& plan, int degree) {
     const auto kind = planner_.NextForecast(plan.observes);
     if (kind == StagePlanner::ForecastKind::kNothing) return;
@@ -267,8 +264,8 @@ class AdamStage {
   bool finished_ = false;
 };
 
-// Runs the whole stage, stores the resulting model and records its last state. If a device runs out of memory, the
-// stage continues with fewer Gaussians, ends, or restarts on the host, and adds a note.
+// Runs the whole stage, stores the model and records its last state. If a device runs out of memory, the stage
+// continues with fewer Gaussians, ends, or restarts on the host, with a note.
 template <class B>
 void RunAdamStage(TrainingSession& session, SplatModel& model) {
   for (auto stage = std::make_unique<AdamStage<B>>(session, model);;) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A copy of the state of the Adam stage before its last densification, to restore when a GPU runs out of memory.
+// A copy of the Adam stage's state before its last densification, for a GPU that runs out of memory.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 namespace vesta::gs {
 
 // A copy of an object with arrays in device memory and a Visit function (kernels/core/archive.h). The arrays are copied
-// within the device or to the host; all other members are copied to the host.
+// within the device or to the host, other members to the host.
 template <class Space>
 class StateSnapshot {
  public:
@@ -30,7 +30,7 @@ class StateSnapshot {
   }
   bool empty() const { return bytes_.empty(); }
 
-  // Size of a state's device arrays in bytes.
+  // Bytes of a state's device arrays.
   template <class State>
   static double ArrayBytes(State& state) {
     Counter counter;
@@ -38,8 +38,7 @@ class StateSnapshot {
     return counter.bytes;
   }
 
-  // Restores `state` from the copy, which is empty afterwards. Each array's copy is freed as soon as the array is
-  // restored.
+  // Restores `state` from the copy, which is empty afterwards. Frees each array's copy as soon as possible.
   template <class State>
   void MoveTo(State& state) {
     Reader reader(*this);
@@ -51,7 +50,7 @@ class StateSnapshot {
   template <class T>
   using Array = Buffer<T, Space>;
 
-  // Calls on_array for each device array in `value`, including arrays of its members, and other for all other members.
+  // Calls on_array for each device array in `value`, including its members' arrays, and other for all other members.
   template <class OnArray, class Other, class Archive, class T>
   static void Dispatch(Archive& archive, T& value, const OnArray& on_array, const Other& other) {
     if constexpr (requires { value.Visit(archive); }) {
@@ -136,16 +135,15 @@ class StateSnapshot {
   std::vector<Array<unsigned char>> arrays_;
 };
 
-// The state of the Adam stage before the last densification that added Gaussians. The stage restores it if a device
-// then has too little memory.
+// The state of the Adam stage before the last densification that added Gaussians.
 template <class B>
 class RollbackPoint {
  public:
   explicit RollbackPoint(TrainingSession& session) : session_(session) {}
 
   bool empty() const { return snapshot_.empty(); }
-  // Replaces the stored copy by a copy of this state. The copy is on the GPU if it fits there beside the planned memory
-  // of the stage, else on the host.
+  // Replaces the copy. It is on the GPU if it fits there in addition to the planned memory of the stage, else on the
+  // host.
   void Store(AdamStageState<B>& state) {
     snapshot_ = Snapshot();
     iteration_ = state.iteration;
@@ -161,16 +159,16 @@ class RollbackPoint {
     snapshot_ = Snapshot(state, false);
   }
   void Discard() { snapshot_ = Snapshot(); }
-  // Discards the copy after two passes over all views: the memory has then proved to suffice for the current Gaussians.
+  // Discards the copy after two passes over all views, which show that the memory suffices.
   void DropSnapshotIfMemoryLasts(int iteration) {
     const auto seen =
         static_cast<std::size_t>(iteration - iteration_) * static_cast<std::size_t>(session_.options().adam.batch_size);
     if (!empty() && seen >= 2 * session_.training_views().size()) Discard();
   }
-  // Restores the copy, which must exist, and stops the growth of the number of Gaussians.
+  // Restores the copy, which must exist, and stops growth.
   void Restore(AdamStageState<B>* state) {
     state->model.Free();
-    // Cameras keep their current poses and refinement state.
+    // Cameras keep their current state.
     StageCamerasState cameras = std::move(state->cameras);
     snapshot_.MoveTo(*state);
     state->cameras = std::move(cameras);

@@ -15,7 +15,7 @@ namespace {
 constexpr int kViewsOfLensStep = 16;
 constexpr double kMostPixels = 2;  // limit of a step
 
-// Photographs are already brought to a common exposure, so a colour step starts from the identity.
+// Photographs have a common exposure already, so a colour step starts from the identity.
 ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const std::vector<double>& step) {
   ViewUnknowns after = Plus({found.motion, {}, found.lens}, free, {step.data(), static_cast<Index>(step.size())});
   after.color = found.color.After(after.color);
@@ -125,8 +125,7 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
   return moved;
 }
 
-// Camera motions follow the lens at once if their curvature is known. Exposures follow when their views are processed
-// next.
+// Camera motions follow the lens at once if their curvature is known; exposures when their views are processed next.
 void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
   const std::vector<ViewUnknowns>& found = session_.cameras().found();
   const std::size_t first = lenses_.First(lens);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refines cameras and exposures of the training views during the Adam stage. Each time Adam has processed a view, the
-// camera of that view takes a step. The gradient for the step comes from the rendering passes that also compute the
-// gradient of the Gaussians. A lens that several views share takes a step each time 16 of its views have been
-// processed, or all of them if it has fewer (cameras/training/camera_steps.h). Rendering passes run in the memory of
-// backend B (host or GPU); all other work is on the host.
+// Refines cameras and exposures of the training views during the Adam stage. Each time Adam has processed a view, its
+// camera takes a step, with a gradient from the rendering passes for the Gaussians. A shared lens takes a step each
+// time 16 of its views have been processed, or all of them if it has fewer (cameras/training/camera_steps.h). Only
+// rendering passes run in the memory of backend B.
 #pragma once
 
 #include <cstdint>
@@ -22,10 +21,10 @@
 
 namespace vesta::gs {
 
-// State of the refinement for checkpoints. The current cameras are saved in RunState.
+// State for checkpoints. RunState has the current cameras.
 struct StageCamerasState {
   std::vector<CameraStepState> views;
-  std::vector<LensSystem> lenses;           // accumulated since the last step of each lens
+  std::vector<LensSystem> lenses;           // since the last step of each lens
   std::uint64_t seen = 0;                   // views processed, with repetition
   std::optional<CameraChoice> chosen = {};  // the decision of kAuto, once made
 
@@ -44,21 +43,21 @@ class StageCameras {
  public:
   explicit StageCameras(TrainingSession& session);
 
-  // True if a state read from a file is valid.
+  // Whether a state from a file is valid.
   bool IsState(const StageCamerasState& state) const;
-  // True if cameras take steps in this iteration.
+  // Whether cameras take steps in this iteration.
   bool moves(const StageSpan& span, const StageCamerasState& state) const;
-  // True if the view is held out for now, because it will decide whether cameras are refined (CameraChoice::kAuto).
+  // Whether the view is held out for now, to decide whether cameras are refined (CameraChoice::kAuto).
   bool IsHeldOut(std::size_t view, const StageCamerasState& state) const;
-  // IsDecisionDue(): true if kAuto must be decided before this iteration. Decide(): makes the decision with the
-  // held-out views, stores it in `state` and adds a note.
+  // IsDecisionDue(): whether kAuto must be decided before this iteration. Decide(): decides with the held-out views,
+  // stores the decision in `state` and adds a note.
   bool IsDecisionDue(const StageSpan& span, const StageCamerasState& state) const;
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
   // Call before the views of an iteration.
   void BeginIteration(const StageCamerasState& state) { seen_before_ = state.seen; }
-  // Moves the camera of the view that was just processed. If a device has too little memory to measure the view's
-  // curvature, the last measured one is used; without any, the camera does not move.
+  // Moves the camera of the view that was just processed. If a device has too little memory to measure its curvature,
+  // uses the last one; without any, the camera does not move.
   template <class B>
   void Step(const StageSpan& span, const ProcessedView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
@@ -78,10 +77,9 @@ class StageCameras {
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Call after the views of an iteration. Takes the lens steps that are due and, after each pass over all views, fixes
-  // the gauge (cameras/unknowns/gauge.h). Returns true if this may have moved views that were not processed in this
-  // iteration.
+  // the gauge (cameras/unknowns/gauge.h). Returns true if views that were not processed may have moved.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
-  // Copies the view's current camera to the full-size and half-size targets. `coarse` may be empty, here and below.
+  // Copies the view's current camera to the full-size and half-size targets. `coarse` may be empty.
   template <class B>
   void UpdateCamera(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     const View& now = *session_.cameras().views()[view];
@@ -89,8 +87,8 @@ class StageCameras {
       if (!targets->empty()) targets->SetCamera(view, now);
     }
   }
-  // Applies the inverse of the found exposure to the view's photograph in the targets. Call it before the photograph is
-  // used. It is separate from UpdateCamera because it is slow, and most moves do not change the exposure.
+  // Applies the inverse of the found exposure to the view's photograph in the targets. Call before the photograph is
+  // used. It is slow, and most moves do not change the exposure.
   template <class B>
   void Develop(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     if (!session_.cameras().Develop(view)) return;
@@ -106,11 +104,11 @@ class StageCameras {
  private:
   CameraChoice Choice(const StageCamerasState& state) const;
   bool is_deciding(const StageCamerasState& state) const;
-  // True if the view's curvature must be measured now.
+  // Whether the view's curvature must be measured now.
   bool IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const;
-  // Adds a note that memory for curvatures is lacking, but only once.
+  // Notes once that memory for curvatures is lacking.
   void NoteOutOfMemory(const std::string& why);
-  // Takes the camera step of the view, and adds the view to the system of its lens.
+  // Takes the view's camera step, and adds the view to the system of its lens.
   void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
             StageCamerasState* state);
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
@@ -120,7 +118,7 @@ class StageCameras {
   const CameraOptions& options_;
   double depth_;  // depth of the scene in front of the cameras, world units
   SharedLenses lenses_;
-  std::uint64_t seen_before_ = 0;  // StageCamerasState::seen at the start of the iteration
+  std::uint64_t seen_before_ = 0;  // StageCamerasState::seen before the iteration
   bool has_noted_memory_ = false;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pruning during the Adam stage (pruning/pruning_options.h). Scores are computed on the host from full-size training
-// views, even while iterations use half-size views.
+// Pruning during the Adam stage (pruning/pruning_options.h). Scores are always computed on the host from full-size
+// training views.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,16 @@ namespace vesta::gs {
 template <class B>
 class StagePruning {
  public:
-  // timer: predicts the time that scoring takes, and receives the measured time.
+  // timer: predicts the time of scoring, and receives the measured time.
   StagePruning(TrainingSession& session, IterationTimer& timer)
       : session_(session), options_(session.options().pruning), timer_(timer) {}
 
-  // Does the pruning that is due after the iteration of `plan`; call it after densification. degree: the SH degree in
-  // use. before() is called first if anything is due; it may free the workspace of the iterations.
+  // Does the pruning that is due after the iteration of `plan` and its densification. degree: the SH degree in use. If
+  // anything is due, calls before() first, which may free the workspace of the iterations.
   template <class Before>
   void Prune(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
     const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_fraction, state);
-    // SH degrees are lowered only after all SH bands are in use.
+    // Lower degrees only after all SH bands are in use.
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
     if (!plan.prunes_unseen && !prunes && !lowers) return;
@@ -38,14 +38,14 @@ class StagePruning {
     before();
     session_.memory().NoteModel(state.model.layout());
     if (plan.prunes_unseen) KeepOnly(WellObserved(OnHost(state, degree), MakeScoringViews()), state);
-    // Lower the degrees first, because scoring Gaussians is then faster.
+    // Lower degrees first, because scoring Gaussians is then faster.
     if (lowers) LowerDegrees(state, degree);
     if (prunes) PruneByScore(state, degree);
     copy_ = SplatModel();
   }
 
-  // Call at the end of the stage. Adds notes if more Gaussians remain than requested, or if scoring was skipped for
-  // lack of time.
+  // Call at the end of the stage. Notes if more Gaussians remain than requested, or if scoring was skipped for lack of
+  // time.
   void AddPruningNotes(const AdamStageState<B>& state, Index gaussians) const {
     if (state.scoring_skipped > 0) {
       session_.Note(notes::kScoringSkipped, state.scoring_skipped, session_.options().time_limit);
@@ -58,9 +58,9 @@ class StagePruning {
  private:
   static constexpr double kPartForDegrees = 0.5;  // fraction of the time for scoring
 
-  // Whether there is time for scoring that takes `passes` passes over all views. Scoring may take the fraction
-  // kScoringFraction of a time limit over the whole stage, and `part` times as much by now. Always true if
-  // keep_fraction is set. Counts the rounds that must be skipped. Collective.
+  // Whether there is time for scoring with `passes` passes over all views. Scoring may take the fraction
+  // kScoringFraction of a time limit over the whole stage, and `part` times that by now. Always true if keep_fraction
+  // is set. Counts skipped rounds. Collective.
   bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
@@ -101,8 +101,8 @@ class StagePruning {
     state.model.SetDegrees(degrees);
     state.scoring_seconds += session_.Seconds() - begin;
   }
-  // The values of one SH attribute for all Gaussians that have it. A Gaussian whose degree is lowered gets the refitted
-  // coefficient of ShRemovalCost.
+  // One SH attribute for all Gaussians that have it. Gaussians with lowered degree get the refitted coefficient of
+  // ShRemovalCost.
   static std::vector<float> SubstituteCoefficients(const splat::Model<float>& model, const ShRemovalCost& removal,
                                                    const std::vector<std::uint8_t>& degrees, int attribute) {
     const float* own = model.x + model.Offset(attribute);
@@ -117,7 +117,7 @@ class StagePruning {
     }
     return values;
   }
-  // The model on the host, valid until the next call.
+  // Valid until the next call.
   splat::Model<float> OnHost(const AdamStageState<B>& state, int degree) {
     splat::Model<float> model = state.model.kernel_model(degree);
     if constexpr (!std::is_same_v<typename B::Space, Host>) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views of the Adam stage with their photographs, in the memory of its backend.
+// The views of the Adam stage with their photographs.
 #pragma once
 
 #include <algorithm>
@@ -14,28 +14,26 @@
 
 namespace vesta::gs {
 
-// The training views at one image size, with their photographs. A device has copies of all photographs. On the host,
-// they are references to images in memory. If the photographs are in the scene's store (PhotographStore), the host
-// refers to one of them at a time.
+// The training views at one image size, with their photographs: copies of all on a device, references on the host. If
+// the photographs are in the scene's store (PhotographStore), the host refers to one at a time.
 template <class B>
 class StageTargets {
  public:
   bool empty() const { return targets_.empty(); }
   std::size_t size() const { return targets_.size(); }
   const splat::PosedCamera& camera(std::size_t i) const { return targets_[i].camera; }
-  // View i with its photograph; valid until the next call with another index.
+  // Valid until the next call with another index.
   const TargetView<B>& operator[](std::size_t i) {
     if (!stored_.empty() && shown_ != i) ReadStored(i);
     return targets_[i];
   }
-  // The device copies of the photographs; empty on the host, which uses the scene's images.
+  // The device copies of the photographs; empty on the host.
   std::span<const TargetView<B>> copies() const {
     return kOnHost ? std::span<const TargetView<B>>() : std::span<const TargetView<B>>(targets_);
   }
-  // True if photographs are read from a store on demand.
+  // Whether photographs are read from a store on demand.
   bool are_stored() const { return !stored_.empty(); }
-  // Starts to read the next photographs from the store. next() returns the index of the next view to be used, then of
-  // the one after it, and so on.
+  // Starts to read the next photographs from the store. Successive calls of next() return the indices of their views.
   template <class Next>
   void Prefetch(const Next& next) const {
     std::vector<Index> numbers;
@@ -43,7 +41,7 @@ class StageTargets {
     stored_.front()->store()->Expect(numbers);
   }
 
-  // Loads the views. Their images must outlive this object. near: distance of the near plane.
+  // The images of `views` must outlive this object. near: distance of the near plane.
   void Load(const std::vector<const View*>& views, double near) {
     bool are_stored = false;
     for (const View* view : views) are_stored = are_stored || view->stored;
@@ -57,7 +55,7 @@ class StageTargets {
       stored_.push_back(view->stored);
     }
   }
-  // The same for views whose images this object then owns.
+  // The object then owns the images of `views`.
   void LoadOwned(std::vector<View> views, double near) {
     views_ = std::move(views);
     std::vector<const View*> pointers;
@@ -65,7 +63,7 @@ class StageTargets {
     Load(pointers, near);
     if constexpr (!kOnHost) views_ = std::vector<View>();
   }
-  // Replaces the camera of view i by the camera of `view`, scaled to the image size of view i.
+  // Takes the camera of `view`, scaled to the image size of view i.
   void SetCamera(std::size_t i, const View& view) {
     splat::PosedCamera& camera = targets_[i].camera;
     const splat::PosedCamera posed = ToPosedCamera(view, camera.near);
@@ -75,7 +73,7 @@ class StageTargets {
     camera.lens = ResizeCamera(view.camera, camera.width, camera.height).lens;
   }
   // Replaces the photograph of view i by `image`, resized if necessary, and the mask if `image` has one. Does nothing
-  // on the host if the views refer to the scene's images, which are then already changed.
+  // on the host for references to the scene's images, which are changed already.
   void SetPhotograph(std::size_t i, const Image& image) {
     if (kOnHost && views_.empty()) return;
     const ImageShape shape = targets_[i].shape();
@@ -93,7 +91,7 @@ class StageTargets {
     }
   }
   void Clear() { *this = StageTargets(); }
-  // Frees the current photograph of a store. Call it before other code reads photographs: the store's memory limit does
+  // Frees the current photograph of a store. Call before other code reads photographs: the store's memory limit does
   // not include a second one in use.
   void Release() {
     photograph_.reset();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views of the Adam stage: their order, and the forward and backward passes that give the gradient of a view's cost.
+// Views of the Adam stage: their order, and the passes that give the gradient of a view's cost.
 #pragma once
 
 #include <algorithm>
@@ -24,17 +24,17 @@
 
 namespace vesta::gs {
 
-// Workspace and results of the forward and backward passes over one view.
+// Workspace and results of the passes over one view.
 template <class B>
 struct ViewPasses {
-  // |e| is not smoothed near 0 (l1_floor), as in 3DGS; only LM needs that.
+  // |e| is not smoothed near 0, as in 3DGS; only LM needs that.
   typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
   typename SplatBackend<B>::SplatView view;
   typename SplatBackend<B>::Workspace workspace;
   typename B::Vector image, image_gradient;
-  SumOfViews<typename B::Space> views;  // sums the gradients of the views of one iteration
+  SumOfViews<typename B::Space> views;  // sums the gradients of an iteration's views
 
-  // Renders the view and adds the gradient of its cost to `gradient`. Then loss.Value() returns the cost.
+  // Renders the view and adds the gradient of its cost to `gradient`. loss.Value() then returns the cost.
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* background,
                    float* gradient) {
     const ImageShape shape = target.shape();
@@ -47,19 +47,18 @@ struct ViewPasses {
   }
 };
 
-// The training views of the Adam stage: photographs at the current size, the passes over them, and their cameras, which
-// may move. Sums the gradients and density statistics of an iteration.
+// The training views of the Adam stage: photographs at the current size, passes over them, and cameras. Sums the
+// gradients and density statistics of an iteration.
 template <class B>
 class StageViews {
  public:
   explicit StageViews(TrainingSession& session)
       : session_(session), options_(session.options()), near_(NearPlane(session.scene())) {}
 
-  // Loads the full-size views. Call it first.
+  // Call first.
   void LoadFull() {
     if (full_.empty()) full_.Load(session_.training_views(), near_);
   }
-  // Selects full-size or half-size views for an iteration.
   void ChooseSize(bool wants_coarse) {
     if (!wants_coarse) coarse_.Clear();
     if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
@@ -67,13 +66,13 @@ class StageViews {
     lacks_coarse_ = views.empty();
     coarse_.LoadOwned(std::move(views), near_);
   }
-  // True if a camera state read from a file is valid.
+  // Whether a camera state from a file is valid.
   bool IsState(const StageCamerasState& cameras) const { return cameras_.IsState(cameras); }
   bool are_coarse() const { return !coarse_.empty(); }
-  // True if half-size photographs exist.
+  // Whether half-size photographs exist.
   bool have_coarse() const { return !lacks_coarse_; }
 
-  // Decides whether cameras are refined (CameraChoice::kAuto), if the decision is due before this iteration.
+  // Decides whether cameras are refined (CameraChoice::kAuto), if due before this iteration.
   void DecideOnCamerasWhereDue(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.IsDecisionDue(span, state->cameras)) return;
     const ScopedPhase phase("cameras");
@@ -82,8 +81,8 @@ class StageViews {
     full_.Release(), coarse_.Release();
     cameras_.Decide(model, &state->cameras);
   }
-  // Runs one iteration: gradients of the views, then camera steps, then the step of the Gaussians. Returns the mean
-  // cost of the views, per pixel and channel.
+  // One iteration: gradients of the views, camera steps, then the step of the Gaussians. Returns the mean cost of the
+  // views, per pixel and channel.
   double Step(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
     const double cost = AddGradients(plan, degree, state);
     MoveSharedCameras(plan.span, state);
@@ -92,14 +91,14 @@ class StageViews {
   }
   // Pixels of the latest iteration.
   double pixels() const { return pixels_; }
-  // Copies the cameras that moved to the targets, for later iterations.
+  // Copies the moved cameras to the targets, for later iterations.
   void UpdateMovedCameras() {
     for (const std::size_t view : moved_) cameras_.UpdateCamera(view, &full_, &coarse_);
     moved_.clear();
   }
 
-  // Call before other code reads the scene's photographs. Applies the inverse of the found exposures to all
-  // photographs, and frees the current photograph of a store.
+  // Call before other code reads the scene's photographs. Applies the inverse of the found exposures to them, and frees
+  // the current photograph of a store.
   void ReleasePhotographs() {
     cameras_.DevelopAll(&full_, &coarse_);
     full_.Release(), coarse_.Release();
@@ -107,7 +106,7 @@ class StageViews {
   // The full-size copies on a device.
   std::span<const TargetView<B>> copies() const { return full_.copies(); }
   typename SplatBackend<B>::Workspace& workspace() { return passes().workspace; }
-  // Frees the workspace; the next pass allocates it again.
+  // The next pass allocates the workspace again.
   void FreePasses() { passes_.reset(); }
 
   // Measures, on up to eight views, the time of a full-size iteration minus the time of a half-size one, in seconds.
@@ -135,8 +134,8 @@ class StageViews {
  private:
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
 
-  // Forward and backward passes over the views of the next iteration. Stores the summed gradient in the model, moves
-  // the cameras and returns the mean cost per pixel and channel. Ranks divide the views; each gets the whole sum.
+  // The passes over the views of the next iteration. Stores the summed gradient in the model, moves the cameras and
+  // returns the mean cost per pixel and channel. Ranks divide the views; each gets the whole sum.
   double AddGradients(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
     cameras_.BeginIteration(state->cameras);
     const splat::Model<float> x = state->model.kernel_model(degree);
@@ -158,7 +157,6 @@ class StageViews {
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;
   }
-  // Steps shared lenses and fixes the gauge.
   void MoveSharedCameras(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.moves(span, state->cameras)) return;
     const ScopedPhase phase("cameras");
@@ -177,7 +175,6 @@ class StageViews {
     while (cameras_.IsHeldOut(next, state.cameras)) next = order.Next();
     return next;
   }
-  // Prefetches the photographs of the next views from the store.
   void Prefetch(const AdamStageState<B>& state) {
     if (!targets().are_stored()) return;
     ViewOrder order = state.order;
@@ -187,7 +184,6 @@ class StageViews {
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
     passes().AddGradient(x, target, options_.background.data(), gradient);
   }
-  // Processes view k of the iteration.
   void AddView(int k, std::size_t view, const splat::Model<float>& x, const StageSpan& span, float* gradient,
                AdamStageState<B>* state) {
     cameras_.Develop(view, &full_, &coarse_);
@@ -220,7 +216,7 @@ class StageViews {
   TrainingSession& session_;
   const TrainOptions& options_;
   double near_;
-  StageTargets<B> full_, coarse_;  // coarse_: empty while iterations use full-size views
+  StageTargets<B> full_, coarse_;  // coarse_: empty with full-size views
   bool lacks_coarse_ = false;
   StageCameras cameras_{session_};
   std::vector<std::size_t> moved_;  // views whose cameras moved since UpdateMovedCameras

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model during the Adam stage, and the complete state that the stage resumes from.
+// The model during the Adam stage, and the complete state of the stage.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace vesta::gs {
 
-// A model in training, with the state of Adam and of density control for each Gaussian, in the memory of backend B.
+// A model in training, with the state of Adam and of density control, in the memory of backend B.
 template <class B>
 class TrainedModel {
  public:
@@ -28,7 +28,7 @@ class TrainedModel {
   using Vector = typename B::Vector;
 
   // The learning rate of a Gaussian's position is in its unit of length: half its depth in the nearest of unit_views,
-  // in world units (LengthUnit). unit: the unit of Gaussians that no view of unit_views shows, in world units.
+  // in world units (LengthUnit), or `unit` if no such view shows it.
   TrainedModel(const SplatModel& model, Adam<B> adam, DensityControl<Space> density,
                const std::vector<splat::PosedCamera>& unit_views, double unit)
       : layout_(model), adam_(std::move(adam)), density_(std::move(density)), unit_(unit) {
@@ -41,48 +41,46 @@ class TrainedModel {
   Index count() const { return layout_.count; }
   int sh_degree() const { return layout_.sh_degree; }
   splat::Model<float> kernel_model(int active_sh_degree) const { return AsModel(x_, active_sh_degree); }
-  // The averaged parameters if there are any, else the current ones.
+  // The averaged parameters if any, else the current ones.
   splat::Model<float> result(int active_sh_degree) const { return AsModel(Result(), active_sh_degree); }
   Adam<B>& adam() { return adam_; }
   DensityControl<Space>& density() { return density_; }
   const Vector& parameters() const { return x_; }
 
-  // The gradient of the first `attributes` attributes. It is zero before the first view of an iteration and after Step.
+  // Gradient of the first `attributes` attributes. Zero before the first view of an iteration and after Step.
   float* gradient(int attributes) {
     if (gradient_.size() != layout_.Offset(attributes)) gradient_.Resize(layout_.Offset(attributes));
     return gradient_.data();
   }
-  // Discards the gradient accumulated since the last step.
   void DiscardGradient() { gradient_ = Vector(); }
-  // Takes an Adam step.
   void Step(int attributes, double factor) { adam_.Step(layout_, x_, gradient(attributes), attributes, factor); }
-  // Adds the current parameters to their average. Densify, SetAttribute and ResetOpacity discard the average. On a
-  // device it may throw OutOfDeviceMemory; the average is then empty.
+  // Adds the current parameters to their average. Densify, SetAttribute and ResetOpacity discard it. On a device it may
+  // throw OutOfDeviceMemory; the average is then empty.
   void Average() { average_.Add(x_); }
 
   // Clones, splits and prunes. `iteration` determines the random offsets of split Gaussians. Resets the density
-  // statistics and recomputes the length units. If Gaussians will be added, rollback_point() is called first. On a
-  // device it may throw OutOfDeviceMemory. If rollback_point() was not called, a model can then still be downloaded:
-  // the model before or after the change. Otherwise the caller must return to the rollback point.
+  // statistics and length units. Calls rollback_point() first if it adds Gaussians. On a device it may throw
+  // OutOfDeviceMemory. If rollback_point() was not called, the model before or after the change can then still be
+  // downloaded. Otherwise the caller must return to the rollback point.
   template <class RollbackPoint>
   void Densify(int iteration, const RollbackPoint& rollback_point) {
     average_.Clear();
-    gradient_ = Vector();  // zero between steps; frees its memory
+    gradient_ = Vector();  // zero between steps
     const DensityPlan<Space> plan = density_.Decide(x_.data(), count());
     if (plan.count > count()) rollback_point();
     if (plan.changes) ApplyPlan(plan, iteration);
     ResetStatisticsAndUnits();
   }
-  // Keeps only the given Gaussians (ascending indices), with their moments and average. On a device it may throw
+  // Keeps only these Gaussians (ascending indices), with their moments and average. On a device it may throw
   // OutOfDeviceMemory; the old model can then still be downloaded.
   void Keep(const std::vector<Index>& kept) {
     const std::vector<std::uint32_t> source(kept.begin(), kept.end());
     SelectRows({source, LayoutOfRows(layout_, source)});
     ResetStatisticsAndUnits();
   }
-  // Sets the SH degree of Gaussian i to degrees[i], which must be at most its current degree. Higher bands are removed
-  // with their moments and average. The Gaussians are sorted by degree (OrderByDegree). On a device it may throw
-  // OutOfDeviceMemory; the old or the new model can then still be downloaded.
+  // Lowers the SH degree of Gaussian i to degrees[i], and removes higher bands with their moments and average. The
+  // Gaussians are sorted by degree (OrderByDegree). On a device it may throw OutOfDeviceMemory; the old or the new
+  // model can then still be downloaded.
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     const DegreeOrder order = OrderByDegree(layout_, degrees);
     if (order.layout == layout_) return;
@@ -90,7 +88,7 @@ class TrainedModel {
     density_.Reorder(rows);
     adam_.SetUnits(GatherNumbers(adam_.units(), rows));
   }
-  // Sets one attribute of all Gaussians that have it, and discards the average.
+  // Sets one attribute of all Gaussians that have it. Discards the average.
   void SetAttribute(int attribute, const std::vector<float>& values) {
     average_.Clear();
     const Index rows = layout_.Rows(attribute);
@@ -103,29 +101,29 @@ class TrainedModel {
     adam_.Reset(layout_, splat::kOpacity);
   }
 
-  // Copies the parameters of result() to the host.
+  // Copies result() to the host.
   void DownloadResult(SplatModel& model) const { Download(Result(), model); }
   void DownloadParameters(SplatModel& model) const { Download(x_, model); }
-  // Frees the gradient and Adam's state, then does the same as DownloadResult. For the end of the stage.
+  // Frees the gradient and Adam's state, then calls DownloadResult. Ends the stage.
   void Finish(SplatModel& model) {
     gradient_ = Vector();
     adam_.Free();
     DownloadResult(model);
   }
-  // Frees the arrays, before Visit reads a saved state.
+  // Frees the arrays before Visit reads a saved state.
   void Free() {
     x_ = Vector(), gradient_ = Vector();
     average_.Clear();
     adam_.Free();
     density_.ResetStatistics(0);
   }
-  // Fixes the maximal number of Gaussians at the current one, and resets the density statistics.
+  // Stops growth, and resets the density statistics.
   void LimitToCurrentCount() {
     density_.LimitGaussians(count());
     ResetStatisticsAndUnits();
   }
 
-  // True if a state read from a file is a consistent model.
+  // Whether a state from a file is a consistent model.
   bool IsWhole() const {
     return layout_.IsValid() && x_.size() == layout_.Size() && adam_.IsOf(count(), x_.size()) &&
            average_.IsOf(x_.size()) && density_.IsOf(count());
@@ -141,8 +139,7 @@ class TrainedModel {
     Rearrange(LayoutOf(plan.source), plan.source, plan.kept);
     density_.InitChildren(plan, iteration, x_.data());
   }
-  // Returns the layout of a model that consists of the Gaussians source[0], source[1], ... of this model. Their SH
-  // degrees must not increase along `source`.
+  // The layout of a model of the Gaussians source[0], source[1], ... of this model. Their SH degrees must not increase.
   splat::ModelLayout LayoutOf(const Buffer<std::uint32_t, Space>& source) const {
     if (layout_.is_uniform()) return {.count = source.size(), .sh_degree = sh_degree()};
     return LayoutOfRows(layout_, OnHost(source));
@@ -156,8 +153,8 @@ class TrainedModel {
       return copy;
     }
   }
-  // Selects and reorders Gaussians with their moments and average: the new Gaussian i is the old Gaussian
-  // order.source[i]. Returns order.source in the memory of B.
+  // Selects Gaussians with their moments and average: the new Gaussian i is the old Gaussian order.source[i]. Returns
+  // order.source in the memory of B.
   Buffer<std::uint32_t, Space> SelectRows(const DegreeOrder& order) {
     gradient_ = Vector();
     const std::vector<std::uint8_t> all(order.source.size(), 1);
@@ -181,7 +178,7 @@ class TrainedModel {
     x_ = std::move(x);
     layout_ = layout;
   }
-  // Resets the density statistics and computes the length units, which depend on the Gaussians.
+  // The length units depend on the Gaussians.
   void ResetStatisticsAndUnits() {
     density_.ResetStatistics(count());
     adam_.SetUnits(MeasureUnits<Space>(count(), x_.data(), unit_views_, unit_));
@@ -205,7 +202,7 @@ class TrainedModel {
   double unit_;
 };
 
-// The complete state of the Adam stage for checkpoints, except options, photographs and the current cameras.
+// The complete state of the Adam stage, except options, photographs and the current cameras.
 template <class B>
 struct AdamStageState {
   TrainedModel<B> model;
@@ -213,14 +210,14 @@ struct AdamStageState {
   int iteration = 0;         // iterations done
   StageSpan span{0, 0};      // of the last iteration
   double mean_cost = 0;      // running mean of the cost per pixel and channel
-  bool is_averaging = true;  // false after memory for the average was lacking
-  Index before_pruning = 0;  // number of Gaussians before the first pruning; 0: not pruned yet
+  bool is_averaging = true;  // false if memory for the average was lacking
+  Index before_pruning = 0;  // number before the first pruning; 0: not pruned yet
   StageCamerasState cameras = {};
-  // Seconds spent on scoring, and number of scoring rounds skipped for lack of time (StagePruning).
+  // Seconds of scoring, and scoring rounds skipped for lack of time (StagePruning).
   double scoring_seconds = 0;
   int scoring_skipped = 0;
 
-  // True if a state read from a file is valid.
+  // Whether a state from a file is valid.
   bool IsWhole() const {
     const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
     return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0 &&

@@ -50,7 +50,7 @@ RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& g
 
 void StagePlanner::ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds) {
   timer_.Observe(is_coarse, gaussians, seconds);
-  // Skip the first iteration: it takes longer than all others.
+  // The first iteration takes longer than all others.
   if (!std::exchange(is_warm_, true)) return;
   worked_seconds_ += seconds, worked_pixels_ += pixels;
 }
@@ -66,10 +66,10 @@ StageSpan StagePlanner::NextSpan(const StageProgress& now) const {
   const double before = now.span.after, planned = 1.0 * done / n;
   const bool is_limited = options.time_limit > 0;
   const double left = n - done, in_time = is_limited ? session_.processes().OfFirst(IterationsInTime(now)) : left;
-  // A time limit that is never reached does not change the result.
+  // A limit that is never reached does not change the result.
   if (before == planned && left <= in_time) return {planned, (done + 1.0) / n};
   // The plan changed: the time limit shortens it, or the resumed training had another limit or number of iterations.
-  // Divide the rest of the stage among the remaining iterations.
+  // Divides the rest of the stage among the remaining iterations.
   return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Predicts the rest of the Adam stage: its time, and its number of Gaussians. Measured iterations and densifications
-// are extrapolated over the remaining schedule.
+// Predicts the rest of the Adam stage, its time and number of Gaussians, from measured iterations and densifications.
 #pragma once
 
 #include <algorithm>
@@ -18,31 +17,30 @@
 
 namespace vesta::gs {
 
-// Records the seconds per iteration of the Adam stage, separately for half-size ("coarse") and full-size views, and
-// predicts them for other numbers of Gaussians.
+// Seconds per iteration of the Adam stage, separately for half-size ("coarse") and full-size views, also predicted for
+// other numbers of Gaussians.
 class IterationTimer {
  public:
-  // Records the time of one iteration.
   void Observe(bool is_coarse, Index gaussians, double seconds) {
-    // Skip the first iteration at each size, which allocates memory.
+    // The first iteration at each size allocates memory.
     Scale& scale = scales_[is_coarse];
     if (scale.observed++ > 0) scale.Add(seconds / Growth(static_cast<double>(gaussians)));
   }
-  // Records the time of one densification. gaussians: their number afterwards.
+  // Records a densification. gaussians: their number afterwards.
   void ObserveChange(Index gaussians, double seconds) {
     changed_gaussians_ += static_cast<double>(gaussians), change_seconds_ += seconds;
   }
-  // Records the time of one scoring round over all views with `gaussians` Gaussians.
+  // Records a scoring round over all views.
   void ObserveScoring(Index gaussians, double seconds) {
     scored_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
   }
-  // Sets the measured time of a full-size iteration minus the time of a half-size one, for the same model. Predictions
-  // use it for any number of Gaussians, since the work per pixel hardly depends on that number.
+  // Sets the seconds of a full-size iteration minus a half-size one, for the same model, since the work per pixel
+  // hardly depends on the number of Gaussians.
   void SetFullMinusCoarse(double seconds) { full_minus_coarse_ = seconds; }
 
-  // True if an iteration other than the first one was recorded.
+  // True after a second iteration at one size.
   bool is_known() const { return scales_[0].is_known() || scales_[1].is_known(); }
-  // Predicted seconds of one iteration. Needs is_known().
+  // Predicts one iteration. Needs is_known().
   double Seconds(bool is_coarse, double gaussians) const {
     const double growth = Growth(gaussians);
     if (scales_[is_coarse].is_known()) return growth * scales_[is_coarse].mean;
@@ -50,12 +48,12 @@ class IterationTimer {
     const double coarse = growth * scales_[1].mean;
     return full_minus_coarse_ ? coarse + *full_minus_coarse_ : coarse * kFullByCoarse;
   }
-  // Predicted seconds of one densification: proportional to the number of Gaussians; 0 before the first one.
+  // Predicts one densification: proportional to the number of Gaussians; 0 before the first one.
   double ChangeSeconds(double gaussians) const {
     return changed_gaussians_ > 0 ? change_seconds_ / changed_gaussians_ * gaussians : 0;
   }
-  // Predicted seconds of one scoring round. iterations: Adam iterations that process as many views as a round. Before
-  // the first measurement, scoring a view is assumed to take as long as training on it at full size.
+  // Predicts one scoring round. iterations: Adam iterations with as many views. Before the first measurement, assumes
+  // the time of training on the same views at full size.
   double ScoringSeconds(double gaussians, double iterations) const {
     if (scored_gaussians_ > 0) return scoring_seconds_ / scored_gaussians_ * gaussians;
     return iterations * Seconds(false, gaussians);
@@ -63,21 +61,19 @@ class IterationTimer {
 
  private:
   static constexpr std::size_t kLatest = 40;
-  // The time per iteration is proportional to this number. The exponent was 0.6 to 1.05 in eight trainings
-  // (docs/decisions/forecast.md).
+  // The time per iteration is proportional to this number (docs/decisions/forecast.md).
   static double Growth(double gaussians) {
     constexpr double kExponent = 0.87;
     return std::pow(std::max(1.0, gaussians), kExponent);
   }
-  // Assumed time of a full-size iteration divided by the time of a half-size one, until both are measured. The ratio
-  // was 0.9 to 1.8 in the same trainings.
+  // Assumed time of a full-size iteration divided by a half-size one, until both are measured
+  // (docs/decisions/forecast.md).
   static constexpr double kFullByCoarse = 1.4;
   // Measurements at one image size: seconds divided by Growth.
   struct Scale {
     std::size_t observed = 0;
     std::array<double, kLatest> latest{};
-    // Mean of `latest` without its lowest and highest tenth, because other programs on the machine disturb some
-    // measurements.
+    // Mean of `latest` without its lowest and highest tenth, because other programs disturb some measurements.
     double mean = 0;
 
     bool is_known() const { return observed > 1; }
@@ -96,21 +92,18 @@ class IterationTimer {
   std::array<Scale, 2> scales_;  // full size, half size
 };
 
-// Predicts the number of Gaussians from the growth so far. The relative growth per densification decreases. On every
-// measured scene it was multiplied by about kFall each time after the fourth densification
-// (docs/decisions/forecast.md).
+// Predicts the number of Gaussians from the growth so far. After the fourth densification, each multiplies the relative
+// growth by about kFall (docs/decisions/forecast.md).
 class GrowthForecast {
  public:
-  // Records one densification.
   void Observe(Index before, Index after) {
     ++changes_;
     part_ = std::max(0.0, static_cast<double>(after) / static_cast<double>(std::max<Index>(before, 1)) - 1);
   }
 
-  // True after enough densifications for a forecast.
+  // True after enough densifications.
   bool is_known() const { return changes_ >= kNeeded; }
-  // The number of Gaussians after `changes` more densifications, if there are `gaussians` now. Uses typical growth
-  // until is_known().
+  // The number after `changes` more densifications, if there are `gaussians` now. Uses typical growth until is_known().
   double After(double gaussians, int changes) const {
     double part = is_known() ? part_ : kUsualPart;
     for (int k = std::min(changes_, kNeeded); k < std::min(changes_, kNeeded) + changes; ++k) {
@@ -128,69 +121,66 @@ class GrowthForecast {
   double part_ = 0;  // relative growth in the latest densification
 };
 
-// Progress of the Adam stage.
 struct StageProgress {
   int iteration = 0;     // iterations done
   StageSpan span{0, 0};  // of the last iteration
   Index gaussians = 0;
   Index max_gaussians = std::numeric_limits<Index>::max();  // ResolvedPlan::max_gaussians
-  Index before_pruning = 0;      // number of Gaussians before the first pruning; 0: not pruned yet
-  bool has_coarse_views = true;  // half-size views exist
+  Index before_pruning = 0;                                 // number before the first pruning; 0: not pruned yet
+  bool has_coarse_views = true;                             // half-size views exist
 };
 
 // Prediction for the rest of the stage.
 struct RemainingWork {
-  double seconds = 0;         // per iteration, mean over the rest of the stage
+  double seconds = 0;         // per iteration, mean
   double full_seconds = 0;    // per iteration, if all views had full size
-  double change_seconds = 0;  // of all densifications and prunings
+  double change_seconds = 0;  // all densifications and prunings
   double gaussians = 0;       // at the end of the stage
-  double most_gaussians = 0;  // maximum over the rest of the stage
+  double most_gaussians = 0;  // maximum
 
-  // The number of iterations that fit into `available` seconds, beside the densifications and prunings. At most three
-  // quarters of the time are reserved for these. Before the first one their time is a guess. If the guess were too high
-  // and nothing limited it, the stage would run too few iterations.
+  // Iterations that fit into `available` seconds with the densifications and prunings. At most three quarters are
+  // reserved for these: until the first one, their time is a guess.
   double IterationsIn(double available) const {
     return (available - std::min(change_seconds, 0.75 * available)) / seconds;
   }
 };
 
-// Predicts the rest of the stage by simulating its schedule. iterations_per_scoring: Adam iterations that process as
-// many views as one scoring round. Requires timer.is_known() and an unfinished stage.
+// Simulates the rest of the schedule. iterations_per_scoring: Adam iterations with as many views as one scoring round.
+// Requires timer.is_known() and an unfinished stage.
 RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& growth, const TrainingSchedule& schedule,
                             const StageProgress& now, double iterations_per_scoring = 0);
 
-// Plans the Adam stage with these predictions: decides how many iterations fit into the time limit, and makes the
-// forecast that is shown to the user.
+// Plans the Adam stage with these predictions: how many iterations fit into the time limit, and the forecast for the
+// user.
 class StagePlanner {
  public:
   explicit StagePlanner(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}
 
-  // The timer of this stage. Pruning adds the times of its scoring rounds (StagePruning).
+  // Pruning adds the times of its scoring rounds (StagePruning).
   IterationTimer& timer() { return timer_; }
-  // Records one iteration on `pixels` pixels.
+  // Records an iteration on `pixels` pixels.
   void ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds);
-  // Records one densification.
   void ObserveGrowth(Index before, Index after, double seconds);
 
-  // The span of the next iteration within the stage. It is longer if the time limit leaves fewer iterations.
+  // Span of the next iteration; longer if the time limit leaves fewer iterations.
   StageSpan NextSpan(const StageProgress& now) const;
-  // The predicted total number of iterations.
+  // Predicted total of iterations.
   int ExpectedIterations(const StageProgress& now) const;
   // Predicted seconds of the next evaluation; 0: unknown.
   double EvaluationSeconds() const { return session_.history().SecondsAhead(SecondsPerPixel()); }
 
-  // The forecast to report after this iteration. The first guess is reported about a second after the start, and the
-  // final forecast once the growth of the Gaussians is known or growth has ended; each only once. grows: true if
-  // density control collects statistics in this iteration.
+  // The forecast to report after this iteration: the first guess about a second after the start, and the final forecast
+  // once the growth of the Gaussians is known or has ended; each only once. grows: density control collects statistics
+  // in this iteration.
   enum class ForecastKind { kNothing, kFirstGuess, kForecast };
   ForecastKind NextForecast(bool grows);
-  // The prediction for the rest of the stage. Requires timer().is_known().
+  // Requires timer().is_known().
   RemainingWork Ahead(const StageProgress& now) const;
-  // The forecast for the user. ahead: result of Ahead(now). mib: predicted peak memory in MiB.
+  // ahead: from Ahead(now). mib: predicted peak memory in MiB.
   Prediction MakeForecast(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess, double mib) const;
 
  private:
-  // The number of further iterations that fit into the time limit; a huge number without a limit.
+  // Further iterations within the time limit; a huge number without one.
   double IterationsInTime(const StageProgress& now) const;
   // Training time per pixel; 0: unknown.
   double SecondsPerPixel() const { return worked_pixels_ > 0 ? worked_seconds_ / worked_pixels_ : 0; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Code shared by both kinds of LM stage, of Gaussians alone (SplatLm) and of Gaussians with cameras (JointLm, both in
-// lm_stage.h): saved state, start, iteration loop, resulting model, and the reaction when a GPU runs out of memory.
+// Shared by both kinds of LM stage, of Gaussians alone (SplatLm) and with cameras (JointLm, both in lm_stage.h): saved
+// state, start, iteration loop, resulting model, and the reaction when a GPU runs out of memory.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,12 +25,12 @@
 
 namespace vesta::gs {
 
-// The first part of a saved LM stage. The state of the solver (LmStepper::Save) follows. Its parameter vector x comes
-// first, and x begins with the parameters of the model. Options and photographs are not saved.
+// The first part of a saved LM stage. The solver's state (LmStepper::Save) follows: first its parameter vector x, which
+// begins with the model. Options and photographs are not saved.
 struct LmStageHeader {
   splat::ModelLayout layout;
-  int done = 0;                   // iterations of earlier solves; a stage has several if a GPU ran out of memory
-  std::vector<float> units;       // length units of the Gaussians at the start of the stage
+  int done = 0;                   // iterations of earlier solves; several if a GPU ran out of memory
+  std::vector<float> units;       // length units of the Gaussians at the start
   bool eliminates_views = false;  // whether PCG solves the reduced system (with camera refinement)
 
   template <class Archive>
@@ -39,7 +39,6 @@ struct LmStageHeader {
   }
 };
 
-// Reads the model from a saved LM stage.
 inline SplatModel ModelOfLmStage(std::string_view saved) {
   ArchiveReader reader(saved);
   LmStageHeader header;
@@ -52,10 +51,10 @@ inline SplatModel ModelOfLmStage(std::string_view saved) {
   return model;
 }
 
-// The start of an LM stage: new, or resumed from a saved state.
+// A new or resumed LM stage.
 class LmStart {
  public:
-  // Throws Error, which names the checkpoint, if the saved state does not belong to this stage.
+  // Throws Error, naming the checkpoint, if the saved state does not belong to this stage.
   LmStart(TrainingSession& session, const SplatModel& model)
       : session_(session), saved_(session.saved().Take(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
     if (!saved_) {
@@ -69,12 +68,12 @@ class LmStart {
   LmStart& operator=(const LmStart&) = delete;
 
   bool saved() const { return saved_.has_value(); }
-  // Constructs a Stepper from `args` and the saved state of the solver; call at most once. Throws like the constructor.
+  // Constructs a Stepper from `args` and the solver's saved state; call at most once. Throws like the constructor.
   template <class Stepper, class... Args>
   Stepper MakeStepper(Args&&... args) {
     return session_.saved().Validate([&] { return Stepper(std::forward<Args>(args)..., reader_); });
   }
-  // Number of finished iterations of the saved solve; 0 for a new stage.
+  // Finished iterations of the saved solve; 0 for a new stage.
   int finished() const { return saved_ ? session_.saved().first_iteration() - header.done : 0; }
 
   LmStageHeader header;
@@ -85,13 +84,13 @@ class LmStart {
   ArchiveReader reader_;
 };
 
-// The best model of a stepper so far; refers to the stepper's memory.
+// The best model so far; refers to the stepper's memory.
 template <Backend B>
 splat::Model<float> BestOf(const LmStepper<B>& stepper, const splat::ModelLayout& layout) {
   return {stepper.x().data(), layout, layout.sh_degree};
 }
 
-// Runs the stepper until it is done or the session stops. header: saved before the solver state in checkpoints. best:
+// Runs the stepper until it is done or the session stops. header: saved before the solver's state in checkpoints. best:
 // the best model, for the history. moved: called after each step. Returns the solver's full report.
 template <Backend B>
 std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageHeader& header,
@@ -109,7 +108,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     session.history().Record(Stage::kLm, 0, best);
     if (!stepper.done()) session.interim().SaveWhereDue(Stage::kLm, 0, save);
   }
-  // The next step, with its evaluation, is expected to take as long as the latest one.
+  // The next step and its evaluation should take as long as the latest.
   for (double latest = 0; !stepper.done() && !session.early_end().ShouldStop(latest);) {
     const double begin = session.clock().Total();
     const LmIteration& row = stepper.Step();
@@ -137,14 +136,14 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
   return summary.FullReport();
 }
 
-// The best model of an LM stage so far: the first elements of the stepper's x. It is in the memory of backend B and,
-// after TakeBest, on the host.
+// The best model of an LM stage so far: the first elements of the stepper's x, in the memory of backend B and, after
+// TakeBest, on the host.
 template <class B>
 class LmModel {
  public:
-  // copies: device copies of the training photographs for evaluation; empty: the session's photographs are used.
-  // workspace: used for evaluation; the solver must not need its content between steps. model: has the layout;
-  // TakeBest() stores the parameters in it. All must outlive this object.
+  // copies: device copies of the training photographs for evaluation; empty: the session's are used. workspace: for
+  // evaluation; the solver must not need its content between steps. model: has the layout; TakeBest() stores the
+  // parameters in it. All must outlive this object.
   LmModel(TrainingSession& session, const LmStepper<B>& stepper, std::span<const TargetView<B>> copies,
           typename SplatBackend<B>::Workspace& workspace, SplatModel& model)
       : session_(session), stepper_(stepper), copies_(copies), workspace_(workspace), model_(model) {}
@@ -153,7 +152,7 @@ class LmModel {
   void AfterStep() {
     if constexpr (!kOnHost) TakeBest();
   }
-  // Copies the stepper's best model to `model`.
+  // Copies the best model to `model`.
   void TakeBest() {
     const Index n = model_.Size();
     model_.data.resize(static_cast<std::size_t>(n));
@@ -180,13 +179,12 @@ class LmModel {
   SplatModel& model_;
 };
 
-// Runs the whole LM stage. `problem` is a SplatLm or a JointLm (lm_stage.h): it creates the least-squares problem and
-// its start vector, and its Moved() is called after each step. Stores the best model in `model`, records the last state
-// in the history and returns the solver's full report.
-// If a GPU runs out of memory, the stage continues from its best model with less memory if problem.ReduceMemory() is
-// true; else it ends after the last finished iteration, with an empty report. Throws OutOfDeviceMemory if it would end
-// without a finished iteration and there was no Adam stage. Throws Error if a saved state does not belong to this
-// stage.
+// `problem`, a SplatLm or a JointLm (lm_stage.h), creates the least-squares problem and its start vector; Moved() is
+// called after each step. Stores the best model in `model`, records the last state in the history and returns the
+// solver's full report. If a GPU runs out of memory, the stage continues from its best model with less memory if
+// problem.ReduceMemory() is true; else it ends after the last finished iteration, with an empty report. Throws
+// OutOfDeviceMemory if no iteration was finished and there was no Adam stage. Throws Error if a saved state does not
+// belong to this stage.
 template <class B, class StageProblem>
 std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& start, StageProblem& problem) {
   constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
@@ -200,7 +198,7 @@ std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& s
       B backend;
       typename B::Vector x;
       if (!resumes) x = problem.Start(model);
-      if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done, its x holds the model
+      if constexpr (kOnHost) model.data = std::vector<float>();  // of the current solve
       engine.max_iterations = std::max(0, session.plan().lm.iterations - done);
       LmStepper<B> stepper = resumes ? start.template MakeStepper<LmStepper<B>>(engine, backend, solved)
                                      : LmStepper<B>(engine, backend, solved, std::move(x));

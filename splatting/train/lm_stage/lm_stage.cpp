@@ -17,7 +17,7 @@ Index NumBatches(const TrainingSession& session) {
   return ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(session.training_views().size()));
 }
 
-// Replaces LM options that are not supported, and adds notes about options without effect.
+// Replaces unsupported LM options, and notes options without effect.
 void NormalizeLmOptions(TrainingSession& session) {
   LmStageOptions& lm = session.Decide().lm;
   if (lm.iterations == 0) return;
@@ -40,13 +40,13 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   const bool has_cache = IsCached(lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const auto all = static_cast<int>(session.training_views().size());
-  // Counting builds each view once. Count all views only if LM memory must be planned exactly.
+  // Counting builds each view once: all views only if LM memory must be planned exactly.
   const bool is_exact = lm.iterations > 0 && (has_cache || session.options().memory.budget_gib > 0);
   const int counted = is_exact ? all : some;
   return session.memory().Count(ToKernelModel(model), counted, has_cache);
 }
 
-// Chooses how LM runs within the available memory. Returns the reason if it does not fit, else an empty string.
+// Returns the reason if LM does not fit, else an empty string.
 std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stages, const MemoryScene& counts) {
   const TrainOptions& options = session.options();
   ResolvedPlan& plan = session.Decide();
@@ -56,7 +56,7 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
   try {
     plan.lm_memory = finds_cameras ? PlanJointLm(counts, options, memory) : PlanLm(counts, plan.lm, memory);
   } catch (const Error& error) {
-    // Keep the result of Adam if LM does not fit.
+    // Keep the result of Adam.
     if (!options.adam.runs()) throw;
     plan.lm.iterations = 0;
     return error.what();
@@ -68,7 +68,7 @@ std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stage
     return "";
   }
   const JacobianKind planned = plan.lm.jacobian = plan.lm_memory.jacobian;
-  // A device always caches views if they fit, so this choice needs no note.
+  // A device always caches views if they fit: no note.
   const bool as_ever =
       stages.device_memory && asked == JacobianKind::kOnTheFly && planned == JacobianKind::kCachedViews;
   if (planned != asked && !as_ever) {
@@ -119,8 +119,8 @@ JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::
   return problem;
 }
 
-// With inaccurate cameras, eliminating the views reaches a lower cost with the same number of products; each product
-// takes a fifth longer (docs/decisions/joint-camera-lm.md).
+// With inaccurate cameras, eliminating the views reaches a lower cost with the same number of products, each a fifth
+// slower (docs/decisions/joint-camera-lm.md).
 vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header) {
   vesta::LmOptions engine = LmEngineOptions(session.plan().lm);
   engine.batch_mode = BatchMode::kExact;

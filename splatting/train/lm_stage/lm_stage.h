@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LM stage: Levenberg-Marquardt on all training views, in a form that fits into the memory (memory/memory_plan.h).
+// The LM stage: Levenberg-Marquardt on all training views, in a form that fits into memory (memory/memory_plan.h).
 #pragma once
 
 #include <memory>
@@ -22,11 +22,11 @@
 
 namespace vesta::gs {
 
-// Options of the least-squares problem for a model with this layout. units: the length unit of each Gaussian.
+// layout: of the model. units: length unit of each Gaussian.
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const splat::ModelLayout& layout,
                                      const std::vector<float>& units);
 
-// LM on the Gaussians alone, in the memory of backend B. SolveLmStage (lm_solve.h) calls the functions.
+// LM on the Gaussians alone, for SolveLmStage (lm_solve.h).
 template <class B>
 class SplatLm {
  public:
@@ -56,9 +56,8 @@ class SplatLm {
   auto& workspace() { return problem_->workspace(); }
   void Resumed(const LmStepper<B>&) {}
   void Moved(const LmStepper<B>&) {}
-  // Stops caching views: from now on each view is rebuilt when needed. Returns false if views are already not cached.
-  // (The GPU can run out of memory despite the plan: it is estimated from some of the views, and other programs may
-  // allocate.)
+  // Stops caching views: each is rebuilt when needed. Returns false if views are already not cached. (The plan is an
+  // estimate, and other programs may allocate GPU memory.)
   bool ReduceMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
 
  private:
@@ -72,15 +71,14 @@ class SplatLm {
 
 JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::ModelLayout& layout,
                                    const LmStageHeader& header);
-// Options of the solver. header.eliminates_views: whether PCG solves the system without the views
-// (JointProblemOptions).
+// header.eliminates_views: PCG solves the system without the views (JointProblemOptions).
 vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header);
-// The start vector of the problem: splat parameters, then the unknowns of all views of the layout.
+// Splat parameters, then the unknowns of all views of the layout.
 HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
                              const std::vector<ViewUnknowns>& views);
 
-// LM on Gaussians, cameras and exposures jointly (cameras/joint/joint_problem.h), in the memory of backend B, on one
-// process. SolveLmStage calls the functions. Starts from the session's cameras and stores the refined ones there.
+// LM on Gaussians, cameras and exposures jointly (cameras/joint/joint_problem.h), on one process, for SolveLmStage.
+// Starts from the session's cameras and stores the refined ones there.
 template <class B>
 class JointLm {
  public:
@@ -89,7 +87,7 @@ class JointLm {
 
   vesta::LmOptions EngineOptions() const { return JointEngineOptions(session_, header_); }
   Problem<B>& MakeProblem() {
-    // Unknowns are relative to the given cameras and the original photographs.
+    // Unknowns are relative to the given cameras and original photographs.
     targets_ = MakeTargets<B>(cameras().given(), NearPlane(session_.scene()), &photographs_);
     return problem_.emplace(options_, targets_);
   }
@@ -98,7 +96,7 @@ class JointLm {
     x.CopyFrom(JointStart(layout(), model, cameras().found()));
     return x;
   }
-  std::span<const TargetView<B>> copies() const { return {}; }  // evaluations use the refined cameras, not these copies
+  std::span<const TargetView<B>> copies() const { return {}; }  // evaluations use the refined cameras
   auto& workspace() { return problem_->workspace(); }
   // Throws Error if the saved state does not belong to these views.
   void Resumed(const LmStepper<B>& stepper) {
@@ -129,8 +127,8 @@ class JointLm {
   std::optional<JointProblem<B>> problem_;
 };
 
-// Runs the LM stage in the memory of backend B, as planned in session.plan(). Stores the best model and the refined
-// cameras, records the last state in the history and returns the solver's full report. Throws like SolveLmStage.
+// Runs the LM stage as planned in session.plan(). Stores the best model and the refined cameras, records the last state
+// in the history and returns the solver's full report. Throws like SolveLmStage.
 template <class B>
 std::string RunLmStage(TrainingSession& session, SplatModel& model) {
   LmStart start(session, model);
@@ -145,17 +143,15 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model) {
 
 extern template std::string RunLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model);
 
-// The result of the stage.
 struct LmOutcome {
-  Index batches = 1;          // number of batches of views
+  Index batches = 1;          // batches of views
   MemoryScene counts;         // sizes of the initial model and its views
-  std::string report = {};    // the solver's full report; empty if LM did not run
-  std::string left_out = {};  // the reason if LM did not fit into memory; else empty
+  std::string report = {};    // the solver's full report; empty without LM
+  std::string left_out = {};  // why LM did not fit into memory; else empty
 };
 
 // Plans the stage and runs it on `model`, within the available memory. Does nothing if LM has 0 iterations or the
-// training has ended. If LM does not fit into the memory, it is skipped if there was an Adam stage; otherwise throws
-// Error.
+// training has ended. If LM does not fit, it is skipped after an Adam stage; otherwise throws Error.
 LmOutcome RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model);
 
 }  // namespace vesta::gs

@@ -15,7 +15,7 @@
 namespace vesta::gs {
 namespace {
 
-// File format: these eight bytes, the version, RunState, the state of the stage, and the CRC-32 of all of these.
+// File format: these eight bytes, the version, RunState, the state of the stage, and the CRC-32 of all.
 constexpr std::string_view kMagic = "vestaTRN";
 // Increase when a Visit function of the saved state changes.
 constexpr std::uint32_t kVersion = 13;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints: files with the state of a training. A training that resumes from one ends with the same bits as without
-// the interruption.
+// Checkpoints: files with the state of a training. A resumed training ends with the same bits as without the
+// interruption.
 #pragma once
 
 #include <fmt/format.h>
@@ -23,14 +23,14 @@
 
 namespace vesta::gs {
 
-// The part of a checkpoint that is common to both stages, Adam and LM.
+// The part that is common to both stages, Adam and LM.
 struct RunState {
-  // Text that the caller needs for resuming, such as the folder of the photographs and the options. Stored unchanged.
+  // Text for the caller, such as the folder of the photographs and the options. Stored unchanged.
   std::string origin = {};
   Stage stage = Stage::kAdam;
-  int iteration = 0;                     // iterations done in the stage
+  int iteration = 0;                     // done in the stage
   std::uint64_t scene = 0;               // FingerprintOf the scene
-  double seconds = 0, eval_seconds = 0;  // time of the training without evaluations; time of evaluations
+  double seconds = 0, eval_seconds = 0;  // of the training without evaluations; of evaluations
   std::vector<HistoryRow> history = {};
   std::vector<std::string> notes = {};
   std::vector<ViewUnknowns> cameras = {};  // of the training views if cameras are refined; else empty
@@ -49,24 +49,23 @@ struct Checkpoint {
   int iteration() const { return run.iteration; }
 };
 
-// A hash of the names, sizes, cameras, poses and roles of all views. Photographs and points do not enter.
+// A hash of the names, sizes, cameras, poses and roles of all views, not of photographs and points.
 std::uint64_t FingerprintOf(const Scene& scene);
 
-// Writes a checkpoint. stage_state: function that writes the state of the stage. An older file at `path` stays until
-// the new one is complete (kernels/core/files.h). Throws Error (one line, with the path) if the file cannot be written.
+// stage_state: writes the state of the stage. An older file at `path` stays until the new one is complete
+// (kernels/core/files.h). Throws Error, with the path, if the file cannot be written.
 void WriteCheckpoint(const std::string& path, RunState& run, const std::function<void(ArchiveWriter&)>& stage_state);
 
-// True if the file starts like a checkpoint; false if it cannot be read.
+// Whether the file starts like a checkpoint; false if it cannot be read.
 bool IsCheckpoint(const std::string& path);
 
-// Throws Error (one line, with the path) if the file is missing, not a checkpoint, of another version, truncated or
-// damaged.
+// Throws Error, with the path, if the file is missing, not a checkpoint, of another version, truncated or damaged.
 Checkpoint ReadCheckpoint(const std::string& path);
 
-// The saved state from which a training resumes, if any. The stage to which it belongs reads it once (Take).
+// The saved state to resume from, if any. Its stage reads it once (Take).
 class SavedStage {
  public:
-  // null: the training begins with Adam's first iteration. Must outlive this object.
+  // null: a new training. Must outlive this object.
   explicit SavedStage(const Checkpoint* checkpoint) : checkpoint_(checkpoint) {
     if (checkpoint) state_ = checkpoint->stage_state;  // refers to the checkpoint's memory, as the state may be large
   }
@@ -75,28 +74,27 @@ class SavedStage {
   Stage first_stage() const { return checkpoint_ ? checkpoint_->run.stage : Stage::kAdam; }
   int first_iteration() const { return checkpoint_ ? checkpoint_->iteration() : 0; }
   const std::string& path() const { return checkpoint_->path; }  // requires a checkpoint
-  // Seconds of the training before it was saved, without evaluations; seconds of evaluations.
+  // Seconds before it was saved: of the training without evaluations; of evaluations.
   double seconds() const { return checkpoint_ ? checkpoint_->run.seconds : 0; }
   double eval_seconds() const { return checkpoint_ ? checkpoint_->run.eval_seconds : 0; }
 
   // Empty without a checkpoint, or after Take().
   const std::optional<std::string_view>& state() const { return state_; }
-  // Returns the state if it belongs to stage `of` and was not taken before; else nothing.
+  // The state if it belongs to stage `of` and was not taken before.
   std::optional<std::string_view> Take(Stage of) {
     return of == first_stage() ? std::exchange(state_, std::nullopt) : std::nullopt;
   }
-  // Stores a state that was taken, so that Take() returns it again.
+  // Take() then returns this state again.
   void GiveBack(std::optional<std::string_view> state) { state_ = state; }
 
-  // Throws Error with the message that the saved state is invalid, the path of the checkpoint and, if given, the
-  // reason.
+  // Throws Error that the saved state is invalid, with the checkpoint's path and, if given, the reason.
   [[noreturn]] void Refuse(const std::string& why = "") const {
     Fail(kBadFile,
          "{}: the saved state does not fit this training{}; resume from another checkpoint, or start a new training",
          checkpoint_->path, why.empty() ? "" : fmt::format(" ({})", why));
   }
-  // Returns read(), a function that reads the saved state. If it throws Error, calls Refuse() with that message.
-  // Exceptions for lack of device memory or the failure of another process pass through.
+  // Returns read(), which reads the saved state. If it throws Error, calls Refuse() with that message. Exceptions for
+  // lack of device memory or another process's failure pass through.
   template <class Read>
   auto Validate(const Read& read) const {
     try {

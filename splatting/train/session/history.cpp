@@ -43,7 +43,7 @@ bool TimeBudget::HasTimeToRecord(double seconds) const {
 
 double TimeBudget::SecondsForAdam() const {
   if (!is_limited()) return std::numeric_limits<double>::infinity();
-  // Fractions of the limit reserved for LM, if enabled, and for writing files.
+  // Fractions reserved for LM, if enabled, and for writing files.
   constexpr double kPartOfLm = 0.25, kPartToWrite = 0.01;
   const double kept = kPartToWrite + (options_.lm.iterations > 0 ? kPartOfLm : 0);
   return (1 - kept) * options_.time_limit - clock_.Total();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The history of a training, the use of its time limit, and the conditions that end the training early.
+// The history of a training, its time limit, and the conditions that end it early.
 #pragma once
 
 #include <functional>
@@ -15,17 +15,16 @@
 
 namespace vesta::gs {
 
-// Returns the model in host memory.
 using ModelOnHost = std::function<splat::Model<float>()>;
 
-// A model to record: functions that evaluate it, or copy it to host memory.
+// Functions that evaluate a model to record, or copy it to host memory.
 struct ModelToRecord {
   Index gaussians = 0;
   std::function<Evaluation()> evaluate;
-  ModelOnHost on_host;  // called only if a callback needs the model
+  ModelOnHost on_host;  // called only if a callback needs it
 };
 
-// The history rows of a training, and the evaluations that produce them.
+// The history rows of a training, and their evaluations.
 class RecordedHistory {
  public:
   // All arguments must outlive this object.
@@ -37,7 +36,6 @@ class RecordedHistory {
         measured_{options.evaluated_views, ProcessGroup(callbacks.ranks)},
         renderer_(options.background, NearPlane(cameras.scene())) {}
 
-  // The views that are evaluated.
   const MeasuredViews& measured_views() const { return measured_; }
   // Evaluates a model in host memory.
   Evaluation Evaluate(const splat::Model<float>& model) {
@@ -45,18 +43,18 @@ class RecordedHistory {
   }
   // Evaluates the model while the clock is paused, and adds a row. Collective.
   void Record(Stage stage, int iteration, const ModelToRecord& model);
-  // The same for a model in host memory.
+  // Records a model in host memory.
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
     Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
-  // Predicted seconds of the next evaluation: the time of the latest one. Before the first one, an estimate from
-  // `seconds_per_pixel`, the training time per pixel; 0 if that is unknown (0).
+  // Predicted seconds of the next evaluation, from the latest one. Before the first one, an estimate from
+  // `seconds_per_pixel`, the training time per pixel; 0 if unknown (0).
   double SecondsAhead(double seconds_per_pixel) const;
 
   bool empty() const { return rows_.empty(); }
-  // True if the last row belongs to this stage.
+  // Whether the last row belongs to this stage.
   bool ends_with(Stage stage) const { return !empty() && rows_.back().stage == stage; }
-  // PSNR in the latest row, dB; 0 without rows or without such views.
+  // Latest row, dB; 0 without rows or such views.
   double training_psnr() const { return empty() ? 0 : rows_.back().train.psnr; }
   double held_out_psnr() const { return empty() ? 0 : rows_.back().held_out.psnr; }
 
@@ -75,7 +73,7 @@ class RecordedHistory {
   double latest_seconds_ = 0;  // of one evaluation; 0: none yet
 };
 
-// Divides the time limit (TrainOptions::time_limit) among the parts of a training. Evaluations count as used time.
+// Divides the time limit (TrainOptions::time_limit), which includes evaluations, among the parts of a training.
 class TimeBudget {
  public:
   // All arguments must outlive this object.
@@ -83,10 +81,10 @@ class TimeBudget {
       : options_(options), processes_(processes), clock_(clock) {}
 
   bool is_limited() const { return options_.time_limit > 0; }
-  // True if there is time for a history row that takes `seconds`. All rows but the last may together take a twentieth
-  // of the time used so far. Always true without a limit. Collective.
+  // Whether there is time for a history row that takes `seconds`: all rows but the last may take a twentieth of the
+  // time so far. Always true without a limit. Collective.
   bool HasTimeToRecord(double seconds) const;
-  // Seconds left for the Adam stage and its last evaluation; infinity without a time limit.
+  // Includes the stage's last evaluation; infinity without a limit.
   double SecondsForAdam() const;
 
  private:
@@ -95,7 +93,7 @@ class TimeBudget {
   const TrainingClock& clock_;
 };
 
-// Conditions that end a training early: a request of the caller, the time limit, or the target PSNR.
+// Conditions that end a training early: the caller's request, the time limit, or the target PSNR.
 class EarlyEnd {
  public:
   // All arguments must outlive this object.
@@ -103,15 +101,13 @@ class EarlyEnd {
            const TrainingClock& clock, const RecordedHistory& history)
       : options_(options), callbacks_(callbacks), processes_(processes), clock_(clock), history_(history) {}
 
-  // True if the caller of any process requests a stop, or if rank 0's clock plus `ahead` reaches the time limit. ahead:
-  // seconds of the next work, which cannot be interrupted. Once true, it stays true. Evaluations count as used time.
-  // Collective.
+  // True if the caller of any process requests a stop, or if rank 0's clock, with evaluations, plus `ahead` reaches the
+  // time limit. ahead: seconds of the next work, which cannot be interrupted. Stays true. Collective.
   bool ShouldStop(double ahead = 0);
-  // The latest result of ShouldStop.
   bool stopped() const { return stopped_; }
 
-  // has_reached_target: the held-out PSNR of the latest history row is at least the target. misses_target: there is a
-  // target that is not reached.
+  // has_reached_target: the held-out PSNR of the latest row is at least the target. misses_target: there is a target
+  // that is not reached.
   bool has_reached_target() const { return has_target() && history_.held_out_psnr() >= options_.target_psnr; }
   bool misses_target() const { return has_target() && !has_reached_target(); }
 

@@ -23,7 +23,7 @@ std::string InterimOutput::NoteError(const char* what, const std::function<void(
   try {
     write();
   } catch (const Error& error) {
-    // A file that cannot be written must not end the training.
+    // A failed write must not end the training.
     std::string line = fmt::format("{}: {}", what, error.what());
     parts_.notes.Add(line);
     return line;
@@ -68,7 +68,7 @@ void InterimOutput::ServeViewer(Stage stage, int iteration, const ModelOnHost& o
   };
   show_where_wanted();
   if (!watch.waits) return;
-  // Work during a pause does not count as training time.
+  // Work during a pause is not training time.
   const double seconds = clock_.Seconds();
   const TrainingClock::ExcludedTime absence(clock_);
   while (watch.waits()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output during a training: checkpoints, snapshots of the model, and answers to the requests of a viewer.
+// Output during a training: checkpoints, snapshots of the model, and answers to a viewer.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ using WriteState = std::function<void(ArchiveWriter&)>;
 
 class InterimOutput {
  public:
-  // The parts of the session that this class saves or reads. All must outlive this object.
+  // Parts of the session that are saved or read. All must outlive this object.
   struct Parts {
     const TrainCallbacks& callbacks;
     std::uint64_t fingerprint;  // of the scene with its given cameras
@@ -34,30 +34,29 @@ class InterimOutput {
   };
   explicit InterimOutput(const Parts& parts);
 
-  // True if checkpoints may be written: there is a path, and an interval or a viewer that can request them.
+  // Whether checkpoints may be written: there is a path, and an interval or a viewer that can request them.
   bool Saves() const;
-  // True if this process has written a checkpoint.
+  // Whether this process has written a checkpoint.
   bool has_saved() const { return has_saved_; }
-  // Call after each iteration. Writes a checkpoint if the interval has passed or the viewer requests one. If an
-  // interval is set, also writes one when the training stops early. state: writes the state of the stage. A failure to
-  // write becomes a note.
+  // Call after each iteration. Writes a checkpoint if the interval has passed or the viewer requests one and, if an
+  // interval is set, when the training stops early. state: writes the state of the stage. A failure becomes a note.
   void SaveWhereDue(Stage stage, int iteration, const WriteState& state);
-  // Call at the end of each iteration except the last. Passes the model to the viewer if it requests one. While the
-  // viewer pauses the training, the function does not return; this time counts neither as training nor as evaluation.
+  // Call at the end of each iteration except the last. Passes the model to the viewer on request. Returns only after
+  // the viewer's pauses, which count neither as training nor as evaluation.
   void ServeViewer(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
-  // Passes the model to TrainCallbacks::snapshot if its interval has passed. A failure becomes a note.
+  // Calls TrainCallbacks::snapshot if its interval has passed. A failure becomes a note.
   void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
 
  private:
   // seconds: of the training.
   void Save(Stage stage, int iteration, double seconds, const WriteState& state);
-  // Runs `write`. If it throws Error, adds the note "WHAT: MESSAGE" and returns it; else returns an empty string.
+  // If `write` throws Error, adds and returns the note "WHAT: MESSAGE"; else returns an empty string.
   std::string NoteError(const char* what, const std::function<void()>& write);
 
   Parts parts_;
   const TrainCallbacks& callbacks_;
   TrainingClock& clock_;
-  // Start at the beginning of the training, or where it resumed.
+  // Start with the training, or where it resumed.
   IntervalTimer checkpoint_timer_, snapshot_timer_;
   bool has_saved_ = false;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The notes of a training: lines for the user about deviations from the options. All texts are here.
+// The notes of a training: lines for the user about deviations from the options.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,7 @@
 
 namespace vesta::gs {
 
-// Formats for TrainingSession::Note. In most formats that end with ": {}", the last argument is the message of an
-// Error.
+// Formats for TrainingSession::Note. In most that end with ": {}", the last argument is an Error's message.
 namespace notes {
 
 inline constexpr char kEvaluatesSomeViews[] =
@@ -49,7 +48,7 @@ inline constexpr char kLmByOneView[] = "LM continues with one view at a time: {}
 
 }  // namespace notes
 
-// The notes so far. A note that is already in the list is not added again, since a resumed training may repeat it.
+// Skips repeated notes, which a resumed training may add.
 class TrainingNotes {
  public:
   void Add(std::string line) {

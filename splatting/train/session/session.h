@@ -30,11 +30,10 @@
 
 namespace vesta::gs {
 
-// The memory that is available to the stages now, on the GPU or the host. held_mib: memory that the process already
-// uses.
+// The memory available to the stages now, on the GPU or the host. held_mib: memory in use by the process.
 StageMemory MemoryForStages(const StageRunners& stages, const MemoryOptions& options, double held_mib);
 
-// Sizes for memory planning: of models and views, of rollback snapshots on the GPU, and of the largest model so far.
+// Sizes of models and views for memory planning, of rollback snapshots on the GPU, and of the largest model so far.
 class TrainingMemory {
  public:
   // cameras must outlive this object.
@@ -43,14 +42,14 @@ class TrainingMemory {
   // Sizes of this model in the training views. most, with_entries: see CountMemory (memory/stage_bytes.h).
   MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
 
-  // spare_device_bytes: free GPU memory that the plan of the Adam stage does not use. device_snapshot_bytes: size of
-  // the largest rollback snapshot that was stored on the GPU (train/adam_stage/rollback_point.h); 0: none.
+  // spare_device_bytes: free GPU memory that the plan of the Adam stage does not use. device_snapshot_bytes: the
+  // largest rollback snapshot on the GPU (train/adam_stage/rollback_point.h); 0: none.
   double spare_device_bytes() const { return spare_device_bytes_; }
   void SetSpareDeviceBytes(double bytes) { spare_device_bytes_ = bytes; }
   double device_snapshot_bytes() const { return device_snapshot_bytes_; }
   void NoteDeviceSnapshot(double bytes) { device_snapshot_bytes_ = std::max(device_snapshot_bytes_, bytes); }
 
-  // The largest model so far. NoteModel is called before each pruning round, and at the end of the training.
+  // NoteModel is called before each pruning round, and at the end of the training.
   const splat::ModelLayout& largest_model() const { return largest_model_; }
   void NoteModel(const splat::ModelLayout& layout) {
     if (layout.Size() > largest_model_.Size()) largest_model_ = layout;
@@ -64,8 +63,8 @@ class TrainingMemory {
 
 class TrainingSession {
  public:
-  // seconds_before: time since the start of the process. Collective. Throws Error if callbacks.resume belongs to
-  // another scene.
+  // seconds_before: since the start of the process. Collective. Throws Error if callbacks.resume belongs to another
+  // scene.
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks);
   TrainingSession(const TrainingSession&) = delete;
@@ -73,23 +72,23 @@ class TrainingSession {
 
   const TrainOptions& options() const { return options_; }
   const ResolvedPlan& plan() const { return plan_; }
-  // Write access to the plan, for decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp). The
-  // stages only read it.
+  // Write access for decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp), which only read the
+  // plan.
   ResolvedPlan& Decide() { return plan_; }
-  // The schedule of the Adam stage.
+  // Schedule of the Adam stage.
   const TrainingSchedule& schedule() const { return schedule_; }
 
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
-  // The scene with the current cameras and exposures of the training views.
+  // Has the current cameras and exposures of the training views.
   const Scene& scene() const { return cameras_.scene(); }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
-  // Adam iterations that process as many views as there are training views.
+  // Adam iterations per pass over the training views.
   double IterationsPerEpoch() const { return static_cast<double>(training_views().size()) / options_.adam.batch_size; }
 
   const TrainingClock& clock() const { return clock_; }
   double Seconds() const { return clock_.Seconds(); }
-  // Seconds of evaluations since the training started or resumed.
+  // Since the training started or resumed.
   double EvalSeconds() const { return clock_.Paused() - saved_.eval_seconds(); }
 
   const ProcessGroup& processes() const { return processes_; }
@@ -111,7 +110,7 @@ class TrainingSession {
   void Predict(const Prediction& prediction) const {
     if (callbacks_.predicted) callbacks_.predicted(prediction);
   }
-  // Adds a note; `format` is one of notes.h.
+  // `format` is one of notes.h.
   template <class... Args>
   void Note(fmt::format_string<Args...> format, Args&&... args) {
     notes_.Add(fmt::format(format, std::forward<Args>(args)...));
@@ -138,13 +137,12 @@ class TrainingSession {
   InterimOutput interim_;
 };
 
-// The unit of length of each Gaussian, from the training views (LengthUnits). For a Gaussian outside all views it is
-// the scene's extent.
+// The unit of length of each Gaussian, from the training views (LengthUnits); outside all views, the scene's extent.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
 
 // Evaluates a model in the memory of backend B, or on the host if a GPU has too little memory. copies: device copies of
-// the training photographs, if any. model() returns the model in the memory of B, and may throw OutOfDeviceMemory.
-// on_host() returns a copy on the host.
+// the training photographs, if any. model(): the model in the memory of B; may throw OutOfDeviceMemory. on_host(): a
+// copy on the host.
 template <class B>
 Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetView<B>> copies,
                               const std::function<splat::Model<float>()>& model,

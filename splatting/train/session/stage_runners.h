@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that run the stages of a training in one memory space.
+// The stages of a training in one memory space.
 #pragma once
 
 #include <functional>
@@ -11,24 +11,22 @@ namespace vesta::gs {
 
 class TrainingSession;
 
-// GPU memory.
 struct DeviceMemoryUse {
-  double free_bytes = 0;  // available for allocation now, if no other program allocates
-  double peak_bytes = 0;  // maximum in use so far
+  double free_bytes = 0;  // available now, if no other program allocates
+  double peak_bytes = 0;  // maximum so far
 };
 
-// The two stages in one memory space (RunAdamStage, RunLmStage). Each trains the given model in place and adds its last
+// The two stages in one memory space (RunAdamStage, RunLmStage). Each trains the model in place and adds its last
 // evaluation to the history; lm returns the solver's full report.
 struct StageRunners {
   std::string device;  // "cpu" or "cuda"
   std::function<void(TrainingSession&, SplatModel&)> adam;
   std::function<std::string(TrainingSession&, SplatModel&)> lm;
-  std::function<DeviceMemoryUse()> device_memory = {};  // empty if both run in host memory
-  std::string note = {};                                // the reason if they run on another device than expected
+  std::function<DeviceMemoryUse()> device_memory = {};  // empty in host memory
+  std::string note = {};                                // why they run on another device than expected
 };
-// Stages in host memory.
 StageRunners HostStages();
-// Stages on a GPU, in builds with CUDA. Throws Error (one line) without a usable GPU.
+// Available in builds with CUDA. Throws Error without a usable GPU.
 StageRunners DeviceStages();
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The clock of a training, and timers for work at regular intervals.
+// The clock of a training, and timers for periodic work.
 #pragma once
 
 #include <chrono>
@@ -8,21 +8,19 @@
 
 namespace vesta::gs {
 
-// An interval in Adam iterations, in minutes of the training clock, or both; both 0: never. If `iterations` is set,
-// every LM iteration is due, since one takes the time of hundreds of Adam iterations.
+// Interval in Adam iterations, in minutes of the training clock, or both; both 0: never. If `iterations` is set, every
+// LM iteration is due, since one takes the time of hundreds of Adam iterations.
 struct Interval {
   int iterations = 0;
   double minutes = 0;
   bool never() const { return iterations == 0 && minutes == 0; }
 };
 
-// Decides when periodic work is due.
 class IntervalTimer {
  public:
-  // seconds: the start on the training clock.
+  // seconds: start on the training clock.
   explicit IntervalTimer(double seconds) : last_seconds_(seconds) {}
-  // Call after each iteration. seconds: the current time of the training clock. If the work is due, its minutes are
-  // counted from now on.
+  // Call after each iteration. seconds: time of the training clock. If due, the minutes start again.
   bool IsDue(const Interval& interval, Stage stage, int iteration, double seconds) {
     const bool by_iterations = interval.iterations > 0 && (stage == Stage::kLm || iteration % interval.iterations == 0);
     const bool by_time = interval.minutes > 0 && seconds - last_seconds_ >= 60 * interval.minutes;
@@ -34,12 +32,12 @@ class IntervalTimer {
   double last_seconds_;
 };
 
-// The clock of a training. It continues from an earlier run: `before` seconds of training, and `paused` seconds of
-// pauses for evaluations. It is paused while a Pause object exists.
+// Continues from an earlier run: `before` seconds of training, and `paused` seconds of evaluations. Paused while a
+// Pause object exists.
 class TrainingClock {
  public:
   TrainingClock(double before, double paused) : start_(Now() - before - paused), paused_(paused) {}
-  // Training time in seconds, without pauses.
+  // Seconds without pauses.
   double Seconds() const { return Now() - start_ - paused_; }
   // Including pauses.
   double Total() const { return Now() - start_; }
@@ -57,7 +55,7 @@ class TrainingClock {
     TrainingClock& clock_;
     double begin_;
   };
-  // While such an object exists, time counts neither as training nor as a pause.
+  // While it exists, time counts neither as training nor as a pause.
   class ExcludedTime {
    public:
     explicit ExcludedTime(TrainingClock& clock) : clock_(clock), begin_(Now()) {}

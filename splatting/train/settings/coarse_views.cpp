@@ -14,7 +14,7 @@ namespace {
 
 bool HasHalf(const View& view) { return CoarseSize(view).width < view.camera.width; }
 
-// The half-size view without its image; a stored image is decoded on demand.
+// Leaves out the image; a stored image is decoded on demand.
 View HalfOf(const View& full) {
   const ImageSize size = CoarseSize(full);
   View half;

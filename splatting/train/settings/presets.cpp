@@ -28,8 +28,8 @@ TrainOptions Best() {
 }
 
 // 3DGS-LM (Höllein et al. 2025): 20,000 iterations as in INRIA's code, densification until 15,000, then 5 LM
-// iterations. Each has 8 PCG iterations on up to 4 merged batches of 25 images, and a line search on 30 % of the
-// images. Differences and their reasons: docs/decisions/3dgs-lm-presets.md.
+// iterations, each with 8 PCG iterations on up to 4 merged batches of 25 images, and a line search on 30 % of the
+// images. Differences: docs/decisions/3dgs-lm-presets.md.
 TrainOptions Paper() {
   TrainOptions options;
   AdamOptions& adam = options.adam;
@@ -112,7 +112,7 @@ TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMe
   const bool is_paper = name == "paper" || name == "paper_code";
   const RefineMethod by = method.value_or(is_paper ? RefineMethod::kLm : RefineMethod::kViews);
   AdamOptions& adam = options.adam;
-  // The model is complete: all views at full size, all SH bands from the start.
+  // The model is complete: full size and all SH bands from the start.
   adam.half_resolution_until = adam.sh_degree_interval = 0;
   adam.iterations_scale *= 0.375;
   if (by == RefineMethod::kLm) adam.iterations = 0;

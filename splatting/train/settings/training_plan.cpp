@@ -15,9 +15,8 @@
 namespace vesta::gs {
 namespace {
 
-// The fraction of the stage between two SH bands. SH coefficients can also imitate exposures that differ between sides
-// of the scene. With exposure refinement bands therefore start later, but before SH bands are pruned
-// (PruningOptions::begin).
+// Fraction of the stage between two SH bands. SH can imitate exposures that differ between sides of the scene, so with
+// exposure refinement bands start later, but before SH bands are pruned (PruningOptions::begin).
 double BandEvery(const TrainOptions& options) {
   constexpr double kLater = 2;
   return FreeBy(options.cameras.refine).color ? kLater * options.adam.sh_degree_interval

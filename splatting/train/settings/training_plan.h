@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan of a training: values that are chosen because the options leave them open, and the schedule of the Adam
-// stage.
+// The plan of a training: values that the options leave open, and the schedule of the Adam stage.
 #pragma once
 
 #include "problems/gaussian_splatting/scene/scene.h"
@@ -10,36 +9,35 @@
 
 namespace vesta::gs {
 
-// The default length of the Adam stage in processed views: 76 times the number of training views, but at least 4,000
+// Default length of the Adam stage in views: 76 times the number of training views, at least 4,000
 // (docs/decisions/training-length.md).
 double IterationsFor(Index training_views);
 
-// Fills in the options that may be empty: AdamOptions::iterations and sh_degree. If a time limit but no number of
-// iterations is given, only the limit ends the Adam stage. Throws Error if the options are invalid, or if batch_size
-// exceeds the number of training views.
+// Fills in AdamOptions::iterations and sh_degree if empty. If there is a time limit but no number of iterations, only
+// the limit ends the Adam stage. Throws Error if the options are invalid, or if batch_size exceeds the number of
+// training views.
 TrainOptions FitToScene(TrainOptions options, Index training_views);
 
-// Values that are chosen while a training runs, because the options leave them open. The options themselves never
-// change.
+// Values that the options leave open, chosen while a training runs.
 struct ResolvedPlan {
   explicit ResolvedPlan(const TrainOptions& options) : max_gaussians(options.density.max_gaussians), lm(options.lm) {}
 
-  // Memory in MiB that the process uses besides the stages: program, photographs and copies of them.
+  // Memory in MiB besides the stages: program, photographs and copies of them.
   double held_mib = 0;
   Index max_gaussians;  // density.max_gaussians, or fewer if memory is limited
-  LmStageOptions lm;    // options of the LM stage as it runs; 0 iterations: skipped
-  LmPlan lm_memory;     // how the LM stage fits into the memory
+  LmStageOptions lm;    // as it runs; 0 iterations: skipped
+  LmPlan lm_memory;
 };
 
-// The events of one Adam iteration.
+// The events of an Adam iteration.
 struct IterationPlan {
   StageSpan span;
   bool is_coarse = false;          // uses half-size views
-  int max_sh_degree = 0;           // SH degree in use; the stage limits it to the model's
-  double lr_factor = 1;            // factor of all learning rates
-  bool is_recorded = false;        // a history row is due after the iteration
+  int max_sh_degree = 0;           // in use; the stage limits it to the model's
+  double lr_factor = 1;            // on all learning rates
+  bool is_recorded = false;        // adds a history row afterwards
   bool observes = false;           // density control collects gradient statistics
-  bool densifies = false;          // clones, splits and prunes after the iteration
+  bool densifies = false;          // clones, splits and prunes afterwards
   bool resets_opacity = false;     // resets opacities, even if it does not densify
   bool prunes_unseen = false;      // removes Gaussians that hardly any training view shows
   bool lowers_sh_degrees = false;  // removes SH bands that improve the images too little
@@ -53,11 +51,10 @@ class TrainingSchedule {
   explicit TrainingSchedule(const TrainOptions& options) : options_(options) {}
 
   const TrainOptions& options() const { return options_; }
-  // The number of iterations of the Adam stage, unless a time limit ends it earlier.
+  // Length of the Adam stage, unless a time limit ends it earlier.
   int iterations() const;
-  // The events of the iteration with this span.
   IterationPlan At(const StageSpan& span) const;
-  // True if the parameters after this iteration are added to their average (parameter_mean.h).
+  // Whether the parameters after this iteration are added to their average (parameter_mean.h).
   bool Averages(const StageSpan& span, int iteration) const;
 
  private:
