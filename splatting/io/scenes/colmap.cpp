@@ -15,6 +15,7 @@
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "splatting/io/bytes/bytes.h"
 #include "splatting/io/scenes/colmap_files.h"
+#include "splatting/io/scenes/find_photograph.h"
 #include "splatting/io/scenes/load_scene.h"
 
 namespace vesta::gs {
@@ -205,13 +206,13 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
                                       model.images.size(), model.stated_images));
   }
   for (const ColmapImage& image : model.images) {
-    if (LeavesScene(image_folder, image.name)) {
+    View view;
+    view.name = WithSlashes(image.name);
+    if (LeavesScene(image_folder, view.name)) {
       Fail(kBadFile, "{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name),
            scene_folder, image_folder);
     }
-    View view;
-    view.name = image.name;
-    view.image_path = (fs::path(scene_folder) / image_folder / image.name).string();
+    view.image_path = FindPhotograph((fs::path(scene_folder) / image_folder).string(), view.name);
     view.camera = cameras.at(image.camera_id)->camera;
     view.distortion = cameras.at(image.camera_id)->distortion;
     RotationFromQuaternion(Normalized(image.rotation).data(), view.rotation.data());

@@ -66,6 +66,19 @@ void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
       fmt::format("{} of {} photographs that the model names are missing and left out", missing, all));
 }
 
+// FindPhotograph may have found files with other names.
+void NoteOtherNames(Scene* scene) {
+  const auto is_other = [](const View& view) {
+    return std::filesystem::path(view.image_path).filename() != std::filesystem::path(view.name).filename();
+  };
+  const auto count = std::ranges::count_if(scene->views, is_other);
+  if (count == 0) return;
+  const View& first = *std::ranges::find_if(scene->views, is_other);
+  scene->notes.push_back(
+      fmt::format("{} photographs have other names than in the model; for example, {} is used for {}", count,
+                  std::filesystem::path(first.image_path).filename().string(), first.name));
+}
+
 void NoteDistortion(Scene* scene) {
   const auto distorted =
       std::ranges::count_if(scene->views, [](const View& view) { return !view.distortion.is_none(); });
@@ -98,6 +111,7 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   }
   if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
+  NoteOtherNames(&scene);
   FindMasks(path, &scene);
   NoteDistortion(&scene);
   // Images of NeRF scenes have no background: they are composited over the training background.

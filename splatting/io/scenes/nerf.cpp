@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 
 #include "kernels/core/check.h"
@@ -12,6 +13,7 @@
 #include "kernels/gaussian_splatting/lenses/models.h"
 #include "splatting/io/bytes/bytes.h"
 #include "splatting/io/images/image_file.h"
+#include "splatting/io/scenes/find_photograph.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "splatting/io/scenes/nerf_split.h"
 #include "splatting/io/splats/ply.h"
@@ -199,7 +201,7 @@ std::string ImageName(const FrameValues& values) {
   if (name.empty() || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20; })) {
     Fail(kBadFile, "{}: the frame has no readable file_path", values.where());
   }
-  name = NameOfFilePath(std::move(name));
+  name = NameOfFilePath(WithSlashes(std::move(name)));
   if (LeavesScene("", name)) {
     Fail(kBadFile, "{}: the image {} lies outside the scene; move it there", values.where(), Printable(name));
   }
@@ -208,18 +210,33 @@ std::string ImageName(const FrameValues& values) {
 
 // Nerfstudio's mask_path; empty if the frame has none.
 std::string MaskPath(const FrameValues& values, const fs::path& folder) {
-  const std::string name = values.Text("mask_path", "");
+  const std::string name = WithSlashes(values.Text("mask_path", ""));
   if (LeavesScene("", name)) {
     Fail(kBadFile, "{}: the mask {} lies outside the scene; move it there", values.where(), Printable(name));
   }
   return name.empty() ? name : (folder / name).lexically_normal().string();
 }
 
+// byte: where the parser stopped. Python writes NaN and Infinity, which JSON does not have, for a failed pose.
+[[noreturn]] void FailJson(const std::string& path, std::size_t byte) {
+  const std::string text = ReadFile(path);
+  constexpr std::size_t kLongestWord = 8;
+  const std::size_t begin = byte - std::min(byte, kLongestWord);
+  const std::string_view near = std::string_view(text).substr(begin, 2 * kLongestWord);
+  if (near.find("NaN") == near.npos && near.find("Inf") == near.npos) {
+    Fail(kBadFile, "{}: not valid JSON at byte {}; copy or export it again", path, byte);
+  }
+  constexpr std::string_view kKey = "\"transform_matrix\"";
+  Index frames = 0;
+  for (std::size_t at = text.find(kKey); at < byte; at = text.find(kKey, at + 1)) ++frames;
+  Fail(kBadFile, "{}: frame {}: a value is NaN or infinite; remove the frame", path, std::max<Index>(frames - 1, 0));
+}
+
 json ReadJson(const std::string& path) {
   try {
     return json::parse(ReadFile(path));
   } catch (const json::parse_error& error) {
-    Fail(kBadFile, "{}: not valid JSON at byte {}; copy or export it again", path, error.byte);
+    FailJson(path, error.byte);
   } catch (const json::exception& error) {  // a number outside the range of double
     Fail(kBadFile, "{}: not valid JSON: {}", path, error.what());
   }
@@ -230,15 +247,15 @@ struct ImageFolder {
   std::string name;
   bool may_lack_images = false;
 
-  fs::path PathOf(const fs::path& scene, const View& view, const FrameValues& values) const {
+  std::string PathOf(const fs::path& scene, const View& view, const FrameValues& values) const {
     constexpr const char* kUsual = "images";
     const fs::path file(view.name);
-    if (name == kUsual) return scene / file;
+    if (name == kUsual) return FindPhotograph(scene.string(), view.name);
     if (*file.begin() != kUsual) {
       Fail(kBadFile, "{}: --images={}: the image {} is not in images/, which --images replaces", values.where(), name,
            Printable(view.name));
     }
-    return scene / name / file.lexically_relative(kUsual);
+    return FindPhotograph((scene / name).string(), file.lexically_relative(kUsual).string());
   }
 };
 
@@ -278,15 +295,46 @@ void ReadFrames(const json& top, const char* key, const std::string& path, const
     }
     View view;
     view.name = ImageName(values);
-    view.image_path = images.PathOf(folder, view, values).string();
+    view.image_path = images.PathOf(folder, view, values);
     view.mask_path = MaskPath(values, folder);
     ReadPose(values, &view);
     // Focal lengths refer to the image in the file, not in images.name.
-    view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);
+    view.camera = ReadCamera(values, FindPhotograph(folder.string(), view.name), images.may_lack_images);
     view.distortion = ReadDistortion(values);
     scene->views.push_back(std::move(view));
   });
   if (bad > 0) scene->notes.push_back(fmt::format("{}: {} of the {} have is_bad and are left out", path, bad, key));
+}
+
+constexpr const char* kCameraPath = "camera_path";
+
+// The cameras of a camera path of nerfstudio's viewer: camera_to_world, 16 numbers row by row, and fov, the vertical
+// field of view in degrees. The size is that of `usual`.
+std::vector<View> ReadCameraPath(const json& top, const std::string& file, const Camera& usual) {
+  std::vector<View> views;
+  ForEachFrame(top, kCameraPath, file, [&](const FrameValues& values) {
+    View view;
+    view.camera = usual;
+    const json* numbers = values.Find("camera_to_world");
+    if (numbers == nullptr || !numbers->is_array() || numbers->size() != 16) {
+      Fail(kBadFile, "{}: camera_to_world is not an array of 16 numbers", values.where());
+    }
+    json frame = {{"transform_matrix", json::array()}};
+    for (std::size_t row = 0; row < 4; ++row) {
+      frame["transform_matrix"].push_back(json(numbers->begin() + 4 * static_cast<std::ptrdiff_t>(row),
+                                               numbers->begin() + 4 * static_cast<std::ptrdiff_t>(row + 1)));
+    }
+    ReadPose(FrameValues(frame, top, values.where()), &view);
+    const double fov = values.Number("fov", 0);
+    if (values.Has("fov") && !(fov > 0 && fov < 180)) Fail(kBadFile, "{}: fov is not within 0..180", values.where());
+    if (fov > 0) {
+      splat::Lens& lens = view.camera.lens;
+      lens.fx = lens.fy = 0.5 * usual.height / std::tan(fov * std::numbers::pi / 360);
+      lens.cx = 0.5 * usual.width, lens.cy = 0.5 * usual.height;
+    }
+    views.push_back(std::move(view));
+  });
+  return views;
 }
 
 // The file with the points, or empty.
@@ -350,7 +398,9 @@ Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options)
 
 std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual) {
   std::vector<View> views;
-  ForEachFrame(ReadJson(file), kFrames, file, [&](const FrameValues& values) {
+  const json top = ReadJson(file);
+  if (top.is_object() && top.contains(kCameraPath)) return ReadCameraPath(top, file, usual);
+  ForEachFrame(top, kFrames, file, [&](const FrameValues& values) {
     View view;
     view.camera = usual;
     const bool has_size = ReadStatedSize(values, &view.camera);

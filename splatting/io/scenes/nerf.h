@@ -36,7 +36,7 @@ bool IsNerfScene(const std::string& scene_folder);
 // intrinsics, invalid JSON, or no frames.
 Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options = {});
 
-// The cameras of such a file, in its order and coordinates, for example as a camera path. file_path may be missing or
+// The cameras of such a file or of a camera_path.json of nerfstudio's viewer, in its order and coordinates. file_path may be missing or
 // name no file. A frame without intrinsics gets the camera `usual`; a frame with a focal length but without w and h
 // gets its size. Distortion is ignored. Throws Error as ReadNerfScene.
 std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual);

@@ -222,7 +222,8 @@ void FindMasks(const std::string& scene_folder, Scene* scene) {
   for (View& view : scene->views) {
     if (folder.empty() || !view.mask_path.empty()) continue;
     const fs::path beside = fs::path(scene_folder) / folder / view.name;
-    for (const fs::path& path : {fs::path(beside.string() + ".png"), fs::path(beside).replace_extension(".png")}) {
+    for (const fs::path& path : {fs::path(beside.string() + ".png"), fs::path(beside.string() + ".mask.png"),
+                                 fs::path(beside).replace_extension(".png")}) {
       if (!FileExists(path.string())) continue;
       view.mask_path = path.string();
       break;
@@ -242,6 +243,9 @@ void FindMasks(const std::string& scene_folder, Scene* scene) {
 }
 
 double ApplyMask(const std::string& mask_path, Image* photograph) {
+  if (!FileExists(mask_path)) {
+    Fail(kNotFound, "{}: no such mask, but the scene names it; add it, or remove its name from the scene", mask_path);
+  }
   double samples = 0;
   const Image mask = LoadImage(mask_path, {0, 0, 0}, &samples);
   const double across = static_cast<double>(mask.width) / photograph->width;

@@ -47,7 +47,7 @@ double ExpectedBytes(const View& view, const PhotographRule& rule);
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
 
 // Finds mask files in the folder masks/ (or mask/) of the scene. The mask of the image a/b.jpg is a/b.jpg.png, as in
-// COLMAP, or else a/b.png. A View::mask_path stays if set. Notes in the scene the number of views with a mask, or that
+// COLMAP, or a/b.jpg.mask.png, or a/b.png. A View::mask_path stays if set. Notes in the scene the number of views with a mask, or that
 // the folder has no mask of any view.
 void FindMasks(const std::string& scene_folder, Scene* scene);
 

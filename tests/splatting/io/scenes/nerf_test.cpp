@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "tests/splatting/io/test_images.h"
@@ -118,6 +119,34 @@ TEST_F(NerfTest, AnotherFolderStandsForImages) {
   Write(top);
   EXPECT_THAT([&] { ReadNerfScene(folder_.path(), {.image_folder = "images_4"}); },
               ThrowsError(kBadFile, "0", "--images=images_4", "photos/b.jpg", "images/"));
+}
+
+TEST_F(NerfTest, NamesOfOtherSpellingAreFound) {
+  json top = ExampleTransforms();
+  top["frames"][0]["file_path"] = "images\\b.jpg";
+  top["frames"][1]["file_path"] = "images/a.png";
+  Write(top);
+  for (const char* name : {"images/B.JPG", "images/a.jpeg", "images/a.txt", "images/c.jpg", "images/C.jpg"}) {
+    WriteBytes(folder_ / name, "");
+  }
+  const Scene scene = Read();
+  EXPECT_EQ(scene.views[0].image_path, folder_ / "images/a.jpeg");
+  EXPECT_EQ(scene.views[1].name, "images/b.jpg");
+  EXPECT_EQ(scene.views[1].image_path, folder_ / "images/B.JPG");
+  EXPECT_EQ(scene.views[2].image_path, folder_ / "images/c.JPG") << "two files fit";
+  top["frames"][0]["file_path"] = "..\\b.jpg";
+  ExpectRefused(top, kBadFile, "0");
+}
+
+TEST_F(NerfTest, NanNamesTheFrame) {
+  for (const char* value : {"NaN", "-Infinity"}) {
+    json top = ExampleTransforms();
+    top["frames"][1]["transform_matrix"][1][2] = 12321;
+    std::string text = top.dump();
+    text.replace(text.find("12321"), 5, value);
+    WriteBytes(folder_ / "transforms.json", text);
+    EXPECT_THAT([&] { Read(); }, ThrowsError(kBadFile, folder_ / "transforms.json", "1"));
+  }
 }
 
 TEST_F(NerfTest, ImagesThatMayBeMissingNeedNoSize) {
@@ -313,6 +342,27 @@ TEST_F(NerfTest, OverwrittenBytesLoadOrAreRefused) {
 }
 
 const Camera kUsual{40, 30, {50, 51, 19.5, 15.5}};
+
+// The file that nerfstudio's viewer writes.
+TEST_F(NerfTest, CameraPathsOfNerfstudioAreRead) {
+  json top = {{"camera_type", "perspective"}, {"seconds", 4.0}};
+  const json pose = {0, 0, 1, 1, 1, 0, 0, 2, 0, 1, 0, 3, 0, 0, 0, 1};
+  top["camera_path"] = {{{"camera_to_world", pose}, {"fov", 90.0}, {"aspect", 1.5}}, {{"camera_to_world", pose}}};
+  Write(top, "path.json");
+  const std::vector<View> views = ReadNerfCameras(folder_ / "path.json", kUsual);
+  ASSERT_EQ(views.size(), 2u);
+  EXPECT_EQ(CameraCenter(views[0]), (std::array<double, 3>{1, 2, 3}));
+  EXPECT_EQ(views[0].rotation, (std::array<double, 9>{0, 1, 0, 0, 0, -1, -1, 0, 0}));
+  EXPECT_NEAR(views[0].camera.lens.fx, 15, 1e-12);
+  EXPECT_NEAR(views[0].camera.lens.fy, 15, 1e-12);
+  EXPECT_EQ(views[1].camera, kUsual);
+  for (const auto& [key, value] : std::map<std::string, json>{{"camera_to_world", {1, 2, 3}}, {"fov", 180}}) {
+    json bad = top;
+    bad["camera_path"][1][key] = value;
+    Write(bad, "path.json");
+    EXPECT_THAT([&] { ReadNerfCameras(folder_ / "path.json", kUsual); }, ThrowsError(kBadFile, "1", key));
+  }
+}
 
 TEST_F(NerfTest, CamerasAreReadInTheirOrderWithoutImages) {
   json top;
