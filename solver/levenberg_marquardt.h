@@ -14,7 +14,7 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/profile.h"
 #include "solver/internal/batched_system.h"
-#include "solver/internal/trust_region/step_control.h"
+#include "solver/internal/lm_decisions.h"
 #include "solver/lm_options.h"
 #include "solver/problem.h"
 #include "solver/summary.h"
@@ -53,41 +53,22 @@ class LmStepper {
   typename B::ConstVectorView x() const { return x_.view(); }
   double cost() const { return summary_.final_cost; }
   // Damping of the next linear solve.
-  double lambda() const { return control_->lambda(); }
+  double lambda() const { return decisions_->lambda(); }
   const LmSummary& summary() const { return summary_; }
 
  private:
-  // Which test decides whether a trial point is accepted. Normally it is the gain ratio (decrease of the cost divided
-  // by the predicted decrease). Near the minimum, a step changes the cost by less than the cost's rounding error, so
-  // the gain ratio is random. The gradient g is still accurate there, so the change of its norm decides instead. This
-  // gives x about twice as many correct digits. |g|^2 is sum_k g_k^2 / D_k. The rounding error of the cost depends on
-  // the problem: it is large if residuals are small differences of large numbers. Therefore there are two zones that
-  // use the gradient.
-  enum class Zone {
-    kCost,      // the gain ratio decides
-    kDoubtful,  // |change of cost| <= 1e-9 cost, and the gain ratio rejects the point: accepted if |g|^2 halves
-    kRounding,  // the cost changes by its last few bits only: accepted if |g| decreases, else the solve ends
-  };
-  // One trial point along the step.
-  struct Trial {
-    double cost = 0;
-    double predicted = 0;  // predicted decrease of the cost
-    double rho = 0;        // gain ratio
-    bool accepted = false;
-    Zone zone = Zone::kCost;
-  };
   // The archive's summary has the variable costs; a resumed solve evaluates the fixed cost again.
   template <class Archive>
   void Visit(Archive& archive) {
-    summary_.initial_cost = initial_cost_, summary_.final_cost = cost_;
-    archive(x_, *control_, consecutive_rejects_, doubt_, turn_, scale_, summary_);
-    initial_cost_ = summary_.initial_cost, cost_ = summary_.final_cost;
+    summary_.initial_cost = decisions_->initial_cost(), summary_.final_cost = decisions_->cost();
+    archive(x_, *decisions_, turn_, scale_, summary_);
+    decisions_->SetCosts(summary_.initial_cost, summary_.final_cost);
     ReportCosts();
   }
   // Sets the costs of the summary, which include the fixed cost.
   void ReportCosts() {
-    summary_.initial_cost = initial_cost_ + summary_.fixed_cost;
-    summary_.final_cost = cost_ + summary_.fixed_cost;
+    summary_.initial_cost = decisions_->initial_cost() + summary_.fixed_cost;
+    summary_.final_cost = decisions_->cost() + summary_.fixed_cost;
   }
   // Checks the options. The constructor that delegates to this one sets x_ and the summary.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
@@ -100,10 +81,11 @@ class LmStepper {
   double Seconds() const;
   // Times the phases of this call if options_.profile is true.
   ProfileScope Timed() { return ProfileScope(options_.profile ? &profile_ : nullptr); }
-  // Ends the solve as converged, with this status. In two cases it ends it as kNoDecrease or kGradientInZeroColumn
-  // instead: `doubt` (a text of ConvergenceDoubt) is not empty, or a parameter has a gradient although its column of
-  // the Jacobian is zero.
-  void StopConverged(LmStatus status, std::string message, const std::string& doubt = "");
+  // Ends the solve as converged, with this status; or as kGradientInZeroColumn if a parameter has a gradient although
+  // its column of the Jacobian is zero.
+  void StopConverged(LmStatus status, std::string message);
+  // Ends the solve as the verdict says. lambda: the damping of the step.
+  void StopBy(const LmVerdict& verdict, double lambda);
   // Runs CheckProblem if check_derivatives is true. Returns false if the solve ended.
   bool PassesCheck();
   // Linearizes at x_ unless that is already done, and tests the gradient. Returns false if the solve ended.
@@ -122,17 +104,11 @@ class LmStepper {
   // Line search. Returns 1 if it is disabled.
   double ChooseGamma();
   // Evaluates the cost at the trial point of this gamma, and writes the result to `row`.
-  Trial Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row);
+  LmTrial Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row);
   // max |x - (x (+) -g)|.
   double GradientNorm();
-  Zone ZoneOf(const Trial& trial) const;
-  // Linearizes at the trial point and decides by the gradient there (see Zone).
-  void AcceptByGradient(Trial& trial);
-  // The stopping tests on the size of the step, the change of cost, and the number of rejected steps.
-  void TestStep(const LmIteration& row, const Trial& trial);
-  // ConvergenceDoubt ignores predicted changes of the cost up to this value. They are below the function tolerance, or
-  // may be rounding errors.
-  double DoubtfulGain() const;
+  // Linearizes at the trial point and decides by the gradient there (LmTrial).
+  void DecideByGradient(LmTrial& trial);
   // The stopping tests on the number of iterations and on time.
   void TestLimits();
   const LmIteration& Record(LmIteration row);
@@ -140,13 +116,10 @@ class LmStepper {
   LmOptions options_;
   B& backend_;
   ProblemAdaptor<B> problem_;
-  std::optional<StepControl> control_;
+  std::optional<LmDecisions> decisions_;
   std::chrono::steady_clock::time_point start_;
   typename B::Vector x_, trial_x_, step_, scaled_step_;
-  double initial_cost_ = 0, cost_ = 0;  // variable costs (WithFixedCost) at the start and at x_
   double x_norm_ = 0, gradient_norm_ = 0;
-  int consecutive_rejects_ = 0;
-  ConvergenceDoubt doubt_;
   int turn_ = 0;  // number of points linearized so far, passed to InBatches::OnNewPoint
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;

@@ -11,12 +11,10 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// N numbers of type float or double, with the operations of a vector space. The compiler's vector types hold them: they
-// have the width of the instruction set that the code is compiled for, SSE2 by default. Entries beyond N are padding.
-// Division multiplies by the reciprocal. The functions are always inlined: calls would copy the numbers through memory.
-// All files of a program that use Derivatives must be compiled for the same instruction set.
-template <class T, int N>
-struct Derivatives {
+// The compiler's vector type that holds kWidth derivatives of type T, float or double. It has the width of the
+// instruction set that the code is compiled for, SSE2 by default.
+template <class T>
+struct DerivativeVector {
 #if defined(__AVX512F__)
   static constexpr int kBytes = 64;
 #elif defined(__AVX__)
@@ -25,12 +23,31 @@ struct Derivatives {
   static constexpr int kBytes = 16;
 #endif
   static constexpr int kWidth = kBytes / static_cast<int>(sizeof(T));
-  static constexpr int kParts = (N + kWidth - 1) / kWidth;
   // Aligned as for SSE2, so that small dual numbers have little padding and allocators need not align further.
-  typedef T Part __attribute__((vector_size(kBytes), aligned(16)));
+  typedef T Type __attribute__((vector_size(kBytes), aligned(16)));
+  using Mask = decltype(Type() == Type());
+  using Condition = bool;  // the type of a comparison of two values of type T
+  static Type Select(bool condition, const Type& a, const Type& b) { return condition ? a : b; }
+  static Type Select(const Mask& mask, const Type& a, const Type& b) { return mask ? a : b; }
+  static bool AllZero(const Mask& zero) {
+    for (int i = 0; i < kWidth; ++i) {
+      if (!zero[i]) return false;
+    }
+    return true;
+  }
+};
+
+// N numbers with the operations of a vector space, in vectors of the type DerivativeVector. Entries beyond N are
+// padding. Division multiplies by the reciprocal. The functions are always inlined: calls would copy the numbers
+// through memory. All files of a program that use Derivatives must be compiled for the same instruction set.
+template <class T, int N>
+struct Derivatives {
+  static constexpr int kWidth = DerivativeVector<T>::kWidth;
+  static constexpr int kParts = (N + kWidth - 1) / kWidth;
+  using Part = typename DerivativeVector<T>::Type;
   // True for the entries that are 0, and for some padding.
   struct Mask {
-    decltype(Part() == Part()) parts[kParts];
+    typename DerivativeVector<T>::Mask parts[kParts];
   };
 
   Part parts[kParts];
@@ -63,11 +80,8 @@ struct Derivatives {
   }
   friend bool IsZero(const Derivatives& x) {
     auto zero = x.parts[0] == T(0);
-    for (int i = 1; i < kParts; ++i) zero &= x.parts[i] == T(0);
-    for (int i = 0; i < kWidth; ++i) {
-      if (!zero[i]) return false;
-    }
-    return true;
+    for (int i = 1; i < kParts; ++i) zero = zero & (x.parts[i] == T(0));
+    return DerivativeVector<T>::AllZero(zero);
   }
   template <class Char, class Traits>
   friend std::basic_ostream<Char, Traits>& operator<<(std::basic_ostream<Char, Traits>& out, const Derivatives& x) {
@@ -91,9 +105,12 @@ struct Derivatives {
 template <class T, int N>
 struct Elementary<Derivatives<T, N>> {
   using D = Derivatives<T, N>;
-  [[gnu::always_inline]] static D Select(bool condition, const D& a, const D& b) { return condition ? a : b; }
+  using Vector = DerivativeVector<T>;
+  [[gnu::always_inline]] static D Select(const typename Vector::Condition& condition, const D& a, const D& b) {
+    return D::Map([&](std::size_t i) { return Vector::Select(condition, a.parts[i], b.parts[i]); });
+  }
   [[gnu::always_inline]] static D Select(const typename D::Mask& condition, const D& a, const D& b) {
-    return D::Map([&](std::size_t i) { return condition.parts[i] ? a.parts[i] : b.parts[i]; });
+    return D::Map([&](std::size_t i) { return Vector::Select(condition.parts[i], a.parts[i], b.parts[i]); });
   }
   [[gnu::always_inline]] static D Fma(const D& a, const T& b, const D& c) {
     return D::Map([&](std::size_t i) { return a.parts[i] * b + c.parts[i]; });

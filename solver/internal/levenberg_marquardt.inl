@@ -12,7 +12,6 @@
 #include "kernels/core/profile.h"
 #include "solver/check_problem.h"
 #include "solver/internal/batched_system.inl"
-#include "solver/internal/trust_region/step_control.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta {
@@ -39,7 +38,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
     : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
   options_.Validate();
   VESTA_CHECK(problem_.num_batches() >= 1, "num_batches() is {}; it must be 1 or more", problem_.num_batches());
-  control_.emplace(options_.step_control);
+  decisions_.emplace(options_, CostRounding<typename B::Scalar>());
 }
 
 template <Backend B>
@@ -79,7 +78,8 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   const ProfileScope timed = Timed();
   LmIteration row;
   summary_.fixed_cost = problem_.FixedCost(x_);
-  initial_cost_ = cost_ = FullCost(x_);
+  const double start_cost = FullCost(x_);
+  decisions_->SetCosts(start_cost, start_cost);
   ReportCosts();
   if (!std::isfinite(cost())) {
     const std::string where = problem_.DescribeNonFinite(x_, false);
@@ -118,17 +118,36 @@ void LmStepper<B>::StopIfRequested(bool requested) {
 }
 
 template <Backend B>
-double LmStepper<B>::DoubtfulGain() const {
-  const double rounding = sizeof(typename B::Scalar) == sizeof(double) ? 1e-9 : 1e-4;
-  return std::max(std::max(10 * options_.function_tolerance, rounding) * cost_, 1e-20 * initial_cost_);
+void LmStepper<B>::StopConverged(LmStatus status, std::string message) {
+  if (zero_column_gradient_.empty()) return Stop(status, std::move(message));
+  Stop(LmStatus::kGradientInZeroColumn, zero_column_gradient_);
 }
 
 template <Backend B>
-void LmStepper<B>::StopConverged(LmStatus status, std::string message, const std::string& doubt) {
-  if (!doubt.empty())
-    return Stop(LmStatus::kNoDecrease, "no step decreases the cost as predicted, however short" + doubt);
-  if (zero_column_gradient_.empty()) return Stop(status, std::move(message));
-  Stop(LmStatus::kGradientInZeroColumn, zero_column_gradient_);
+void LmStepper<B>::StopBy(const LmVerdict& verdict, double lambda) {
+  using Reason = LmVerdict::Reason;
+  const std::string doubt = verdict.doubt.Describe();
+  std::string message;
+  switch (verdict.reason) {
+    case Reason::kNone:
+      return;
+    case Reason::kRejections:
+      return Stop(verdict.status(), fmt::format("{} steps in a row were rejected{}", verdict.value, doubt));
+    case Reason::kUpperBound:
+      return Stop(verdict.status(),
+                  fmt::format("step rejected with lambda at its upper bound {:.3e}{}", lambda, doubt));
+    case Reason::kRoundingError:
+      message = "cost and gradient have reached their rounding error";
+      break;
+    case Reason::kShortStep:
+      message = fmt::format("step {:.3e} <= tolerance {:.3e}", verdict.value, verdict.limit);
+      break;
+    case Reason::kSmallChange:
+      message = fmt::format("|change of cost| / cost = {:.3e} <= tolerance {:.3e}", verdict.value, verdict.limit);
+      break;
+  }
+  if (IsConverged(verdict.status())) return StopConverged(verdict.status(), std::move(message));
+  Stop(verdict.status(), "no step decreases the cost as predicted, however short" + doubt);
 }
 
 template <Backend B>
@@ -164,7 +183,8 @@ bool LmStepper<B>::Linearize() {
   if (system_) return true;
   const lm_internal::Stopwatch watch(summary_.linearize_seconds, "LM linearise");
   problem_.OnNewPoint(turn_++);
-  system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), cost_, scale_, summary_);
+  system_ =
+      std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), decisions_->cost(), scale_, summary_);
   zero_column_gradient_ = system_->zero_column_gradient();
   if (const SystemFault& fault = system_->fault(); fault.kind != SystemFault::Kind::kNone) {
     if (fault.kind == SystemFault::Kind::kDiagonal) {
@@ -228,55 +248,30 @@ double LmStepper<B>::ChooseGamma() {
 }
 
 template <Backend B>
-typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename BatchedSystem<B>::Direction& direction,
-                                               LmIteration& row) {
+LmTrial LmStepper<B>::Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row) {
   MakeTrial(gamma);
-  Trial trial{.cost = FullCost(trial_x_), .predicted = direction.Predicted(gamma)};
-  const double change = cost_ - trial.cost;
-  // rho has the sign of the change of cost, whatever the model predicts.
-  trial.rho = trial.predicted == 0 && change == 0 ? 0 : change / std::abs(trial.predicted);
-  // A model that predicts no decrease cannot be trusted, even if the cost decreased.
-  trial.accepted = std::isfinite(trial.cost) && change > 0 && trial.predicted > 0 && control_->Accepts(trial.rho);
-  trial.zone = ZoneOf(trial);
+  const LmTrial trial = decisions_->Judge(FullCost(trial_x_), direction.Predicted(gamma));
   row.gamma = gamma;
-  row.cost_change = change;
+  row.cost_change = trial.change;
   row.rho = trial.rho;
   row.step_norm = std::sqrt(backend_.Dot(scaled_step_, scaled_step_));
   return trial;
 }
 
 template <Backend B>
-typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial) const {
-  constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon(), kDoubt = 1e-9;
-  const auto within = [&](double share) {
-    return options_.function_tolerance < share && trial.predicted <= share * cost_ &&
-           std::abs(cost_ - trial.cost) <= share * cost_;
-  };
-  // Never accept by gradient a cost above the start's. At bounds, only entries that are free to move count.
-  if (!(trial.predicted > 0) || !(trial.cost <= initial_cost_)) return Zone::kCost;
-  if (within(kRounding)) return Zone::kRounding;
-  return within(kDoubt) && !trial.accepted ? Zone::kDoubtful : Zone::kCost;
-}
-
-template <Backend B>
-void LmStepper<B>::AcceptByGradient(Trial& trial) {
+void LmStepper<B>::DecideByGradient(LmTrial& trial) {
   std::unique_ptr<BatchedSystem<B>> at_trial;
   {
     const lm_internal::Stopwatch watch(summary_.linearize_seconds, "LM linearise");
     at_trial =
         std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, trial_x_.view(), trial.cost, scale_, summary_);
   }
+  const bool finite = at_trial->fault().kind == SystemFault::Kind::kNone;
   const auto squared = [&](const BatchedSystem<B>& system) {
     backend_.DivideOrZero(system.negative_gradient(), system_->weights(), scaled_step_);
     return backend_.Dot(system.negative_gradient(), scaled_step_);
   };
-  const double share = trial.zone == Zone::kDoubtful ? 0.5 : 1.0;
-  trial.accepted = at_trial->fault().kind == SystemFault::Kind::kNone && squared(*at_trial) < share * squared(*system_);
-  // Use a gain ratio of 1, because the true one is not measurable.
-  if (trial.accepted) trial.rho = 1;
-  if (!trial.accepted && trial.zone == Zone::kRounding)
-    StopConverged(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding error",
-                  doubt_.Describe(false, DoubtfulGain()));
+  trial.DecideByGradient(finite, finite ? squared(*at_trial) : 0, finite ? squared(*system_) : 0);
 }
 
 template <Backend B>
@@ -284,7 +279,7 @@ const LmIteration& LmStepper<B>::Step() {
   if (done()) return summary_.iterations.back();
   const ProfileScope timed = Timed();
   LmIteration row;
-  row.lambda = control_->lambda();
+  row.lambda = decisions_->lambda();
   row.gradient_max_norm = gradient_norm_;
   typename BatchedSystem<B>::Direction direction;
   {
@@ -302,30 +297,20 @@ const LmIteration& LmStepper<B>::Step() {
   row.pcg_status = direction.pcg.status;
   row.pcg_residual = direction.pcg.rhs_norm > 0 ? direction.pcg.residual_norm / direction.pcg.rhs_norm : 0;
 
-  Trial trial = Try(ChooseGamma(), direction, row);
-  if (trial.zone != Zone::kCost) AcceptByGradient(trial);
+  LmTrial trial = Try(ChooseGamma(), direction, row);
+  if (trial.zone != LmTrial::Zone::kCost) DecideByGradient(trial);
   row.accepted = trial.accepted;
+  // A linear solver that failed before its first iteration says nothing about x.
+  const bool solved = row.pcg_iterations > 0 || row.pcg_status == PcgStatus::kConverged;
+  StopBy(decisions_->Finish(trial, row.step_norm, x_norm_, solved), row.lambda);
   if (trial.accepted) {
-    control_->OnAccept(trial.rho);
     system_.reset();  // was made for the previous x_
     std::swap(x_, trial_x_);
-    cost_ = trial.cost;
     ReportCosts();
     ++summary_.num_accepted;
-    consecutive_rejects_ = 0;
+    x_norm_ = problem_.VariableNorm(backend_, x_);
   } else {
     ++summary_.num_rejected;
-    ++consecutive_rejects_;
-  }
-  if (!done()) TestStep(row, trial);
-  if (!trial.accepted) {
-    if (!done() && control_->at_upper_bound()) {
-      Stop(LmStatus::kNoDecrease, fmt::format("step rejected with lambda at its upper bound {:.3e}{}", row.lambda,
-                                              doubt_.Describe(false, DoubtfulGain())));
-    }
-    control_->OnReject();
-  } else {
-    x_norm_ = problem_.VariableNorm(backend_, x_);
   }
   ReleaseVectors();
   // Test the limits first, because a linearization whose step is never taken is wasted.
@@ -335,36 +320,10 @@ const LmIteration& LmStepper<B>::Step() {
 }
 
 template <Backend B>
-void LmStepper<B>::TestStep(const LmIteration& row, const Trial& trial) {
-  const double change = std::abs(row.cost_change);
-  const double before = row.accepted ? cost_ + row.cost_change : cost_;
-  // A linear solver that failed before its first iteration says nothing about x.
-  const bool solved = row.pcg_iterations > 0 || row.pcg_status == PcgStatus::kConverged;
-  const bool by_gradient = trial.accepted && trial.zone != Zone::kCost;
-  const double smallest = options_.parameter_tolerance * (x_norm_ + options_.parameter_tolerance);
-  // Doubt from the steps before this one, then including this one.
-  const std::string doubt_before = doubt_.Describe(trial.accepted, DoubtfulGain());
-  if (!trial.accepted) doubt_.OnReject(trial.predicted, std::isfinite(trial.cost));
-  const std::string doubt = doubt_.Describe(trial.accepted, DoubtfulGain());
-  if (trial.accepted) doubt_.OnAccept();
-  if (solved && row.step_norm <= smallest) {
-    StopConverged(LmStatus::kParameterTolerance,
-                  fmt::format("step {:.3e} <= tolerance {:.3e}", row.step_norm, smallest), doubt_before);
-  } else if (solved && !by_gradient && change <= options_.function_tolerance * before) {
-    StopConverged(LmStatus::kFunctionTolerance,
-                  fmt::format("|change of cost| / cost = {:.3e} <= tolerance {:.3e}",
-                              before > 0 ? change / before : 0.0, options_.function_tolerance),
-                  doubt);
-  } else if (consecutive_rejects_ >= options_.max_consecutive_rejects) {
-    Stop(LmStatus::kNoDecrease, fmt::format("{} steps in a row were rejected{}", consecutive_rejects_, doubt));
-  }
-}
-
-template <Backend B>
 void LmStepper<B>::TestLimits() {
   const int iterations = summary_.num_accepted + summary_.num_rejected;
   if (iterations >= options_.max_iterations) {
-    Stop(LmStatus::kMaxIterations, fmt::format("{} iterations{}", iterations, doubt_.DescribeIncrease(DoubtfulGain())));
+    Stop(LmStatus::kMaxIterations, fmt::format("{} iterations{}", iterations, decisions_->AtLimit().Describe()));
   } else if (problem_.OnAnyProcess(Seconds() >= options_.max_seconds)) {
     Stop(LmStatus::kTimeLimit, fmt::format("{:.3f} s of {:.3f} s", Seconds(), options_.max_seconds));
   }

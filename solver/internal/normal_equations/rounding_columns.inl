@@ -3,12 +3,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <limits>
+#include <span>
 #include <vector>
 
 #include "kernels/core/random.h"
+#include "solver/internal/normal_equations/raised_diagonal.h"
 #include "solver/internal/normal_equations/rounding_columns.h"
 
 namespace vesta {
@@ -38,43 +38,23 @@ std::vector<typename B::Scalar> SharesOfRows(B& backend, std::span<Linearization
   return host;
 }
 
-// Needs a positive value.
-template <class S>
-S MedianOfPositive(std::vector<S> values) {
-  values.erase(std::remove_if(values.begin(), values.end(), [](S value) { return !(value > S(0)); }), values.end());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace rounding_internal
 
 template <Backend B>
 typename B::Vector RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                         typename B::ConstVectorView diag_h) {
   using S = typename B::Scalar;
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  const double largest = backend.MaxAbs(diag_h), tiny = 256 * kEpsilon * kEpsilon * largest;
+  const double largest = backend.MaxAbs(diag_h);
   typename B::Vector raised(diag_h.size());
-  backend.Fill(-tiny, raised);
+  backend.Fill(-TinyDiagonal(largest), raised);
   backend.Axpby(1.0, diag_h, 1.0, raised);
-  const Index small = backend.CountNonPositive(raised);
-  if (small == 0 || !(largest > 0)) return {};
-  const Index zeros = backend.CountNonPositive(diag_h);
-  std::vector<S> host(static_cast<std::size_t>(diag_h.size()));
+  if (backend.CountNonPositive(raised) == 0 || !(largest > 0)) return {};
+  std::vector<S> host(static_cast<std::size_t>(diag_h.size())), scratch(host.size());
   backend.ToHost(diag_h, {host.data(), diag_h.size()});
-  if (small > zeros) {
-    const std::vector<S> shares = rounding_internal::SharesOfRows<B>(backend, batches);
-    for (std::size_t k = 0; k < host.size(); ++k) {
-      const auto squared = static_cast<double>(host[k]), share = std::abs(static_cast<double>(shares[k]));
-      if (!(squared > 0 && squared <= tiny && share * share <= kEpsilon)) continue;
-      host[k] = static_cast<S>(std::min(squared / (share * share), largest));
-    }
-  }
-  if (zeros > 0) {
-    const S median = rounding_internal::MedianOfPositive(host);
-    for (S& value : host) value = value > S(0) ? value : median;
-  }
+  RaiseDiagonal<S>(host, largest, scratch, [&](std::span<S> shares) {
+    const std::vector<S> values = rounding_internal::SharesOfRows<B>(backend, batches);
+    std::copy(values.begin(), values.end(), shares.begin());
+  });
   backend.FromHost({host.data(), diag_h.size()}, raised);
   return raised;
 }

@@ -82,24 +82,34 @@ void ConvergenceDoubt::OnReject(double predicted, bool finite) {
   if (!finite) decrease_non_finite_ = std::max(decrease_non_finite_, predicted);
 }
 
-std::string ConvergenceDoubt::Describe(bool accepted, double least) const {
-  if (decrease_non_finite_ > least) {
-    return fmt::format("; a step with predicted decrease {:.3e} leads to a point where the cost is not finite",
-                       decrease_non_finite_);
-  }
-  if (accepted) return "";
-  if (std::string increase = DescribeIncrease(least); !increase.empty()) return increase;
-  if (decrease_ > least) {
-    return fmt::format(
-        "; a step with predicted decrease {:.3e} was rejected: are the derivatives right? Call CheckProblem",
-        decrease_);
-  }
-  return "";
+Doubt ConvergenceDoubt::Find(bool accepted, double least) const {
+  if (decrease_non_finite_ > least) return {Doubt::Kind::kNonFinite, decrease_non_finite_};
+  if (accepted) return {};
+  if (const Doubt increase = FindIncrease(least)) return increase;
+  if (decrease_ > least) return {Doubt::Kind::kDecrease, decrease_};
+  return {};
 }
 
-std::string ConvergenceDoubt::DescribeIncrease(double least) const {
-  if (increase_ <= least) return "";
-  return "; the model predicts an increase: are J and J^T adjoint? Call CheckProblem";
+Doubt ConvergenceDoubt::FindIncrease(double least) const {
+  if (increase_ <= least) return {};
+  return {Doubt::Kind::kIncrease, -increase_};
+}
+
+std::string Doubt::Describe() const {
+  switch (kind) {
+    case Kind::kNone:
+      break;
+    case Kind::kNonFinite:
+      return fmt::format("; a step with predicted decrease {:.3e} leads to a point where the cost is not finite",
+                         predicted);
+    case Kind::kIncrease:
+      return "; the model predicts an increase: are J and J^T adjoint? Call CheckProblem";
+    case Kind::kDecrease:
+      return fmt::format(
+          "; a step with predicted decrease {:.3e} was rejected: are the derivatives right? Call CheckProblem",
+          predicted);
+  }
+  return "";
 }
 
 std::vector<Index> SpreadUnits(Index num_units, double fraction, Index turn) {

@@ -75,6 +75,22 @@ class StepControl {
   double growth_ = 2;  // factor for lambda at the next rejected step
 };
 
+// A reason to doubt convergence, which suggests a mistake in the problem.
+struct Doubt {
+  enum class Kind {
+    kNone,
+    kNonFinite,  // a step that should decrease the cost leads to a point where the cost is not finite
+    kIncrease,   // the model predicts an increase
+    kDecrease,   // a step that should decrease the cost was rejected
+  };
+  Kind kind = Kind::kNone;
+  double predicted = 0;  // predicted decrease of this step
+
+  explicit operator bool() const { return kind != Kind::kNone; }
+  // A description that starts with "; ", or an empty string for kNone.
+  std::string Describe() const;
+};
+
 // Detects false convergence, which wrong derivatives can cause. A short step that hardly changes the cost is no
 // evidence of convergence if a longer step was rejected although the model predicted a large decrease. This class
 // records the rejected steps since the last accepted one.
@@ -84,12 +100,11 @@ class ConvergenceDoubt {
   void OnReject(double predicted, bool finite);
   void OnAccept() { *this = {}; }
 
-  // Returns a description of the suspected mistake in the problem, starting with "; ", or an empty string. Predicted
-  // changes up to `least` are ignored, because they may be rounding errors. accepted: true if the current step was
-  // accepted; then only rejected steps to points where the cost is not finite are considered.
-  std::string Describe(bool accepted, double least) const;
+  // Predicted changes up to `least` are ignored, because they may be rounding errors. accepted: true if the current
+  // step was accepted; then only rejected steps to points where the cost is not finite are considered.
+  Doubt Find(bool accepted, double least) const;
   // The same, only for predicted increases of the cost. They are always a mistake.
-  std::string DescribeIncrease(double least) const;
+  Doubt FindIncrease(double least) const;
 
   template <class Archive>
   void Visit(Archive& archive) {

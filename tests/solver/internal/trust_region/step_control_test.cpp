@@ -108,32 +108,32 @@ TEST(StepControl, OptionsAreChecked) {
 
 TEST(ConvergenceDoubt, SpeaksOfWhatRejectedStepsWereToGain) {
   ConvergenceDoubt doubt;
-  EXPECT_EQ(doubt.Describe(false, 0), "");
+  EXPECT_EQ(doubt.Find(false, 0).Describe(), "");
   doubt.OnReject(3, true);
   doubt.OnReject(1, true);
-  EXPECT_THAT(doubt.Describe(false, 2), HasTokens("3.000e+00"));
-  EXPECT_EQ(doubt.Describe(false, 3), "") << "rounding";
-  EXPECT_EQ(doubt.Describe(true, 0), "") << "a shorter step was accepted";
+  EXPECT_THAT(doubt.Find(false, 2).Describe(), HasTokens("3.000e+00"));
+  EXPECT_EQ(doubt.Find(false, 3).Describe(), "") << "rounding";
+  EXPECT_EQ(doubt.Find(true, 0).Describe(), "") << "a shorter step was accepted";
   doubt.OnReject(std::numeric_limits<double>::quiet_NaN(), true);
-  EXPECT_THAT(doubt.Describe(false, 2), HasTokens("3.000e+00"));
+  EXPECT_THAT(doubt.Find(false, 2).Describe(), HasTokens("3.000e+00"));
   doubt.OnAccept();
-  EXPECT_EQ(doubt.Describe(false, 0), "");
+  EXPECT_EQ(doubt.Find(false, 0).Describe(), "");
 }
 
 TEST(ConvergenceDoubt, AnIncreaseSaysMoreThanADecrease) {
   ConvergenceDoubt doubt;
   doubt.OnReject(5, true);
   doubt.OnReject(-2, true);
-  EXPECT_THAT(doubt.Describe(false, 1), HasTokens("J^T"));
-  EXPECT_EQ(doubt.DescribeIncrease(1), doubt.Describe(false, 1));
-  EXPECT_EQ(doubt.DescribeIncrease(2), "");
+  EXPECT_THAT(doubt.Find(false, 1).Describe(), HasTokens("J^T"));
+  EXPECT_EQ(doubt.FindIncrease(1).Describe(), doubt.Find(false, 1).Describe());
+  EXPECT_EQ(doubt.FindIncrease(2).Describe(), "");
 }
 
 TEST(ConvergenceDoubt, StepsToWhereThereIsNoCostSpeakAgainstAcceptedOnesToo) {
   ConvergenceDoubt doubt;
   doubt.OnReject(5, false);
-  for (const bool accepted : {false, true}) EXPECT_THAT(doubt.Describe(accepted, 1), HasTokens("5.000e+00"));
-  EXPECT_EQ(doubt.Describe(true, 5), "");
+  for (const bool accepted : {false, true}) EXPECT_THAT(doubt.Find(accepted, 1).Describe(), HasTokens("5.000e+00"));
+  EXPECT_EQ(doubt.Find(true, 5).Describe(), "");
 }
 
 TEST(LineSearch, ShrinksUntilTheCostRisesAndStepsBack) {
