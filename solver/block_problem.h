@@ -3,6 +3,7 @@
 // blocks. The Jacobian is stored block by block.
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <initializer_list>
@@ -11,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -18,6 +20,7 @@
 #include "solver/internal/blocks/block_structure.h"
 #include "solver/internal/normal_equations/preconditioner.h"
 #include "solver/internal/normal_equations/step_cost.h"
+#include "solver/lm_options.h"
 #include "solver/loss.h"
 #include "solver/manifold.h"
 #include "solver/problem_interfaces.h"
@@ -33,6 +36,13 @@ enum class ExceededLimit;
 // free blocks, in an order that the problem chooses (tangent_offset). Residual blocks without a free block have a fixed
 // cost, which a solve evaluates once, at its start. The residual blocks are evaluated in parallel. Wrong arguments
 // throw Error.
+//
+// Blocks may be added and removed between solves. A parameter block keeps its index and its position in x; so does a
+// residual block its index. The entries of a removed parameter block stay in x, unused. A later block of the same size
+// may reuse its index, as residual blocks with the same number of parameter blocks do.
+//
+// x is an argument of each function that needs it. For callers who do not store x, the problem also keeps a value of
+// each parameter block (Get, Set), from which SolveLm(problem) starts and which it updates.
 class BlockProblem final : public Problem<CpuBackend<double>>,
                            public OnManifold<CpuBackend<double>>,
                            public WithFixedCost<CpuBackend<double>>,
@@ -63,8 +73,13 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   BlockProblem() = default;
   explicit BlockProblem(Options options) : options_(std::move(options)) {}
 
-  // Adds a block of `size` numbers and returns its index: 0, 1, ...
+  // Adds a block of `size` numbers and returns its index: 0, 1, ... The values are 0.
   int AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold = nullptr);
+  // The same for a block whose values are in the caller's memory, as in Ceres: `size` numbers that must outlive the
+  // block. Get and Gather read them; Set, Scatter and SolveLm(problem) write them.
+  int AddParameterBlock(double* values, int size, std::shared_ptr<const Manifold> manifold = nullptr);
+  // Removes a parameter block and all residual blocks that use it.
+  void RemoveParameterBlock(int block);
   // Sets the manifold of a block; null means a Euclidean block.
   void SetManifold(int block, std::shared_ptr<const Manifold> manifold);
   // A constant block keeps its value during a solve.
@@ -75,12 +90,26 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   void SetBounds(int block, int entry, double lower, double upper);
   // Adds the term 1/2 rho(s) to the cost, where s is the squared norm of the residuals. A null loss means rho(s) = s.
   // blocks: indices of the parameter blocks, without repeats. Their number and sizes must match cost->block_sizes().
-  void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
-                        std::span<const int> blocks);
-  void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
-                        std::initializer_list<int> blocks) {
-    AddResidualBlock(std::move(cost), std::move(loss), std::span(blocks.begin(), blocks.size()));
+  // Returns the index of the residual block: 0, 1, ...
+  Index AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
+                         std::span<const int> blocks);
+  Index AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
+                         std::initializer_list<int> blocks) {
+    return AddResidualBlock(std::move(cost), std::move(loss), std::span(blocks.begin(), blocks.size()));
   }
+  // Adds a residual block per cost function, as AddResidualBlock does, and returns their indices. The problem keeps the
+  // vector, so residual blocks of one type need no memory allocation each. Cost: a type that can be moved, such as
+  // AutoDiffCost. blocks: the parameter blocks of all residual blocks, one after another.
+  template <std::derived_from<CostFunction> Cost>
+  std::vector<Index> AddResidualBlocks(std::vector<Cost> costs, std::span<const int> blocks,
+                                       const std::shared_ptr<const Loss>& loss = nullptr) {
+    const auto owner = std::make_shared<const std::vector<Cost>>(std::move(costs));
+    std::vector<const CostFunction*> pointers;
+    pointers.reserve(owner->size());
+    for (const Cost& cost : *owner) pointers.push_back(&cost);
+    return AddAll(owner, pointers, blocks, loss);
+  }
+  void RemoveResidualBlock(Index residual_block);
 
   // Reserves memory for `count` residual blocks in total.
   void ReserveResidualBlocks(std::size_t count);
@@ -90,8 +119,37 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     options_.evaluation_callback = std::move(callback);
   }
 
-  int num_parameter_blocks() const { return static_cast<int>(parameters_.size()); }
+  // Numbers of blocks, without removed ones, and their indices in ascending order.
+  int num_parameter_blocks() const { return num_parameter_blocks_; }
+  Index num_residual_blocks() const { return static_cast<Index>(residuals_.size() - residuals_.num_empty()); }
+  std::vector<int> parameter_blocks() const;
+  std::vector<Index> residual_blocks() const;
+  bool has_parameter_block(int block) const;
+  bool has_residual_block(Index residual_block) const;
+  // The arguments of AddParameterBlock, SetManifold, SetConstant and SetBounds.
   int parameter_block_size(int block) const { return Parameter(block).ambient_size; }
+  const std::shared_ptr<const Manifold>& manifold(int block) const;
+  bool is_constant(int block) const;
+  double lower_bound(int block, int entry) const;
+  double upper_bound(int block, int entry) const;
+  // Index of the block with these values in the caller's memory. Throws Error if there is none.
+  int FindParameterBlock(const double* values) const;
+  // The arguments of AddResidualBlock. The span is valid until a residual block is added or removed.
+  const std::shared_ptr<const CostFunction>& cost_function(Index residual_block) const;
+  const std::shared_ptr<const Loss>& loss(Index residual_block) const;
+  std::span<const int> parameter_blocks_of(Index residual_block) const;
+  // Indices of the residual blocks that use a parameter block, in ascending order. The first call after a residual
+  // block was added visits all residual blocks.
+  std::vector<Index> residual_blocks_of(int block) const;
+
+  // The value of a block that the problem keeps, or the caller's memory. Valid until a parameter block is added.
+  std::span<const double> Get(int block) const;
+  // Copies parameter_block_size(block) numbers.
+  void Set(int block, const double* values);
+  // The values of all blocks as x, and the reverse. Entries of removed blocks are 0.
+  B::Vector Gather() const;
+  void Scatter(ConstVectorView x);
+
   // Position of the block's first number in x.
   Index offset(int block) const { return Parameter(block).ambient_offset; }
   // Position of the block's first entry in a step, and its number of entries; -1 and 0 for constant blocks and for
@@ -137,6 +195,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
  private:
   friend class BlockLinearization;
   friend class BlockParts;
+  friend class BlockEvaluator;
   struct Term {
     std::shared_ptr<const CostFunction> cost;
     std::shared_ptr<const Loss> loss;
@@ -146,6 +205,12 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     B::Vector jacobian, residuals, product;
   };
   const ParameterBlock& Parameter(int block) const;
+  std::vector<Index> AddAll(const std::shared_ptr<const void>& owner, std::span<const CostFunction* const> costs,
+                            std::span<const int> blocks, const std::shared_ptr<const Loss>& loss);
+  // The position of a residual block in residuals_ and terms_.
+  std::size_t CheckedTerm(Index residual_block) const;
+  // Position of an entry of a block in x.
+  std::size_t EntryOf(int block, int entry) const;
   // Discards all data that depend on the structure of the problem.
   void Changed();
   const BlockStructure& Structure() const;
@@ -166,9 +231,16 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // For residual block `term`: sets scratch.arguments to its parameter blocks in x, and fills the residuals with
   // Unwritten, a NaN that marks entries which the cost function does not write.
   void Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
+  // Computes the residuals of a residual block. Returns the cost function's return value.
+  bool TermResiduals(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
   // Computes the residuals and Jacobians of a residual block. Both are filled with Unwritten first. Returns the cost
   // function's return value.
   bool EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
+  // Computes the residuals of a residual block, and its Jacobian in the tangent spaces of the free blocks `cells`:
+  // row-major with `width` columns. Without losses. If the cost function returns false, the residuals are NaN, and the
+  // Jacobian is not written.
+  void LinearizeTerm(ConstVectorView x, std::size_t term, std::span<const BlockCell> cells, int width,
+                     double* residuals, double* jacobian, Scratch& scratch) const;
   double TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const;
   // Describes the first value of a residual block that is not finite; empty if all are finite.
   std::string DescribeTerm(ConstVectorView x, std::size_t term, bool jacobians, Scratch& scratch) const;
@@ -184,11 +256,18 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
 
   Options options_;
   Index num_parameters_ = 0;
+  int num_parameter_blocks_ = 0;
   std::vector<ParameterBlock> parameters_;
   std::vector<std::shared_ptr<const Manifold>> manifolds_;
   std::vector<bool> constant_;
+  std::unordered_map<int, std::vector<int>> removed_;  // indices of removed parameter blocks, by their size
+  std::vector<double> values_;                         // of the parameter blocks outside of the caller's memory
+  std::vector<double*> caller_memory_;                 // per parameter block: the caller's memory, or null
+  std::unordered_map<const double*, int> block_of_;    // the parameter blocks in the caller's memory
   ResidualBlockList residuals_;
   std::vector<Term> terms_;
+  // The residual blocks of each parameter block, including removed ones. Empty after a residual block was added.
+  mutable std::vector<std::vector<Index>> users_;
   std::vector<double> lower_, upper_;  // one entry per entry of x; empty if there are no bounds
   mutable std::optional<BlockStructure> structure_;
   mutable LinearizationMemory memory_;
@@ -197,5 +276,10 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   std::shared_ptr<SparseCholesky> cholesky_;
   std::optional<StepCounts> counts_;
 };
+
+// Minimises the cost from the values that the problem keeps (BlockProblem::Gather), and replaces them by the best ones
+// found. Otherwise as the other overloads (solver/levenberg_marquardt.h).
+LmSummary SolveLm(BlockProblem& problem, const LmOptions& options = {},
+                  const IterationCallback<CpuBackend<double>>& callback = {});
 
 }  // namespace vesta

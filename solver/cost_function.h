@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernels/math/dual.h"
+#include "solver/internal/autodiff_blocks.h"
 #include "solver/internal/derivative_passes.h"
 #include "solver/internal/functor_call.h"
 
@@ -41,6 +42,10 @@ class CostFunction {
   // residuals are undefined at these parameters. A step to such a point is rejected.
   virtual bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const = 0;
 
+ protected:
+  // For vectors of a derived class (BlockProblem::AddResidualBlocks). block_sizes_ stays valid.
+  CostFunction(CostFunction&&) = default;
+
  private:
   int num_residuals_;
   std::vector<int> own_sizes_;
@@ -60,8 +65,9 @@ bool Call(const F& functor, const T* const* blocks, T* residuals, std::index_seq
 // Differentiates a functor automatically, by dual numbers. kBlocks: the sizes of the parameter blocks. The functor
 // f(p0, p1, ..., r) receives one pointer per block, and writes kResiduals values to r. It is a template on the number
 // type, which is double or a dual number Dual<double, N>. It may return void, or bool with the meaning of Evaluate's
-// result. One evaluation of the functor computes the derivatives with respect to all parameters, or with respect to
-// an equal part of them if there are more than 26 (solver/internal/derivative_passes.h).
+// result. A functor of fewer arguments is called as f(p, r), where p contains all blocks one after another: functors of
+// ResidualBlocks need no change. One evaluation of the functor computes the derivatives with respect to all parameters,
+// or with respect to an equal part of them if there are more than 26 (solver/internal/derivative_passes.h).
 template <class F, int kResiduals, int... kBlocks>
 class AutoDiffCost final : public CostFunction {
  public:
@@ -71,47 +77,36 @@ class AutoDiffCost final : public CostFunction {
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     if (jacobians == nullptr) return Call(parameters, residuals);
-    using D = typename DualForFunctor<F, double, kParameters, sizeof...(kBlocks) + 1>::Type;
+    using D = typename DualForFunctor<F, double, kParameters, kPointers>::Type;
     ScratchArray<D, kParameters> p;
     ScratchArray<D, kResiduals> r;
     std::array<const D*, sizeof...(kBlocks)> blocks;
-    // The parameters whose derivatives are needed.
     std::array<D*, kParameters> columns;
-    int num_columns = 0;
-    for (std::size_t b = 0, k = 0; b < kSizes.size(); ++b) {
-      blocks[b] = p.data() + k;
-      for (int i = 0; i < kSizes[b]; ++i, ++k) {
-        p[k] = D(parameters[b][i]);
-        if (jacobians[b] != nullptr) columns[static_cast<std::size_t>(num_columns++)] = p.data() + k;
-      }
-    }
-    if (num_columns == 0) return Call(parameters, residuals);
-    MarkUnwritten(kResiduals, r.data());
-    return DifferentiateInPasses(
-        num_columns, [&](int c) -> D& { return *columns[static_cast<std::size_t>(c)]; },
-        [&] { return Call(blocks.data(), r.data()); },
-        [&](int first, int count) {
-          for (int row = 0; row < kResiduals; ++row) residuals[row] = r[static_cast<std::size_t>(row)].a;
-          int begin = 0;  // column of the block's first parameter
-          for (std::size_t b = 0; b < kSizes.size(); ++b) {
-            if (jacobians[b] == nullptr) continue;
-            const int end = begin + kSizes[b];
-            for (int row = 0; row < kResiduals; ++row) {
-              for (int c = std::max(begin, first); c < std::min(end, first + count); ++c) {
-                jacobians[b][row * kSizes[b] + c - begin] = DerivativeOf(r[static_cast<std::size_t>(row)], c - first);
-              }
-            }
-            begin = end;
-          }
-        });
+    return DifferentiateBlocks<D>(kSizes, kResiduals, {p.data(), r.data(), blocks.data(), columns.data()}, parameters,
+                                  residuals, jacobians,
+                                  [&](const auto* const* from, auto* to) { return Call(from, to); });
   }
 
  private:
   static constexpr std::array<int, sizeof...(kBlocks)> kSizes{kBlocks...};
   static constexpr int kParameters = (kBlocks + ...);
+  template <int>
+  using Block = const double*;
+  // True if the functor reads all blocks through one pointer.
+  static constexpr bool kJoined = !std::is_invocable_v<const F&, Block<kBlocks>..., double*>;
+  static constexpr int kPointers = kJoined ? 2 : sizeof...(kBlocks) + 1;
   template <class T>
   bool Call(const T* const* blocks, T* residuals) const {
-    return cost_internal::Call(functor_, blocks, residuals, std::make_index_sequence<sizeof...(kBlocks)>());
+    if constexpr (!kJoined) {
+      return cost_internal::Call(functor_, blocks, residuals, std::make_index_sequence<sizeof...(kBlocks)>());
+    } else if constexpr (std::is_same_v<T, double>) {
+      std::array<double, kParameters> joined;
+      double* next = joined.data();
+      for (std::size_t b = 0; b < kSizes.size(); ++b) next = std::copy_n(blocks[b], kSizes[b], next);
+      return InvokeFunctor(functor_, static_cast<const double*>(joined.data()), residuals);
+    } else {
+      return InvokeFunctor(functor_, blocks[0], residuals);  // blocks of dual numbers are adjacent
+    }
   }
   F functor_;
 };

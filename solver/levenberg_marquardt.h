@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "kernels/core/archive.h"
@@ -134,22 +135,22 @@ class LmStepper {
 // Error as the constructor of LmStepper does.
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
-                  const LmCallback& callback = {});
+                  const std::type_identity_t<IterationCallback<B>>& callback = {});
 // These overloads create the backend. On the host, x may also be a std::span or a std::vector.
 template <Backend B>
 LmSummary SolveLm(Problem<B>& problem, typename B::VectorView x, const LmOptions& options = {},
-                  const LmCallback& callback = {}) {
+                  const std::type_identity_t<IterationCallback<B>>& callback = {}) {
   B backend;
   return SolveLm(options, backend, problem, x, callback);
 }
 template <class S>
 LmSummary SolveLm(Problem<CpuBackend<S>>& problem, std::span<S> x, const LmOptions& options = {},
-                  const LmCallback& callback = {}) {
+                  const std::type_identity_t<IterationCallback<CpuBackend<S>>>& callback = {}) {
   return SolveLm(problem, HostSpan<S>(x.data(), static_cast<Index>(x.size())), options, callback);
 }
 template <class S>
 LmSummary SolveLm(Problem<CpuBackend<S>>& problem, std::vector<S>& x, const LmOptions& options = {},
-                  const LmCallback& callback = {}) {
+                  const std::type_identity_t<IterationCallback<CpuBackend<S>>>& callback = {}) {
   return SolveLm(problem, std::span<S>(x), options, callback);
 }
 

@@ -4,6 +4,8 @@
 
 #include <functional>
 #include <limits>
+#include <type_traits>
+#include <utility>
 
 #include "solver/internal/normal_equations/normal_system.h"
 #include "solver/internal/trust_region/step_control.h"
@@ -71,5 +73,30 @@ struct LmOptions {
 enum class CallbackResult { kContinue, kStop };
 // Called after the start is evaluated (iteration 0) and after each iteration.
 using LmCallback = std::function<CallbackResult(const LmIteration&)>;
+// The callback argument of SolveLm: an LmCallback, or a function (const LmIteration&, B::ConstVectorView x) whose x is
+// the best point so far (LmStepper::x).
+template <Backend B>
+class IterationCallback {
+ public:
+  using X = typename B::ConstVectorView;
+  IterationCallback() = default;
+  template <class F>
+  requires std::is_invocable_r_v<CallbackResult, const F&, const LmIteration&, X> IterationCallback(F callback)
+      : callback_(std::move(callback)) {}
+  template <class F>
+  requires std::is_invocable_r_v<CallbackResult, const F&, const LmIteration&> IterationCallback(F callback) {
+    if constexpr (std::is_constructible_v<bool, const F&>) {
+      if (!static_cast<bool>(callback)) return;
+    }
+    callback_ = [callback = std::move(callback)](const LmIteration& row, X) { return callback(row); };
+  }
+  // kContinue if there is no function.
+  CallbackResult operator()(const LmIteration& row, X x) const {
+    return callback_ ? callback_(row, x) : CallbackResult::kContinue;
+  }
+
+ private:
+  std::function<CallbackResult(const LmIteration&, X)> callback_;
+};
 
 }  // namespace vesta

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "kernels/core/check.h"
 #include "solver/bounds.h"
@@ -60,16 +62,15 @@ bool CeresProblem::Cost::Evaluate(const double* const* parameters, double* resid
 }
 
 CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options options) : problem_(std::move(options)) {
-  problem.GetParameterBlocks(&values_);
-  block_of_.reserve(values_.size());
-  for (const double* values : values_) {
+  std::vector<double*> parameter_blocks;
+  problem.GetParameterBlocks(&parameter_blocks);
+  for (double* values : parameter_blocks) {
     const int size = problem.ParameterBlockSize(values);
     // Ceres 2.1 wraps a LocalParameterization, which Ceres 2.2 removed, in a Manifold.
     const ceres::Manifold* const kind = problem.GetManifold(values);
     const auto manifold = kind != nullptr ? std::make_shared<ManifoldOf>(*kind) : nullptr;
     const bool fixed = problem.IsParameterBlockConstant(values) || (manifold && manifold->tangent_size() == 0);
-    const int block = problem_.AddParameterBlock(size, fixed ? nullptr : manifold);
-    block_of_[values] = block;
+    const int block = problem_.AddParameterBlock(values, size, fixed ? nullptr : manifold);
     if (fixed) problem_.SetConstant(block);
     for (int entry = 0; entry < size; ++entry) {
       // Ceres represents an absent bound by the largest double.
@@ -112,32 +113,10 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
     }
     problem.GetParameterBlocksForResidualBlock(id, &arguments);
     blocks.clear();
-    for (const double* values : arguments) blocks.push_back(block_of_.at(values));
+    for (const double* values : arguments) blocks.push_back(problem_.FindParameterBlock(values));
     // costs_ owns the cost function, so this pointer does not count references.
     problem_.AddResidualBlock({std::shared_ptr<const CostFunction>(), &cost}, std::move(our_loss), blocks);
   }
-}
-
-CpuBackend<double>::Vector CeresProblem::Gather() const {
-  CpuBackend<double>::Vector x(problem_.num_parameters());
-  for (std::size_t b = 0; b < values_.size(); ++b) {
-    const int block = static_cast<int>(b);
-    std::copy_n(values_[b], problem_.parameter_block_size(block), x.data() + problem_.offset(block));
-  }
-  return x;
-}
-
-void CeresProblem::Scatter(CpuBackend<double>::ConstVectorView x) const {
-  for (std::size_t b = 0; b < values_.size(); ++b) {
-    const int block = static_cast<int>(b);
-    std::copy_n(x.data() + problem_.offset(block), problem_.parameter_block_size(block), values_[b]);
-  }
-}
-
-int CeresProblem::block(const double* values) const {
-  const auto found = block_of_.find(values);
-  VESTA_CHECK(found != block_of_.end(), "this address is not a parameter block of the problem");
-  return found->second;
 }
 
 void CeresProblem::SetEvaluationCallback(ceres::EvaluationCallback* callback) {

@@ -7,8 +7,6 @@
 
 #include <deque>
 #include <string>
-#include <unordered_map>
-#include <vector>
 
 #include "solver/block_problem.h"
 #include "solver/ceres/ceres_solve.h"
@@ -25,9 +23,9 @@ class CeresProblem {
 
   BlockProblem& problem() { return problem_; }
   // Returns the current values of all parameter blocks, one after another, as x of problem().
-  CpuBackend<double>::Vector Gather() const;
+  CpuBackend<double>::Vector Gather() const { return problem_.Gather(); }
   // Writes x to the memory of the parameter blocks.
-  void Scatter(CpuBackend<double>::ConstVectorView x) const;
+  void Scatter(CpuBackend<double>::ConstVectorView x) { problem_.Scatter(x); }
   // Calls `callback` before each evaluation, as Ceres does. The parameter blocks contain x at that time. Null removes
   // the callback. The callback must outlive this object, and this object must not be moved afterwards.
   void SetEvaluationCallback(ceres::EvaluationCallback* callback);
@@ -35,7 +33,7 @@ class CeresProblem {
   // empty. Ceres treats both as errors too.
   const std::string& infeasible() const { return infeasible_; }
   // Index in problem() of the parameter block at this address. Throws Error if there is no such block.
-  int block(const double* values) const;
+  int block(const double* values) const { return problem_.FindParameterBlock(values); }
 
  private:
   class Cost final : public CostFunction {
@@ -49,8 +47,6 @@ class CeresProblem {
 
   std::deque<Cost> costs_;  // one per residual block
   BlockProblem problem_;
-  std::vector<double*> values_;  // one per parameter block
-  std::unordered_map<const double*, int> block_of_;
   std::string infeasible_;
 };
 

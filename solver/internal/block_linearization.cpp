@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/internal/block_linearization.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -30,30 +31,26 @@ BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstVectorV
   });
 }
 
-void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index r, Scratch& scratch) {
-  const BlockStructure& structure = jacobian_.structure();
-  const BlockRow& row = structure.rows()[static_cast<std::size_t>(r)];
-  const auto term = static_cast<std::size_t>(row.residual_block);
-  const std::span<const int> parameters = problem.residuals_[term].parameters;
-  double* f = residuals_.data() + row.residual_offset;
-  double* values = jacobian_.row_values(r);
-  if (!problem.EvaluateTerm(x, term, f, scratch)) {
-    for (int i = 0; i < row.num_residuals; ++i) f[i] = std::numeric_limits<double>::quiet_NaN();
+void BlockProblem::LinearizeTerm(ConstVectorView x, std::size_t term, std::span<const BlockCell> cells, int width,
+                                 double* residuals, double* jacobian, Scratch& scratch) const {
+  const ResidualBlock block = residuals_[term];
+  if (!EvaluateTerm(x, term, residuals, scratch)) {
+    std::fill_n(residuals, block.num_residuals, std::numeric_limits<double>::quiet_NaN());
     return;
   }
-  for (const BlockCell& cell : structure.cells(row)) {
+  for (const BlockCell& cell : cells) {
     const auto argument = static_cast<std::size_t>(cell.argument);
-    const auto p = static_cast<std::size_t>(parameters[argument]);
-    const int from = problem.parameters_[p].ambient_size, to = problem.parameters_[p].tangent_size;
+    const auto p = static_cast<std::size_t>(block.parameters[argument]);
+    const int from = parameters_[p].ambient_size, to = parameters_[p].tangent_size;
     const double* own = scratch.jacobians[argument];
-    const Manifold* manifold = problem.manifolds_[p].get();
+    const Manifold* manifold = manifolds_[p].get();
     if (manifold) {
       scratch.plus_jacobian.assign(static_cast<std::size_t>(from) * static_cast<std::size_t>(to), Unwritten<double>());
       manifold->PlusJacobian(scratch.arguments[argument], scratch.plus_jacobian.data());
     }
     const double* plus = scratch.plus_jacobian.data();
-    for (int i = 0; i < row.num_residuals; ++i) {
-      double* out = values + i * row.width + cell.local;
+    for (int i = 0; i < block.num_residuals; ++i) {
+      double* out = jacobian + i * width + cell.local;
       for (int c = 0; c < to; ++c) {
         if (!manifold) {
           out[c] = own[i * from + c];
@@ -67,6 +64,15 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstVectorVie
       }
     }
   }
+}
+
+void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index r, Scratch& scratch) {
+  const BlockStructure& structure = jacobian_.structure();
+  const BlockRow& row = structure.rows()[static_cast<std::size_t>(r)];
+  const auto term = static_cast<std::size_t>(row.residual_block);
+  double* f = residuals_.data() + row.residual_offset;
+  double* values = jacobian_.row_values(r);
+  problem.LinearizeTerm(x, term, structure.cells(row), row.width, f, values, scratch);
   if (const Loss* loss = problem.terms_[term].loss.get()) {
     double s = 0;
     for (int i = 0; i < row.num_residuals; ++i) s += f[i] * f[i];

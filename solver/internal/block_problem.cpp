@@ -22,84 +22,6 @@ namespace {
 constexpr Index kGrain = 64;
 }
 
-const ParameterBlock& BlockProblem::Parameter(int block) const {
-  VESTA_CHECK(block >= 0 && block < num_parameter_blocks(), "there is no parameter block {}; the problem has {}", block,
-              num_parameter_blocks());
-  return parameters_[static_cast<std::size_t>(block)];
-}
-
-int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold) {
-  VESTA_CHECK(size > 0, "the size of a parameter block is {}; choose 1 or more", size);
-  Changed();
-  parameters_.push_back({num_parameters_, size, size});
-  manifolds_.emplace_back();
-  constant_.push_back(false);
-  num_parameters_ += size;
-  if (has_bounds()) {
-    lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
-    upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
-  }
-  if (manifold) SetManifold(num_parameter_blocks() - 1, std::move(manifold));
-  return num_parameter_blocks() - 1;
-}
-
-void BlockProblem::SetManifold(int block, std::shared_ptr<const Manifold> manifold) {
-  const int size = Parameter(block).ambient_size;
-  VESTA_CHECK(!manifold || manifold->ambient_size() == size,
-              "a manifold for {} numbers does not fit block {} of {} numbers", manifold->ambient_size(), block, size);
-  Changed();
-  const auto k = static_cast<std::size_t>(block);
-  manifolds_[k] = std::move(manifold);
-  parameters_[k].tangent_size = constant_[k] ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
-}
-
-void BlockProblem::SetConstant(int block, bool constant) {
-  const int size = Parameter(block).ambient_size;
-  Changed();
-  const auto k = static_cast<std::size_t>(block);
-  constant_[k] = constant;
-  parameters_[k].tangent_size = constant ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
-}
-
-void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
-  VESTA_CHECK(entry >= 0 && entry < Parameter(block).ambient_size, "there is no entry {} in block {}", entry, block);
-  if (!(lower <= upper)) {
-    Fail(kBadArgument, "block {}, entry {}: the lower bound {} is above the upper bound {}", block, entry, lower,
-         upper);
-  }
-  lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
-  upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
-  const auto k = static_cast<std::size_t>(Parameter(block).ambient_offset + entry);
-  lower_[k] = lower;
-  upper_[k] = upper;
-}
-
-void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
-                                    std::span<const int> blocks) {
-  VESTA_CHECK(cost != nullptr, "the cost function of residual block {} is null", residuals_.size());
-  VESTA_CHECK(cost->num_residuals() > 0, "the cost function of residual block {} has {} residuals; give it 1 or more",
-              residuals_.size(), cost->num_residuals());
-  const std::span<const int> sizes = cost->block_sizes();
-  VESTA_CHECK(sizes.size() == blocks.size(), "the cost function needs {} parameter blocks, not {}", sizes.size(),
-              blocks.size());
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    VESTA_CHECK(Parameter(blocks[i]).ambient_size == sizes[i],
-                "argument {} of the cost function has {} numbers, but block {} has {}", i, sizes[i], blocks[i],
-                Parameter(blocks[i]).ambient_size);
-    VESTA_CHECK(std::find(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(i), blocks[i]) ==
-                    blocks.begin() + static_cast<std::ptrdiff_t>(i),
-                "block {} is used twice in one residual block", blocks[i]);
-  }
-  Changed();
-  residuals_.Add({cost->num_residuals(), blocks});
-  terms_.push_back({std::move(cost), std::move(loss)});
-}
-
-void BlockProblem::ReserveResidualBlocks(std::size_t count) {
-  residuals_.Reserve(count);
-  terms_.reserve(count);
-}
-
 void BlockProblem::Changed() {
   structure_.reset();
   normal_matrix_.reset();
@@ -135,6 +57,11 @@ inline void BlockProblem::Prepare(ConstVectorView x, std::size_t term, double* r
   for (int i = 0; i < block.num_residuals; ++i) residuals[i] = Unwritten<double>();
 }
 
+bool BlockProblem::TermResiduals(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
+  Prepare(x, term, residuals, scratch);
+  return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, nullptr);
+}
+
 bool BlockProblem::EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
   Prepare(x, term, residuals, scratch);
   const ResidualBlock block = residuals_[term];
@@ -155,11 +82,9 @@ bool BlockProblem::EvaluateTerm(ConstVectorView x, std::size_t term, double* res
 }
 
 double BlockProblem::TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const {
+  if (residuals_[term].num_residuals == 0) return 0;  // removed
   scratch.residuals.resize(static_cast<std::size_t>(residuals_[term].num_residuals));
-  Prepare(x, term, scratch.residuals.data(), scratch);
-  if (!terms_[term].cost->Evaluate(scratch.arguments.data(), scratch.residuals.data(), nullptr)) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
+  if (!TermResiduals(x, term, scratch.residuals.data(), scratch)) return std::numeric_limits<double>::quiet_NaN();
   double s = 0;
   for (const double r : scratch.residuals) s += r * r;
   return 0.5 * (terms_[term].loss ? terms_[term].loss->Evaluate(s).rho : s);

@@ -88,6 +88,7 @@ std::string BlockProblem::DescribeNonFinite(ConstVectorView x, bool jacobians) {
   if (options_.evaluation_callback) options_.evaluation_callback(x, true);
   Scratch scratch;
   for (std::size_t term = 0; term < residuals_.size(); ++term) {
+    if (residuals_[term].num_residuals == 0) continue;  // removed
     if (std::string what = DescribeTerm(x, term, jacobians, scratch); !what.empty()) return what;
   }
   return "";

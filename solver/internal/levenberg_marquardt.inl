@@ -341,10 +341,10 @@ const LmIteration& LmStepper<B>::Record(LmIteration row) {
 
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
-                  const LmCallback& callback) {
+                  const std::type_identity_t<IterationCallback<B>>& callback) {
   LmStepper<B> stepper(options, backend, problem, x);
   const auto report = [&] {
-    stepper.StopIfRequested(callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop);
+    stepper.StopIfRequested(callback(stepper.summary().iterations.back(), stepper.x()) == CallbackResult::kStop);
   };
   report();
   while (!stepper.done()) {

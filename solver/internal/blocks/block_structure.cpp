@@ -54,6 +54,30 @@ std::vector<bool> FindUsed(std::size_t num_parameters, const ResidualBlockList& 
 
 }  // namespace
 
+std::size_t ResidualBlockList::Add(const ResidualBlock& block) {
+  const auto count = static_cast<int>(block.parameters.size());
+  if (const auto empty = empty_.find(count); empty != empty_.end()) {
+    const std::size_t k = empty->second.back();
+    empty->second.pop_back();
+    if (empty->second.empty()) empty_.erase(empty);
+    --num_empty_;
+    slots_[k].num_parameters = count;
+    slots_[k].num_residuals = block.num_residuals;
+    std::copy(block.parameters.begin(), block.parameters.end(),
+              parameters_.begin() + static_cast<std::ptrdiff_t>(slots_[k].first));
+    return k;
+  }
+  slots_.push_back({parameters_.size(), count, block.num_residuals});
+  parameters_.insert(parameters_.end(), block.parameters.begin(), block.parameters.end());
+  return slots_.size() - 1;
+}
+
+void ResidualBlockList::Remove(std::size_t k) {
+  empty_[slots_[k].num_parameters].push_back(k);
+  ++num_empty_;
+  slots_[k].num_parameters = slots_[k].num_residuals = 0;
+}
+
 BlockStructure::BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals,
                                bool eliminate) {
   const std::vector<bool> eliminated =
@@ -101,6 +125,7 @@ void BlockStructure::PlaceRows(const ResidualBlockList& residuals, const std::ve
   cells_.reserve(residuals.num_arguments());
   for (std::size_t r = 0; r < residuals.size(); ++r) {
     const ResidualBlock residual = residuals[r];
+    if (residual.num_residuals == 0) continue;  // an empty slot
     BlockRow row{.residual_block = static_cast<Index>(r),
                  .residual_offset = num_residuals_,
                  .value_offset = 0,

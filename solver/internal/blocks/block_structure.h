@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -18,35 +19,40 @@ struct ResidualBlock {
   std::span<const int> parameters;
 };
 
-// A list of residual blocks. It stores them in three arrays, because there may be millions.
+// A list of residual blocks, in few arrays because there may be millions. A removed block leaves an empty slot, without
+// residuals and parameter blocks, which a later block with as many parameter blocks reuses.
 class ResidualBlockList {
  public:
-  std::size_t size() const { return num_residuals_.size(); }
-  // Number of parameter blocks, summed over all residual blocks.
+  // Number of slots.
+  std::size_t size() const { return slots_.size(); }
+  std::size_t num_empty() const { return num_empty_; }
+  // Number of parameter blocks, summed over all slots.
   std::size_t num_arguments() const { return parameters_.size(); }
   ResidualBlock operator[](std::size_t k) const {
-    return {num_residuals_[k], std::span(parameters_).subspan(first_[k], first_[k + 1] - first_[k])};
+    const Slot& slot = slots_[k];
+    return {slot.num_residuals, {parameters_.data() + slot.first, static_cast<std::size_t>(slot.num_parameters)}};
   }
-  void Reserve(std::size_t count) {
-    num_residuals_.reserve(count);
-    first_.reserve(count + 1);
-  }
-  void Add(const ResidualBlock& block) {
-    parameters_.insert(parameters_.end(), block.parameters.begin(), block.parameters.end());
-    first_.push_back(parameters_.size());
-    num_residuals_.push_back(block.num_residuals);
-  }
+  void Reserve(std::size_t count) { slots_.reserve(count); }
+  // Returns the slot of the block.
+  std::size_t Add(const ResidualBlock& block);
+  void Remove(std::size_t k);
 
  private:
-  std::vector<int> num_residuals_;
-  std::vector<std::size_t> first_{0};  // position in parameters_ of each block's first one, and the end
+  struct Slot {
+    std::size_t first = 0;  // position in parameters_
+    int num_parameters = 0;
+    int num_residuals = 0;
+  };
+  std::vector<Slot> slots_;
   std::vector<int> parameters_;
+  std::map<int, std::vector<std::size_t>> empty_;  // empty slots, by their number of parameter blocks
+  std::size_t num_empty_ = 0;
 };
 
 // A parameter block as the caller added it.
 struct ParameterBlock {
   Index ambient_offset = 0;  // position in x
-  int ambient_size = 0;      // number of entries in x
+  int ambient_size = 0;      // number of entries in x; 0 if the block was removed
   int tangent_size = 0;      // number of entries in a step; 0 if the block is constant
 };
 

@@ -53,7 +53,7 @@ template class NormalSystem<InstantiatedBackend>;
 template class BatchedSystem<InstantiatedBackend>;
 template class LmStepper<InstantiatedBackend>;
 template LmSummary SolveLm(const LmOptions&, InstantiatedBackend&, Problem<InstantiatedBackend>&,
-                           InstantiatedBackend::VectorView, const LmCallback&);
+                           InstantiatedBackend::VectorView, const IterationCallback<InstantiatedBackend>&);
 template class ProductMap<InstantiatedBackend>;
 template class ScaledRows<InstantiatedBackend>;
 template class ScaledColumns<InstantiatedBackend>;

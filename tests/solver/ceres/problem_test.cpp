@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "solver/ceres/ceres_problem.h"
+#include "solver/evaluate.h"
 #include "tests/solver/ceres/twin_problem.h"
 #include "tests/solver/dense_operator.h"
 #include "tests/support/linearize_at.h"
@@ -29,9 +30,7 @@ struct Evaluated {
   Eigen::MatrixXd jacobian;
 };
 
-Evaluated EvaluateTheirs(ceres::Problem& problem, std::vector<double*> blocks) {
-  ceres::Problem::EvaluateOptions options;
-  options.parameter_blocks = std::move(blocks);
+Evaluated EvaluateTheirs(ceres::Problem& problem, const ceres::Problem::EvaluateOptions& options) {
   std::vector<double> residuals, gradient;
   ceres::CRSMatrix jacobian;
   Evaluated result;
@@ -47,6 +46,32 @@ Evaluated EvaluateTheirs(ceres::Problem& problem, std::vector<double*> blocks) {
   return result;
 }
 
+Evaluated EvaluateTheirs(ceres::Problem& problem, std::vector<double*> blocks) {
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks = std::move(blocks);
+  return EvaluateTheirs(problem, options);
+}
+
+// By Evaluate.
+Evaluated EvaluateOurs(BlockProblem& problem, Cpu::ConstVectorView x, const EvaluateOptions& options) {
+  const BlockEvaluation from = Evaluate(problem, x, options);
+  Evaluated result{from.cost, Eigen::VectorXd::Map(from.residuals.data(), std::ssize(from.residuals)),
+                   Eigen::VectorXd::Map(from.gradient.data(), std::ssize(from.gradient)),
+                   Eigen::MatrixXd::Zero(from.jacobian.rows, from.jacobian.cols)};
+  for (Index row = 0; row < from.jacobian.rows; ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    Index last = -1;
+    for (auto k = static_cast<std::size_t>(from.jacobian.row_starts[at]);
+         k < static_cast<std::size_t>(from.jacobian.row_starts[at + 1]); ++k) {
+      EXPECT_GT(from.jacobian.columns[k], last);
+      last = from.jacobian.columns[k];
+      result.jacobian(row, last) = from.jacobian.values[k];
+    }
+  }
+  return result;
+}
+
+// By the linearization, which a solve uses.
 Evaluated EvaluateOurs(BlockProblem& problem, Cpu::ConstVectorView x, const std::vector<int>& blocks) {
   const auto linearization = LinearizeAt<Cpu>(problem, x);
   const Index rows = linearization->num_residuals();
@@ -88,6 +113,7 @@ void ExpectSameEvaluation(TwinProblem& twin, const std::vector<int>& blocks) {
   const Evaluated expected = EvaluateTheirs(twin.theirs(), theirs);
   const std::vector<double> x = twin.x();
   ExpectSameEvaluation(EvaluateOurs(twin.ours(), View(x), blocks), expected);
+  ExpectSameEvaluation(EvaluateOurs(twin.ours(), View(x), EvaluateOptions{.parameter_blocks = blocks}), expected);
   CeresProblem bridge(twin.theirs());
   std::vector<int> bridged;
   bridged.reserve(blocks.size());
@@ -133,8 +159,17 @@ TEST(CeresCasesProblem, EvaluatesBlocksInAnyOrder) {
 TEST(CeresCasesProblem, EvaluatesWithoutSomeBlocks) {
   Circle circle;
   ExpectSameEvaluation(circle, {0, 2});
-  // A subset of the residual blocks has the expected cost. vesta has no Jacobian of a subset.
+  // A subset of the residual blocks.
   const std::vector<double> x = circle.x();
+  std::vector<ceres::ResidualBlockId> all;
+  circle.theirs().GetResidualBlocks(&all);
+  for (const std::vector<Index>& chosen : {std::vector<Index>{0, 2}, {1, 0}, {2, 1, 0}}) {
+    ceres::Problem::EvaluateOptions theirs;
+    for (const Index id : chosen) theirs.residual_blocks.push_back(all[static_cast<std::size_t>(id)]);
+    for (const int block : {1, 0}) theirs.parameter_blocks.push_back(circle.values(block));
+    const EvaluateOptions ours{.residual_blocks = chosen, .parameter_blocks = std::vector<int>{1, 0}};
+    ExpectSameEvaluation(EvaluateOurs(circle.ours(), View(x), ours), EvaluateTheirs(circle.theirs(), theirs));
+  }
   const auto at = View(x);
   const Index f_h[] = {0, 2}, f_g[] = {0, 1};
   EXPECT_EQ(circle.ours().Cost(at, f_h), 2082);
@@ -145,6 +180,9 @@ TEST(CeresCasesProblem, EvaluatesWithAConstantBlock) {
   Circle circle;
   circle.SetConstant(1);
   ExpectSameEvaluation(circle, {0, 2});
+  const std::vector<double> x = circle.x();
+  ExpectSameEvaluation(EvaluateOurs(circle.ours(), View(x), EvaluateOptions()),
+                       EvaluateTheirs(circle.theirs(), ceres::Problem::EvaluateOptions()));
   EXPECT_EQ(circle.ours().tangent_size(1), 0);
 }
 
@@ -194,6 +232,16 @@ TEST(CeresCasesProblem, EvaluatesAResidualBlockWithALoss) {
   ExpectSameEvaluation(twin, {0, 1});
   const std::vector<double> x = twin.x();
   EXPECT_EQ(twin.ours().Cost(View(x)), 19);
+  ceres::Problem::EvaluateOptions without;
+  without.apply_loss_function = false;
+  ExpectSameEvaluation(EvaluateOurs(twin.ours(), View(x), EvaluateOptions{.apply_loss = false}),
+                       EvaluateTheirs(twin.theirs(), without));
+}
+
+TEST(CeresCasesProblem, EvaluatesWithACurvedLoss) {
+  Identity twin({std::make_shared<ceres::CauchyLoss>(0.5), std::make_shared<CauchyLoss>(0.5)});
+  ExpectSameEvaluation(twin, {1, 0});
+  ExpectSameEvaluation(twin, {0});
 }
 
 TEST(CeresCasesProblem, EvaluatesAResidualBlockOnManifolds) {

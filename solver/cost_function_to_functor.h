@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls a cost function from a functor with automatic derivatives.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/math/derivatives.h"
+#include "solver/cost_function.h"
+
+namespace vesta {
+
+// A functor with the residuals and derivatives of a cost function, like ceres::CostFunctionToFunctor and
+// DynamicCostFunctionToFunctor. Functors of AutoDiffCost can then combine it with other operations:
+//   bool operator()(const T* camera, const T* point, T* r) const { return project_(camera, point, r) && ...; }
+// The derivatives by the chain rule are exact if those of the cost function are.
+class CostFunctionToFunctor {
+ public:
+  // Throws Error if cost is null.
+  explicit CostFunctionToFunctor(std::shared_ptr<const CostFunction> cost) : cost_(std::move(cost)) {
+    VESTA_CHECK(cost_ != nullptr, "the cost function is null");
+  }
+
+  // blocks[b] contains block b. Writes the residuals; returns false if the cost function does. T is double or a dual
+  // number.
+  template <class T>
+  bool operator()(const T* const* blocks, T* residuals) const {
+    if constexpr (std::is_same_v<T, double>) {
+      return cost_->Evaluate(blocks, residuals, nullptr);
+    } else {
+      return Differentiate(blocks, residuals);
+    }
+  }
+  // The same with a pointer per block, then the residuals. Throws Error if the number of blocks is wrong.
+  template <class T, class... Pointers>
+  requires(sizeof...(Pointers) > 0) bool operator()(const T* first, Pointers... others) const {
+    const T* const blocks[] = {first, others...};
+    VESTA_CHECK(sizeof...(Pointers) == cost_->block_sizes().size(), "the cost function has {} parameter blocks, not {}",
+                cost_->block_sizes().size(), sizeof...(Pointers));
+    return (*this)(static_cast<const T* const*>(blocks), Last(others...));
+  }
+
+ private:
+  template <class T>
+  static T Last(T last) {
+    return last;
+  }
+  template <class T, class... More>
+  static auto Last(T, More... more) {
+    return Last(more...);
+  }
+
+  template <class T>
+  bool Differentiate(const T* const* blocks, T* residuals) const {
+    const std::span<const int> sizes = cost_->block_sizes();
+    const auto rows = static_cast<std::size_t>(cost_->num_residuals());
+    std::vector<std::vector<double>> values(sizes.size()), by_block(sizes.size());
+    std::vector<const double*> parameters;
+    std::vector<double*> jacobians;
+    for (std::size_t b = 0; b < sizes.size(); ++b) {
+      for (int i = 0; i < sizes[b]; ++i) values[b].push_back(blocks[b][i].a);
+      by_block[b].resize(rows * values[b].size());
+      parameters.push_back(values[b].data());
+      jacobians.push_back(by_block[b].data());
+    }
+    std::vector<double> result(rows);
+    if (!cost_->Evaluate(parameters.data(), result.data(), jacobians.data())) return false;
+    for (std::size_t row = 0; row < rows; ++row) {
+      residuals[row] = T(result[row]);
+      for (std::size_t b = 0; b < sizes.size(); ++b) {
+        const std::size_t size = values[b].size();
+        for (std::size_t i = 0; i < size; ++i)
+          residuals[row].v = residuals[row].v + by_block[b][row * size + i] * blocks[b][i].v;
+      }
+    }
+    return true;
+  }
+
+  std::shared_ptr<const CostFunction> cost_;
+};
+
+}  // namespace vesta
