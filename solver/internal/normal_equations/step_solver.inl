@@ -125,14 +125,11 @@ class DenseQrStep final : public StepSolver<B> {
  public:
   explicit DenseQrStep(const StepSystem<B>& system) : system_(system), qr_(DenseFactors(system)) {}
   StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::VectorView step) override {
-    const auto n = static_cast<std::size_t>(step.size());
-    std::vector<Scalar> host(n);
-    system_.backend.ToHost(system_.metric, {host.data(), step.size()});
-    std::vector<double> damping(n);
-    for (std::size_t k = 0; k < n; ++k) damping[k] = lambda * static_cast<double>(host[k]);
-    const std::vector<double> solution = qr_.Solve(std::move(damping));
-    std::transform(solution.begin(), solution.end(), host.begin(), [](double x) { return static_cast<Scalar>(x); });
-    system_.backend.FromHost({host.data(), step.size()}, step);
+    std::vector<double> solution(static_cast<std::size_t>(step.size()));
+    ToHost(system_.backend, system_.metric, solution.data());
+    for (double& damping : solution) damping *= lambda;
+    qr_.Solve(solution);
+    FromHost(system_.backend, solution.data(), step);
     PcgSummary pcg{.status = PcgStatus::kConverged};
     if (!system_.backend.AllFinite(step)) {
       pcg.status = PcgStatus::kNonFinite;
@@ -144,7 +141,6 @@ class DenseQrStep final : public StepSolver<B> {
   }
 
  private:
-  using Scalar = typename B::Scalar;
   static DenseQr DenseFactors(const StepSystem<B>& system) {
     const ScopedPhase phase("dense QR");
     DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
