@@ -72,7 +72,7 @@ class StepControl {
 
   StepControlOptions options_;
   double lambda_;
-  double growth_ = 2;  // factor for lambda at the next rejected step
+  double growth_ = 0;  // factor for lambda at the next rejected step; 0 before the first step
 };
 
 // Detects false convergence, which wrong derivatives can cause. A short step that hardly changes the cost is no
