@@ -121,7 +121,7 @@ struct DifferenceOptions {
   DifferenceMethod method = DifferenceMethod::kCentral;
   // Step for a parameter x: h = max(relative_step * |x|, least_step); both options > 0.
   double relative_step = 1e-6;
-  double least_step = 1e-8;
+  double least_step = 0x1p-26;  // 1.49e-8, the square root of the rounding error 2^-52, as in Ceres
 };
 
 // Base class with numeric derivatives and with sizes set at run time. A derived class implements Residuals, which must

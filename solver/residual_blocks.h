@@ -68,7 +68,8 @@ class ResidualBlocks final : public Problem<B>,
                  ResidualBlocksOptions options = {})
       : functors_(std::move(functors)),
         options_(std::move(options)),
-        layout_(num_parameters, num_units(), kParameters, std::move(index), options_.num_batches, options_.split) {}
+        layout_(num_parameters, num_units(), kParameters, std::move(index), options_.num_batches, options_.split,
+                Rows::kMaxScattered) {}
 
   Index num_parameters() const override { return layout_.num_parameters(); }
   int num_batches() const override { return options_.num_batches; }
@@ -115,6 +116,16 @@ class ResidualBlocks final : public Problem<B>,
     const Index* index = layout_.parameters(i);
     ScratchArray<D, kParameters> p;
     ScratchArray<D, kResiduals> r;
+    if constexpr (kParameters <= D::kDerivatives) {
+      for (int c = 0; c < kParameters; ++c) p[c] = Variable<D>(x[index[c]], c);
+      MarkUnwritten(kResiduals, r.data());
+      if (!InvokeFunctor(functor, p.data(), r.data())) return false;
+      for (int k = 0; k < kResiduals; ++k) {
+        f[k] = r[k].a;
+        for (int c = 0; c < kParameters; ++c) jacobian[c * kResiduals + k] = DerivativeOf(r[k], c);
+      }
+      return true;
+    }
     for (int c = 0; c < kParameters; ++c) p[c] = D(x[index[c]]);
     MarkUnwritten(kResiduals, r.data());
     return DifferentiateInPasses(

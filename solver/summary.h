@@ -80,7 +80,8 @@ struct LmSummary {
   double linear_solve_seconds = 0;
   double cost_seconds = 0;
   double total_seconds = 0;
-  std::string linear_solver;  // the linear solver and, if it was chosen automatically, the reason
+  // The linear solver at the first linearization and, if it was chosen automatically, the reason.
+  std::string linear_solver;
   std::string configuration;  // the step rule and other choices, for the full report
   std::vector<LmIteration> iterations;
   // Remarks about the arguments of the call, for the full report; not saved.

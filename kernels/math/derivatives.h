@@ -56,6 +56,15 @@ struct Derivatives {
   explicit Derivatives(const T& value) {
     *this = Map([&](std::size_t) { return value - Part(); });
   }
+  // 1 for entry k, 0 for the others. Made in registers: after a write to one entry, the processor would wait before it
+  // can read the whole part.
+  [[gnu::always_inline]] static Derivatives Unit(int k) {
+    return Map([&](std::size_t i) {
+      Part part = {};
+      for (int j = 0; j < kWidth; ++j) part[j] = static_cast<int>(i) * kWidth + j == k ? T(1) : T(0);
+      return part;
+    });
+  }
   T& operator[](int i) { return reinterpret_cast<T*>(parts)[i]; }
   const T& operator[](int i) const { return reinterpret_cast<const T*>(parts)[i]; }
 

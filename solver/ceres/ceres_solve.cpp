@@ -188,6 +188,9 @@ std::vector<std::string> IgnoredOptions(const ceres::Solver::Options& options) {
        "the group to eliminate is found automatically");
   changed(&Options::use_explicit_schur_complement, "use_explicit_schur_complement",
           "the Schur complement is never formed");
+  note(options.linear_solver_type == ceres::DENSE_SCHUR || options.linear_solver_type == ceres::SPARSE_SCHUR,
+       "linear_solver_type = DENSE_SCHUR or SPARSE_SCHUR",
+       "kAuto chooses the solver, and steps may be inexact; SPARSE_NORMAL_CHOLESKY factorises");
   const bool iterative =
       options.linear_solver_type == ceres::CGNR || options.linear_solver_type == ceres::ITERATIVE_SCHUR;
   note(iterative && options.preconditioner_type != ceres::IDENTITY && options.preconditioner_type != ceres::JACOBI &&

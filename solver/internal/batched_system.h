@@ -61,6 +61,8 @@ class BatchedSystem {
   ColumnScale<B> MakeScale(typename B::ConstVectorView diagonal);
   // Returns the system of a batch. If it is not stored, creates it in `fresh`, which replaces the previous content.
   NormalSystem<B>& System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh);
+  // Prepares a system, and sets the linear solver of the summary if it is empty.
+  void Prepare(NormalSystem<B>& system, bool keep_diagonal);
   // Solve for kMerge.
   Direction Merge(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step);
 

@@ -42,8 +42,7 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAda
   if (scale_.square.empty()) scale_ = MakeScale(diagonal);
   for (auto& system : systems_) {
     if (!system) continue;
-    system->Prepare(options.normal_system, x_, scale_, systems > 1);
-    summary.linear_solver = system->description();
+    Prepare(*system, systems > 1);
   }
 }
 
@@ -68,9 +67,15 @@ NormalSystem<B>& BatchedSystem<B>::System(std::size_t batch, std::unique_ptr<Nor
   if (systems_[batch]) return *systems_[batch];
   fresh.reset();  // keep only one batch's caches in memory
   fresh = MakeSystem(static_cast<int>(batch), 1);
-  fresh->Prepare(options_.normal_system, x_, scale_);
-  summary_.linear_solver = fresh->description();
+  Prepare(*fresh, true);
   return *fresh;
+}
+
+template <Backend B>
+void BatchedSystem<B>::Prepare(NormalSystem<B>& system, bool keep_diagonal) {
+  const bool describe = summary_.linear_solver.empty();
+  system.Prepare(options_.normal_system, x_, scale_, keep_diagonal, describe);
+  if (describe) summary_.linear_solver = system.description();
 }
 
 template <Backend B>

@@ -45,6 +45,16 @@ void MarkUnwritten(Dual<S, N>& entry) {
   for (int i = 0; i < N; ++i) MarkUnwritten(DerivativeOf(entry, i));
 }
 
+// A parameter with this value. Its derivative `direction` is 1, the others are 0.
+template <class D, class S>
+[[gnu::always_inline]] inline D Variable(const S& value, int direction) {
+  if constexpr (D::kDerivatives == 1) {
+    return D(value, S(1));
+  } else {
+    return D(value, D::Derivative::Unit(direction));
+  }
+}
+
 // Uninitialised array of a trivial type: on the stack, or on the heap if it is large.
 template <class T, std::size_t kSize>
 class ScratchArray {

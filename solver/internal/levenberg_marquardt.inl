@@ -51,6 +51,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   start_ -= std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(summary_.total_seconds));
   summary_.fixed_cost = problem_.FixedCost(x_);
+  summary_.linear_solver.clear();  // the options may have changed
   ReportCosts();
   x_norm_ = problem_.VariableNorm(backend_, x_);
   // Linearize again at x_, with the same turn as before the solve was saved.

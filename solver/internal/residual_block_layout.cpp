@@ -15,6 +15,7 @@ namespace {
 
 std::vector<Index> BlocksOf(int batch, int batches, Index count, BatchSplit split) {
   std::vector<Index> blocks;
+  blocks.reserve(static_cast<std::size_t>(count / batches + 1));
   if (split == BatchSplit::kStrided) {
     for (Index i = batch; i < count; i += batches) blocks.push_back(i);
   } else {
@@ -45,25 +46,33 @@ Transpose::Transpose(Index num_parameters, int parameters_per_block, std::span<c
 }
 
 Layout::Layout(Index num_parameters, Index num_blocks, int parameters_per_block, std::vector<Index> index,
-               int num_batches, BatchSplit split)
+               int num_batches, BatchSplit split, Index max_scattered)
     : num_parameters_(num_parameters), parameters_per_block_(parameters_per_block), index_(std::move(index)) {
   if (index_.empty()) {
     VESTA_CHECK(num_parameters >= parameters_per_block || num_blocks == 0, "functors read {} parameters, but x has {}",
                 parameters_per_block, num_parameters);
-    for (Index i = 0; i < num_blocks; ++i) {
-      for (int c = 0; c < parameters_per_block; ++c) index_.push_back(c);
-    }
+    index_.resize(static_cast<std::size_t>(num_blocks * parameters_per_block));
+    for (std::size_t k = 0; k < index_.size(); ++k) index_[k] = static_cast<Index>(k) % parameters_per_block;
+  } else {
+    CheckIndex(num_blocks);
   }
-  VESTA_CHECK(static_cast<Index>(index_.size()) == num_blocks * parameters_per_block,
-              "index has {} entries for {} functors of {} parameters", index_.size(), num_blocks, parameters_per_block);
-  for (const Index k : index_)
-    VESTA_CHECK(k >= 0 && k < num_parameters, "index {} is out of range; there are {} parameters", k, num_parameters);
-  for (Index block = 0; block < num_blocks; ++block) CheckDifferent(block);
   VESTA_CHECK(num_batches >= 1, "num_batches is {}; choose 1 or more", num_batches);
   for (int batch = 0; batch < num_batches; ++batch) {
     batches_.push_back(BlocksOf(batch, num_batches, num_blocks, split));
-    transposes_.emplace_back(num_parameters, parameters_per_block, index_, batches_.back());
+    transposes_.emplace_back();
+    if (static_cast<Index>(batches_.back().size()) > max_scattered) {
+      transposes_.back() = Transpose(num_parameters, parameters_per_block, index_, batches_.back());
+    }
   }
+}
+
+void Layout::CheckIndex(Index num_blocks) const {
+  VESTA_CHECK(static_cast<Index>(index_.size()) == num_blocks * parameters_per_block_,
+              "index has {} entries for {} functors of {} parameters", index_.size(), num_blocks,
+              parameters_per_block_);
+  for (const Index k : index_)
+    VESTA_CHECK(k >= 0 && k < num_parameters_, "index {} is out of range; there are {} parameters", k, num_parameters_);
+  for (Index block = 0; block < num_blocks; ++block) CheckDifferent(block);
 }
 
 void Layout::CheckDifferent(Index block) const {

@@ -28,6 +28,7 @@ struct Entry {
 // with J^T sum over these columns in this order.
 class Transpose {
  public:
+  Transpose() = default;
   // index: parameters_per_block parameters of each residual block of the problem. blocks: the residual blocks of the
   // batch.
   Transpose(Index num_parameters, int parameters_per_block, std::span<const Index> index,
@@ -44,9 +45,10 @@ class Transpose {
 
 class Layout {
  public:
-  // index: as in ResidualBlocks. Throws Error if its size is wrong, or if a parameter is out of range or repeated.
+  // index: as in ResidualBlocks. Throws Error if its size is wrong, or if a parameter is out of range or repeated. The
+  // transposes of batches with at most max_scattered blocks stay empty.
   Layout(Index num_parameters, Index num_blocks, int parameters_per_block, std::vector<Index> index, int num_batches,
-         BatchSplit split);
+         BatchSplit split, Index max_scattered = -1);
 
   Index num_parameters() const { return num_parameters_; }
   // The parameters that a residual block reads.
@@ -63,6 +65,8 @@ class Layout {
                                 std::span<const S> residuals, std::span<const S> jacobian) const;
 
  private:
+  // The checks of the constructor.
+  void CheckIndex(Index num_blocks) const;
   // Throws Error if the block reads a parameter twice.
   void CheckDifferent(Index block) const;
 

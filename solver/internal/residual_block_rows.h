@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "kernels/core/check.h"
@@ -25,14 +26,15 @@ class Rows final : public Linearization<B>, public WithBlocks<B>, public WithSto
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
+  // Up to this number of blocks, sums over the columns of a parameter need no Layout::transpose. Sums in float do.
+  static constexpr Index kMaxScattered = std::is_same_v<S, double> ? kGrain : -1;
+
   // layout and groups must outlive this object.
   Rows(const Layout& layout, int batch, const std::vector<BlockGroup>& groups)
-      : layout_(layout),
-        groups_(groups),
-        blocks_(layout.blocks(batch)),
-        transpose_(layout.transpose(batch)),
-        residuals_(static_cast<Index>(blocks_.size()) * kResiduals),
-        jacobian_(residuals_.size() * kParameters) {}
+      : layout_(layout), groups_(groups), blocks_(layout.blocks(batch)), transpose_(layout.transpose(batch)) {
+    residuals_.ResizeForOverwrite(num_blocks() * kResiduals);
+    jacobian_.ResizeForOverwrite(residuals_.size() * kParameters);
+  }
 
   Index num_blocks() const { return static_cast<Index>(blocks_.size()); }
   // The b-th residual block of the batch: its index in the problem, its residuals, and column c of its Jacobian
@@ -81,10 +83,12 @@ class Rows final : public Linearization<B>, public WithBlocks<B>, public WithSto
     });
   }
   void CopyJacobian(double* columns, Index leading) const override {
+    const S* entry = jacobian_.data();
     for (Index b = 0; b < num_blocks(); ++b) {
-      const S* entry = jacobian_.data() + b * kParameters * kResiduals;
-      for (int c = 0; c < kParameters; ++c, entry += kResiduals) {
-        std::copy_n(entry, kResiduals, columns + Parameters(b)[c] * leading + b * kResiduals);
+      const Index* index = Parameters(b);
+      for (int c = 0; c < kParameters; ++c) {
+        double* const to = columns + index[c] * leading + b * kResiduals;
+        for (int i = 0; i < kResiduals; ++i) to[i] = *entry++;
       }
     }
   }
@@ -97,6 +101,16 @@ class Rows final : public Linearization<B>, public WithBlocks<B>, public WithSto
   // sum is in double precision and in the order of the blocks.
   template <class Term>
   void Gather(VectorView out, const Term& term) {
+    if constexpr (kMaxScattered > 0) {
+      if (num_blocks() <= kMaxScattered) {
+        std::fill(out.begin(), out.end(), S(0));
+        for (Index b = 0; b < num_blocks(); ++b) {
+          const Index* index = Parameters(b);
+          for (int c = 0; c < kParameters; ++c) out[index[c]] += term(b, column(b, c));
+        }
+        return;
+      }
+    }
     ParallelFor(out.size(), kGrain, [&](Index k) {
       double sum = 0;
       for (const auto& entry : transpose_.of(k)) sum += term(entry.block, column(entry.block, entry.column));

@@ -240,6 +240,12 @@ TEST(CeresSolve, ListsWhatItIgnores) {
   options.minimizer_type = ceres::LINE_SEARCH;
   ASSERT_EQ(ceres_bridge::IgnoredOptions(options).size(), 1U);
   EXPECT_EQ(ceres_bridge::IgnoredOptions(options).front().find("minimizer_type = LINE_SEARCH"), 0U);
+  for (const auto type : {ceres::DENSE_SCHUR, ceres::SPARSE_SCHUR}) {
+    options = {};
+    options.linear_solver_type = type;
+    ASSERT_EQ(ceres_bridge::IgnoredOptions(options).size(), 1U);
+    EXPECT_EQ(ceres_bridge::IgnoredOptions(options).front().find("linear_solver_type"), 0U);
+  }
 }
 
 }  // namespace

@@ -33,14 +33,21 @@ template <class S>
 struct Fixture {
   using B = CpuBackend<S>;
   static constexpr Index kParameters = 7;
-  explicit Fixture(std::shared_ptr<const Loss> loss = nullptr, int batches = 1)
-      : problem(kParameters, Functors(), Index_(), {.loss = loss, .num_batches = batches, .block_groups = Groups()}),
+  explicit Fixture(std::shared_ptr<const Loss> loss = nullptr, int batches = 1, int copies = 1)
+      : problem(kParameters, Repeat(Functors(), copies), Repeat(Index_(), copies),
+                {.loss = loss, .num_batches = batches, .block_groups = Groups()}),
         x(kParameters) {
     for (Index k = 0; k < kParameters; ++k)
       x[k] = static_cast<S>(0.7 + 0.2 * std::sin(1.0 + 2.0 * static_cast<double>(k)));
   }
   static std::vector<Everything> Functors() { return {{0.3}, {1.1}, {0.8}, {1.7}, {0.1}}; }
   static std::vector<Index> Index_() { return {0, 1, 2, 3, 3, 4, 5, 6, 6, 0, 1, 2, 5, 3, 4, 0, 2, 6, 0, 5}; }
+  template <class T>
+  static std::vector<T> Repeat(const std::vector<T>& values, int copies) {
+    std::vector<T> all;
+    for (int i = 0; i < copies; ++i) all.insert(all.end(), values.begin(), values.end());
+    return all;
+  }
   static std::vector<BlockGroup> Groups() { return {{3, 2, 0, 1, 3}, {1, 1, 6, 1, 1}}; }
 
   ResidualBlocks<Everything, B> problem;
@@ -74,8 +81,8 @@ TEST(ResidualBlocks, DerivativesAreTheJets) {
 }
 
 template <class S>
-void ExpectConsistent(std::shared_ptr<const Loss> loss, double tolerance) {
-  Fixture<S> f(loss);
+void ExpectConsistent(std::shared_ptr<const Loss> loss, double tolerance, int copies = 1) {
+  Fixture<S> f(loss, 1, copies);
   const auto linearization = LinearizeAt(f.problem, f.x);
   JacobianMap<CpuBackend<S>> jacobian(linearization->get());
   EXPECT_LE(WorstAdjointError(f.backend, jacobian, 17), tolerance);
@@ -88,6 +95,7 @@ TEST(ResidualBlocks, ProductsDiagonalAndBlocksAgree) {
   ExpectConsistent<float>(nullptr, 1e-5);
   ExpectConsistent<double>(std::make_shared<CauchyLoss>(0.5), 1e-12);
   ExpectConsistent<float>(std::make_shared<HuberLoss>(0.5), 1e-5);
+  ExpectConsistent<double>(nullptr, 1e-12, 60);  // more blocks than Rows::kMaxScattered
 }
 
 TEST(ResidualBlocks, GradientIsTheCostsSlope) {

@@ -41,7 +41,7 @@ template DenseJacobian MakeDenseJacobian(InstantiatedBackend&,
                                          std::span<LinearizationAdaptor<InstantiatedBackend>* const>,
                                          InstantiatedBackend::ConstVectorView);
 template std::unique_ptr<StepSolver<InstantiatedBackend>> MakeStepSolver(const NormalSystemOptions&,
-                                                                         const StepSystem<InstantiatedBackend>&);
+                                                                         const StepSystem<InstantiatedBackend>&, bool);
 template ColumnScale<InstantiatedBackend> MakeColumnScale(ColumnScaling, InstantiatedBackend&,
                                                           InstantiatedBackend::ConstVectorView);
 template void DiagonalMetric(const DampingMetricOptions&, InstantiatedBackend&, InstantiatedBackend::ConstVectorView,

@@ -5,15 +5,38 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
+
+#include "solver/internal/linear/householder.h"
 
 namespace vesta {
 
+namespace {
+
+// Up to this number of columns, the loops of householder.h are faster than Eigen's.
+constexpr int kFewColumns = 16;
+
+// A norm whose squares do not overflow or underflow.
+double StableNorm(const double* x, int n) {
+  const double square = householder::Dot(x, x, n);
+  if (square > 1e-280 && square < 1e280) return std::sqrt(square);
+  return Eigen::Map<const Eigen::VectorXd>(x, n).stableNorm();
+}
+
+}  // namespace
+
 // J S = Q R, where S scales columns to unit length; c = Q^T r. Later steps need only R and c.
 struct DenseQr::Factors {
-  Eigen::MatrixXd r;
-  Eigen::VectorXd c;
-  Eigen::VectorXd scale;
+  int rows, cols;
+  std::vector<double> a;  // rows x cols, column-major; R is its upper triangle
+  std::vector<double> c;  // in the first cols entries
+  std::vector<double> scale;
+
+  auto R() const {
+    return Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>(a.data(), cols, cols, Eigen::OuterStride<>(rows))
+        .triangularView<Eigen::Upper>();
+  }
 };
 
 DenseQr::DenseQr(int rows, int cols, std::vector<double> jacobian, std::vector<double> residuals)
@@ -26,18 +49,22 @@ DenseQr::DenseQr(int rows, int cols, std::vector<double> jacobian, std::vector<d
     }
     residuals.resize(static_cast<std::size_t>(padded), 0);
   }
-  Eigen::Map<Eigen::MatrixXd> j(jacobian.data(), padded, cols);
-  Eigen::Map<Eigen::VectorXd> f(residuals.data(), padded);
-  factors_->scale.resize(cols);
+  *factors_ = {padded, cols, std::move(jacobian), std::move(residuals),
+               std::vector<double>(static_cast<std::size_t>(cols))};
+  double* const a = factors_->a.data();
   for (int k = 0; k < cols; ++k) {
-    const double norm = j.col(k).stableNorm();
-    factors_->scale[k] = norm > 0 ? 1 / norm : 1;
-    j.col(k) *= factors_->scale[k];
+    double* const column = a + static_cast<std::ptrdiff_t>(k) * padded;
+    const double norm = StableNorm(column, padded), scale = norm > 0 ? 1 / norm : 1;
+    factors_->scale[static_cast<std::size_t>(k)] = scale;
+    for (int i = 0; i < padded; ++i) column[i] *= scale;
   }
-  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(j);  // in place
-  factors_->r = qr.matrixQR().topRows(cols).triangularView<Eigen::Upper>();
-  f.applyOnTheLeft(qr.householderQ().adjoint());
-  factors_->c = f.head(cols);
+  if (cols <= kFewColumns) {
+    for (int k = 0; k < cols; ++k) householder::Reflect(a, padded, cols, k, factors_->c.data());
+  } else {
+    Eigen::Map<Eigen::MatrixXd> j(a, padded, cols);
+    const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(j);  // in place
+    Eigen::Map<Eigen::VectorXd>(factors_->c.data(), padded).applyOnTheLeft(qr.householderQ().adjoint());
+  }
 }
 
 DenseQr::~DenseQr() = default;
@@ -46,46 +73,92 @@ DenseQr& DenseQr::operator=(DenseQr&&) noexcept = default;
 
 namespace {
 
-// As DenseQr::Solve. With kMax >= cols the work memory is on the stack, which saves a third of the time for few
-// columns.
-template <int kMax>
-void SolveDamped(const Eigen::MatrixXd& r, const Eigen::VectorXd& c, const Eigen::VectorXd& scale,
-                 std::vector<double>& damping_and_solution) {
-  constexpr int kStackedMax = kMax == Eigen::Dynamic ? Eigen::Dynamic : 2 * kMax;
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kStackedMax, kMax>;
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMax, 1>;
-  using StackedVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kStackedMax, 1>;
-  const Eigen::Index n = r.cols();
-  Eigen::Map<Eigen::VectorXd> x(damping_and_solution.data(), n);
-  Matrix stacked(2 * n, n);
-  stacked.topRows(n) = r;
-  stacked.bottomRows(n).setZero();
-  stacked.bottomRows(n).diagonal() = x.cwiseSqrt().cwiseProduct(scale);
-  StackedVector rhs = StackedVector::Zero(2 * n);
-  rhs.head(n) = -c;
-  // Scale the columns again, because the damping may dominate J in some of them.
-  Vector norms(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    norms[k] = stacked.col(k).norm();
-    if (norms[k] > 0) stacked.col(k) /= norms[k];
+// The least-squares problem of DenseQr::Solve: [R; sqrt(lambda D) S] x = [-c; 0], with columns scaled to unit length
+// again, because the damping may dominate J in some of them. stacked: 2n x n, column-major, zero before the call; rhs:
+// 2n entries, likewise. damping_and_scale: on return, the factors from the solution to x.
+template <class R>
+void Stack(const R& r, const double* c, const std::vector<double>& scale, std::span<double> damping_and_scale,
+           double* stacked, double* rhs) {
+  const auto n = static_cast<int>(damping_and_scale.size());
+  for (int k = 0; k < n; ++k) {
+    double* const column = stacked + static_cast<std::ptrdiff_t>(k) * 2 * n;
+    for (int i = 0; i <= k; ++i) column[i] = r.coeff(i, k);
+    double& entry = damping_and_scale[static_cast<std::size_t>(k)];
+    const double s = scale[static_cast<std::size_t>(k)];
+    column[n + k] = std::sqrt(entry) * s;
+    const double norm = std::sqrt(householder::Dot(column, column, k + 1) + column[n + k] * column[n + k]);
+    entry = norm > 0 ? s / norm : 0;
+    if (norm > 0) {
+      for (int i = 0; i <= k; ++i) column[i] /= norm;
+      column[n + k] /= norm;
+    }
+    rhs[k] = -c[k];
   }
-  const Eigen::ColPivHouseholderQR<Matrix> qr(std::move(stacked));
-  x = qr.solve(rhs);
-  for (Eigen::Index k = 0; k < n; ++k) x[k] *= norms[k] > 0 ? scale[k] / norms[k] : 0.0;
+}
+
+// The x that minimises |A x - b|, by Householder QR with column pivoting. a: rows x n, column-major, n <= kFewColumns;
+// both are overwritten. x is 0 in directions that are singular in working precision.
+void SolveFewColumns(int rows, int n, double* a, double* b, double* x) {
+  int order[kFewColumns];
+  std::iota(order, order + n, 0);
+  const auto column = [&](int k) { return a + static_cast<std::ptrdiff_t>(k) * rows; };
+  double largest = 0;
+  int rank = 0;
+  for (; rank < n; ++rank) {
+    int pivot = rank;
+    double square = -1;
+    for (int k = rank; k < n; ++k) {
+      const double candidate = householder::Dot(column(k) + rank, column(k) + rank, rows - rank);
+      if (candidate <= square) continue;  // NaN is chosen, so that x becomes NaN
+      pivot = k, square = candidate;
+    }
+    if (rank == 0) largest = square;
+    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+    if (square <= kEpsilon * kEpsilon * largest) break;
+    if (pivot != rank) {
+      std::swap_ranges(column(pivot), column(pivot) + rows, column(rank));
+      std::swap(order[pivot], order[rank]);
+    }
+    householder::Reflect(a, rows, n, rank, b);
+  }
+  std::fill_n(x, n, 0.0);
+  for (int k = rank - 1; k >= 0; --k) {
+    double value = b[k];
+    for (int j = k + 1; j < rank; ++j) value -= column(j)[k] * x[order[j]];
+    x[order[k]] = value / column(k)[k];
+  }
 }
 
 }  // namespace
 
-std::vector<double> DenseQr::Solve(std::vector<double> damping) const {
-  constexpr int kFewColumns = 8;
-  const auto solve = factors_->r.cols() <= kFewColumns ? SolveDamped<kFewColumns> : SolveDamped<Eigen::Dynamic>;
-  solve(factors_->r, factors_->c, factors_->scale, damping);
-  return damping;
+void DenseQr::Solve(std::span<double> damping_and_solution) const {
+  const int n = factors_->cols;
+  double few[2 * kFewColumns * (kFewColumns + 1) + kFewColumns];
+  std::vector<double> many;
+  double* stacked = few;
+  const int size = 2 * n * n + 2 * n;
+  if (n <= kFewColumns) {
+    std::fill_n(few, size, 0.0);
+  } else {
+    many.resize(static_cast<std::size_t>(size + n));
+    stacked = many.data();
+  }
+  double *const rhs = stacked + 2 * n * n, *const x = stacked + size;
+  Stack(factors_->R(), factors_->c.data(), factors_->scale, damping_and_solution, stacked, rhs);
+  if (n <= kFewColumns) {
+    SolveFewColumns(2 * n, n, stacked, rhs, x);
+  } else {
+    Eigen::Map<Eigen::MatrixXd> a(stacked, 2 * n, n);
+    Eigen::Map<Eigen::VectorXd>(x, n) =
+        Eigen::ColPivHouseholderQR<Eigen::Ref<Eigen::MatrixXd>>(a).solve(Eigen::Map<const Eigen::VectorXd>(rhs, 2 * n));
+  }
+  for (int k = 0; k < n; ++k) damping_and_solution[static_cast<std::size_t>(k)] *= x[k];
 }
 
 DenseQr::Inverse DenseQr::NormalInverse(double relative_threshold, bool truncate) const {
-  const Eigen::Index n = factors_->r.cols();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(factors_->r, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::Index n = factors_->cols;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(factors_->R()),
+                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   Inverse inverse;
   Eigen::MatrixXd half = svd.matrixV();  // V Sigma^-1, with singular directions set to zero
@@ -95,7 +168,7 @@ DenseQr::Inverse DenseQr::NormalInverse(double relative_threshold, bool truncate
     half.col(k) *= counts ? 1 / sigma[k] : 0.0;
   }
   if (inverse.rank < n && !truncate) return inverse;
-  half.applyOnTheLeft(factors_->scale.asDiagonal());
+  half.applyOnTheLeft(Eigen::Map<const Eigen::VectorXd>(factors_->scale.data(), n).asDiagonal());
   const Eigen::MatrixXd product = half * half.transpose();
   inverse.values.assign(product.data(), product.data() + n * n);
   return inverse;

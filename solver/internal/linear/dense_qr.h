@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace vesta {
@@ -18,9 +19,9 @@ class DenseQr {
   DenseQr(DenseQr&&) noexcept;
   DenseQr& operator=(DenseQr&&) noexcept;
 
-  // Returns x, with cols entries. damping: the diagonal of lambda D, cols entries >= 0. In directions that are singular
-  // in working precision, x is 0.
-  std::vector<double> Solve(std::vector<double> damping) const;
+  // damping_and_solution: cols entries, on entry the diagonal of lambda D, all >= 0, on return x. In directions that
+  // are singular in working precision, x is 0.
+  void Solve(std::span<double> damping_and_solution) const;
 
   // (J^T J)^-1, cols x cols. The columns of J are first scaled to length 1. A direction is singular if its singular
   // value is at most relative_threshold times the largest one. truncate = true ignores singular directions (the

@@ -72,9 +72,10 @@ class NormalSystem {
   std::span<LinearizationAdaptor<B>* const> batches() const { return pointers_; }
 
   // Computes D and creates the linear solver. Call it before the first Solve. Frees the diagonal of H, unless the
-  // solver reads it later or keep_diagonal is true. Throws Error if the linear solver does not support the problem.
+  // solver reads it later or keep_diagonal is true. describe: whether description() is needed. Throws Error if the
+  // linear solver does not support the problem.
   void Prepare(const NormalSystemOptions& options, typename B::ConstVectorView x, const ColumnScale<B>& scale,
-               bool keep_diagonal = true);
+               bool keep_diagonal = true, bool describe = true);
   // Overwrites step.
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step);
   // Describes the linear solver. Call it after Prepare.

@@ -140,7 +140,7 @@ Index NormalSystem<B>::num_residuals() const {
 
 template <Backend B>
 void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::ConstVectorView x,
-                              const ColumnScale<B>& scale, bool keep_diagonal) {
+                              const ColumnScale<B>& scale, bool keep_diagonal, bool describe) {
   metric_.Resize(diagonal_.size());
   if (!problem_.DampingMetric(x, diagonal_.view(), metric_)) {
     DiagonalMetric(options.metric, backend_, diagonal_.view(), scale, pointers_.front()->block_groups(),
@@ -153,8 +153,10 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
     backend_.Multiply(mask_, negative_gradient_, negative_gradient_);
     if (!rhs_.empty()) backend_.Multiply(mask_, rhs_, rhs_);
   }
-  solver_ = MakeStepSolver<B>(options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(),
-                                        rhs(), negative_gradient(), scale});
+  solver_ = MakeStepSolver<B>(options,
+                              {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(), rhs(),
+                               negative_gradient(), scale},
+                              describe);
   if (!keep_diagonal && !solver_->reads_diagonal()) diagonal_ = {};
   if (!solver_->reads_mask()) mask_ = {};
 }

@@ -192,6 +192,12 @@ class ProblemAdaptor {
   Describes<B>* describes_ = nullptr;
 };
 
+// Copies of a vector to and from host memory, in double precision.
+template <Backend B>
+void ToHost(B& backend, typename B::ConstVectorView from, double* to);
+template <Backend B>
+void FromHost(B& backend, const double* from, typename B::VectorView to);
+
 // The dense Jacobian, for small problems.
 struct DenseJacobian {
   int rows = 0, cols = 0;

@@ -194,9 +194,32 @@ std::string ProblemAdaptor<B>::DescribeDegenerate(ConstVectorView x) const {
 }
 
 template <Backend B>
+void ToHost(B& backend, typename B::ConstVectorView from, double* to) {
+  if constexpr (std::is_same_v<typename B::Space, Host>) {
+    std::copy(from.begin(), from.end(), to);
+  } else {
+    std::vector<typename B::Scalar> host(static_cast<std::size_t>(from.size()));
+    backend.ToHost(from, {host.data(), from.size()});
+    std::copy(host.begin(), host.end(), to);
+  }
+}
+
+template <Backend B>
+void FromHost(B& backend, const double* from, typename B::VectorView to) {
+  using S = typename B::Scalar;
+  const auto convert = [](double value) { return static_cast<S>(value); };
+  if constexpr (std::is_same_v<typename B::Space, Host>) {
+    std::transform(from, from + to.size(), to.begin(), convert);
+  } else {
+    std::vector<S> host(static_cast<std::size_t>(to.size()));
+    std::transform(from, from + to.size(), host.begin(), convert);
+    backend.FromHost({host.data(), to.size()}, to);
+  }
+}
+
+template <Backend B>
 DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask) {
-  using S = typename B::Scalar;
   const Index cols = batches.front()->num_parameters();
   Index rows = 0;
   for (const LinearizationAdaptor<B>* batch : batches) rows += batch->num_residuals();
@@ -205,36 +228,29 @@ DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* c
   DenseJacobian dense{.rows = static_cast<int>(rows), .cols = static_cast<int>(cols)};
   dense.residuals.resize(static_cast<std::size_t>(rows));
   dense.jacobian.resize(static_cast<std::size_t>(rows * cols));
-  std::vector<S> host(static_cast<std::size_t>(std::max(rows, cols)));
-  const auto fetch = [&](typename B::ConstVectorView from, double* to) {
-    backend.ToHost(from, {host.data(), from.size()});
-    std::copy_n(host.begin(), from.size(), to);
-  };
-  std::vector<bool> masked(static_cast<std::size_t>(cols), false);
-  if (!mask.empty()) {
-    backend.ToHost(mask, {host.data(), cols});
-    std::transform(host.begin(), host.begin() + cols, masked.begin(), [](S m) { return m == S(0); });
-  }
-  typename B::Vector unit(cols), column;
+  std::vector<double> moves(static_cast<std::size_t>(mask.size()));
+  ToHost(backend, mask, moves.data());
+  typename B::Vector unit, column;
   Index row = 0;
   for (LinearizationAdaptor<B>* batch : batches) {
     const Index batch_rows = batch->num_residuals();
-    fetch(batch->residuals(), dense.residuals.data() + row);
+    ToHost(backend, batch->residuals(), dense.residuals.data() + row);
     const WithStoredJacobian* const stored = batch->stored_jacobian();
     if (stored) {
       stored->CopyJacobian(dense.jacobian.data() + row, rows);
     } else {
+      unit.Resize(cols);
       column.Resize(batch_rows);
     }
     for (Index k = 0; k < cols; ++k) {
       double* const to = dense.jacobian.data() + k * rows + row;
-      if (masked[static_cast<std::size_t>(k)]) {
+      if (!moves.empty() && moves[static_cast<std::size_t>(k)] == 0) {
         std::fill_n(to, batch_rows, 0.0);
       } else if (!stored) {
         backend.Fill(1, unit.view().subspan(k, 1));
         batch->ApplyJ(unit, column);
         backend.Fill(0, unit.view().subspan(k, 1));
-        fetch(column, to);
+        ToHost<B>(backend, column, to);
       }
     }
     row += batch_rows;

@@ -79,6 +79,7 @@ class StepSolver {
   // The same for the mask.
   virtual bool reads_mask() const { return true; }
   // The name of the solver and, for kAuto, the reason for the choice, such as "dense QR (auto: a Jacobian of 20 x 3)".
+  // Empty unless it was requested.
   const std::string& description() const { return description_; }
   void set_description(std::string description) { description_ = std::move(description); }
 
@@ -86,8 +87,10 @@ class StepSolver {
   std::string description_;
 };
 
-// Creates the solver that the options choose. Throws Error if it does not support the problem.
+// Creates the solver that the options choose. describe: whether its description is needed. Throws Error if the solver
+// does not support the problem.
 template <Backend B>
-std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system);
+std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system,
+                                              bool describe);
 
 }  // namespace vesta

@@ -125,14 +125,11 @@ class DenseQrStep final : public StepSolver<B> {
  public:
   explicit DenseQrStep(const StepSystem<B>& system) : system_(system), qr_(DenseFactors(system)) {}
   StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::VectorView step) override {
-    const auto n = static_cast<std::size_t>(step.size());
-    std::vector<Scalar> host(n);
-    system_.backend.ToHost(system_.metric, {host.data(), step.size()});
-    std::vector<double> damping(n);
-    for (std::size_t k = 0; k < n; ++k) damping[k] = lambda * static_cast<double>(host[k]);
-    const std::vector<double> solution = qr_.Solve(std::move(damping));
-    std::transform(solution.begin(), solution.end(), host.begin(), [](double x) { return static_cast<Scalar>(x); });
-    system_.backend.FromHost({host.data(), step.size()}, step);
+    std::vector<double> solution(static_cast<std::size_t>(step.size()));
+    ToHost(system_.backend, system_.metric, solution.data());
+    for (double& damping : solution) damping *= lambda;
+    qr_.Solve(solution);
+    FromHost(system_.backend, solution.data(), step);
     PcgSummary pcg{.status = PcgStatus::kConverged};
     if (!system_.backend.AllFinite(step)) {
       pcg.status = PcgStatus::kNonFinite;
@@ -144,7 +141,6 @@ class DenseQrStep final : public StepSolver<B> {
   }
 
  private:
-  using Scalar = typename B::Scalar;
   static DenseQr DenseFactors(const StepSystem<B>& system) {
     const ScopedPhase phase("dense QR");
     DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
@@ -170,7 +166,7 @@ bool CanReduce(const StepSystem<B>& system) {
   return system.batches.size() == 1 && !system.problem.has_bounds();
 }
 
-// The choice of kAuto, and the reason.
+// The choice of kAuto, and the reason. The reason is empty if no description is needed.
 struct Choice {
   LinearSolverKind kind;
   bool factor = false;  // kPcg, preconditioned by the problem's sparse Cholesky factor
@@ -180,7 +176,9 @@ struct Choice {
 // counts: null if the problem cannot provide its factor. reduced: created if it is the choice.
 template <Backend B>
 Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCounts* counts,
-              std::unique_ptr<ReducedSystem<B>>& reduced) {
+              std::unique_ptr<ReducedSystem<B>>& reduced, bool describe) {
+  // Formatting takes a while, compared with a step of a small problem.
+  const auto reason = [&](const auto& text) { return describe ? std::string(text()) : std::string(); };
   const Index n = system.metric.size();
   Index rows = 0;
   for (LinearizationAdaptor<B>* batch : system.batches) rows += batch->num_residuals();
@@ -188,25 +186,30 @@ Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCou
     // The counts decide without creating the reduced system.
     if (counts && counts->reduced && FactorBeatsIterations(*counts)) {
       return {LinearSolverKind::kPcg, true,
-              CompareFactorCost(*counts, DescribeIterations(*counts), IterationsCost(*counts))};
+              reason([&] { return CompareFactorCost(*counts, DescribeIterations(*counts), IterationsCost(*counts)); })};
     }
     reduced = system.batches.front()->MakeReducedSystem();
-    if (reduced) return {LinearSolverKind::kReducedPcg, false, "the problem has a block-diagonal group to eliminate"};
+    if (reduced) {
+      return {LinearSolverKind::kReducedPcg, false,
+              reason([] { return "the problem has a block-diagonal group to eliminate"; })};
+    }
   }
-  std::string shape = fmt::format("a Jacobian of {} x {}", rows, n);
+  const auto shape = [&] { return fmt::format("a Jacobian of {} x {}", rows, n); };
   if (why_normal == nullptr && DenseQrFits(static_cast<double>(rows), static_cast<double>(n))) {
     if (counts && FactorBeatsDenseQr(*counts)) {
-      return {LinearSolverKind::kPcg, true, CompareFactorCost(*counts, "dense QR", DenseQrCost(*counts))};
+      return {LinearSolverKind::kPcg, true,
+              reason([&] { return CompareFactorCost(*counts, "dense QR", DenseQrCost(*counts)); })};
     }
-    return {LinearSolverKind::kDenseQr, false, shape};
+    return {LinearSolverKind::kDenseQr, false, reason(shape)};
   }
-  return {LinearSolverKind::kPcg, false, why_normal != nullptr ? why_normal : shape};
+  return {LinearSolverKind::kPcg, false, reason([&] { return why_normal != nullptr ? why_normal : shape(); })};
 }
 
 }  // namespace step_internal
 
 template <Backend B>
-std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system) {
+std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system,
+                                              bool describe) {
   const char* const why_normal = step_internal::ReasonForNormalEquations(system);
   std::unique_ptr<ReducedSystem<B>> reduced;
   const bool asked_reduced = options.linear_solver == LinearSolverKind::kReducedPcg;
@@ -219,10 +222,10 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
         preconditioner == PreconditionerKind::kAuto || preconditioner == PreconditionerKind::kProblem;
     const StepCounts* const counts =
         may_factorize ? system.problem.CountSteps(step_internal::CanReduce(system)) : nullptr;
-    const step_internal::Choice choice = step_internal::Choose(system, why_normal, counts, reduced);
+    const step_internal::Choice choice = step_internal::Choose(system, why_normal, counts, reduced, describe);
     kind = choice.kind;
     if (choice.factor) preconditioner = PreconditionerKind::kSparseCholesky;
-    why = fmt::format(" (auto: {})", choice.why);
+    if (describe) why = fmt::format(" (auto: {})", choice.why);
   }
   if (why_normal != nullptr && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
     Fail(kUnsupported, "linear_solver = {} is not supported, because {}; choose PCG", ToString(kind), why_normal);
@@ -233,11 +236,11 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
          ToString(kind));
   }
   std::unique_ptr<StepSolver<B>> solver;
-  std::string name = ToString(kind);
+  std::string preconditioner_name;
   switch (kind) {
     case LinearSolverKind::kReducedPcg: {
       auto pcg = std::make_unique<step_internal::ReducedPcgStep<B>>(options, system, std::move(reduced));
-      name += fmt::format(", {}", pcg->preconditioner());
+      if (describe) preconditioner_name = ", " + pcg->preconditioner();
       solver = std::move(pcg);
       break;
     }
@@ -251,7 +254,7 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
       NormalSystemOptions chosen = options;
       chosen.preconditioner = preconditioner;
       const auto take = [&](auto pcg) {
-        name += fmt::format(", {}", pcg->preconditioner());
+        if (describe) preconditioner_name = ", " + pcg->preconditioner();
         solver = std::move(pcg);
       };
       auto sharded = system.batches.size() == 1 ? system.batches.front()->MakeShardedSystem() : nullptr;
@@ -262,7 +265,7 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
       }
     }
   }
-  solver->set_description(name + why);
+  if (describe) solver->set_description(ToString(kind) + preconditioner_name + why);
   return solver;
 }
 

@@ -66,7 +66,9 @@ void StepControl::OnAccept(double rho) {
 }
 
 void StepControl::OnReject() {
-  if (lambda_ == options_.initial_lambda && options_.lambda_after_first_reject > lambda_) {
+  const bool first = growth_ == 0;
+  if (first) growth_ = 2;
+  if (first && options_.lambda_after_first_reject > lambda_) {
     Set(options_.lambda_after_first_reject);
     return;
   }

@@ -72,7 +72,7 @@ class StepControl {
 
   StepControlOptions options_;
   double lambda_;
-  double growth_ = 2;  // factor for lambda at the next rejected step
+  double growth_ = 0;  // factor for lambda at the next rejected step; 0 before the first step
 };
 
 // A reason to doubt convergence, which suggests a mistake in the problem.

@@ -316,8 +316,9 @@ class Wrapped final : public NumericDifferences {
 template <class F, int kResiduals>
 void ExpectDifferences(const Blocks& at, DifferenceMethod method, double tolerance) {
   const auto exact = std::make_shared<AutoDiffCost<F, kResiduals, 5, 5>>();
-  // Ceres's step sizes.
-  const DifferenceOptions options{method, 1e-6, std::sqrt(std::numeric_limits<double>::epsilon())};
+  const DifferenceOptions options{.method = method};
+  EXPECT_EQ(options.relative_step, ceres::NumericDiffOptions().relative_step_size);
+  EXPECT_EQ(options.least_step, std::sqrt(std::numeric_limits<double>::epsilon())) << "as in Ceres";
   const NumericDiffCost<F, kResiduals, 5, 5> of_functor(F(), options);
   const Wrapped of_cost(exact, options);
   for (const NumericDifferences* cost :

@@ -54,6 +54,11 @@ TEST(StepControl, ARefusedFirstStepMayBeginAnew) {
   accepted.OnAccept(1.0);
   accepted.OnReject();
   EXPECT_DOUBLE_EQ(accepted.lambda(), 2e-6 / 3) << "a later rejection is treated as usual";
+  StepControl kept(options);
+  kept.OnAccept(0.5);
+  ASSERT_EQ(kept.lambda(), 1e-6) << "an accepted step may leave lambda unchanged";
+  kept.OnReject();
+  EXPECT_EQ(kept.lambda(), 2e-6);
   options.lambda_after_first_reject = -1;
   EXPECT_THROW(options.Validate(), Error);
 }
