@@ -51,7 +51,8 @@ int main() {
   const std::array<double, 9> truth{1.2, -0.3, 15, 0.25, 0.9, -8, 0.002, -0.001, 1};
   std::vector<Match> matches;
   for (int i = 0; i < 25; ++i) {
-    Match match{{20.0 * (i % 5), 20.0 * (i / 5)}, {}};  // pixels
+    const int column = i % 5, row = i / 5;
+    Match match{{20.0 * column, 20.0 * row}, {}};  // pixels
     Map(truth.data(), match.first, match.second.data());
     for (double& coordinate : match.second) coordinate += 0.05 * std::sin(7.0 * i * i + coordinate);
     matches.push_back(match);

@@ -22,6 +22,7 @@ struct Reading {
 
 int main() {
   std::vector<Reading> readings;
+  readings.reserve(50);
   for (int i = 0; i < 50; ++i) readings.push_back({0.1 * i, std::exp(-0.4 * 0.1 * i) * std::cos(2.0 * 0.1 * i)});
 
   using Backend = vesta::CpuBackend<double>;

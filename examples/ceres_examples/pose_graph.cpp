@@ -79,10 +79,11 @@ bool Recovers(pg::PoseSpace space) {
   std::puts(summary.BriefReport().c_str());
   double before = 0, after = 0;
   for (int i = 0; i < kPoses; ++i) {
+    const double* start = graph.poses.data() + Space::kPose * i;
+    const double* found = x.data() + Space::kPose * i;
     for (int k = 0; k < 2; ++k) {
-      const auto at = static_cast<std::size_t>(i * Space::kPose + k);
-      before = std::max(before, std::abs(graph.poses[at] - truth[i][k]));
-      after = std::max(after, std::abs(x[at] - truth[i][k]));
+      before = std::max(before, std::abs(start[k] - truth[i][k]));
+      after = std::max(after, std::abs(found[k] - truth[i][k]));
     }
   }
   std::printf("largest error of a position: %.3f m before, %.3f m after\n", before, after);

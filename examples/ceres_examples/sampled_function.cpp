@@ -50,6 +50,7 @@ int main() {
   Table table;
   for (int i = 0; i < 150; ++i) table.samples.push_back(Signal(0.1 * i));
   std::vector<Reading> readings;
+  readings.reserve(60);
   for (int i = 0; i < 60; ++i) readings.push_back({&table, 1.0 * i, 1.5 * Signal(0.1 * (22.3 + 1.1 * i))});
   vesta::ResidualBlocks<Reading, vesta::CpuBackend<double>> problem(3, readings);
   std::vector<double> x{18, 1, 1};
