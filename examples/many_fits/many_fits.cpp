@@ -11,7 +11,8 @@
 // One curve with readings of its own.
 struct Decay {
   static constexpr int kResiduals = 20, kParameters = 2;  // a, b
-  double y[20];                                           // at t = 0, 0.25, 0.5, ...
+  // Readings at t = 0, 0.25, 0.5, ...
+  double y[20];
 
   template <class T>
   void operator()(const T* p, T* r) const {

@@ -23,13 +23,13 @@ namespace vesta::small_internal {
 // Throws Error if an option is out of range, or has no meaning for small problems.
 void CheckSmallOptions(const LmOptions& options);
 
-// Solves problems of type Source. In each round, all lanes evaluate the residuals and derivatives of their problem at
-// a trial point and decide about it; then all lanes compute the next step. A lane that has finished takes the next
+// Solves the problems of a Source, one per lane at a time. The lanes work in rounds: all lanes evaluate residuals and
+// derivatives at a trial point, decide about it, and compute the next step. A lane that has finished takes the next
 // problem. Lanes do not influence each other.
 //
 // Source has these functions. Next(lane, start) loads the next problem into a lane, writes its N start values, and
-// returns false if there is none. functor(p, r) evaluates the problems of all lanes. Finish(lane, x, summary) takes the
-// result.
+// returns false if no problem is left. functor(p, r) evaluates the problems of all lanes. Finish(lane, x, summary)
+// takes the result.
 template <class Rows, class Source>
 class SmallLoop {
   static constexpr int N = Rows::kParameters;
