@@ -85,7 +85,7 @@ class IterationCallback {
       : callback_(std::move(callback)) {}
   template <class F>
   requires std::is_invocable_r_v<CallbackResult, const F&, const LmIteration&> IterationCallback(F callback) {
-    if constexpr (std::is_constructible_v<bool, const F&>) {
+    if constexpr (std::is_same_v<F, LmCallback> || std::is_pointer_v<F>) {
       if (!static_cast<bool>(callback)) return;
     }
     callback_ = [callback = std::move(callback)](const LmIteration& row, X) { return callback(row); };
