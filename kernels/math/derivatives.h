@@ -11,10 +11,10 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// N numbers of type float or double, with the operations of a vector space. The compiler's vector types hold them: they
-// have the width of the instruction set that the code is compiled for, SSE2 by default. Entries beyond N are padding.
-// Division multiplies by the reciprocal. The functions are always inlined: calls would copy the numbers through memory.
-// All files of a program that use Derivatives must be compiled for the same instruction set.
+// N numbers of type float or double, with the operations of a vector space. The compiler's vector types hold them, with
+// the width of the compiled instruction set, SSE2 by default. Entries beyond N are padding. Division multiplies by the
+// reciprocal. Functions are always inlined: calls would copy through memory. All files of a program that use
+// Derivatives must have the same instruction set.
 template <class T, int N>
 struct Derivatives {
 #if defined(__AVX512F__)
@@ -26,7 +26,7 @@ struct Derivatives {
 #endif
   static constexpr int kWidth = kBytes / static_cast<int>(sizeof(T));
   static constexpr int kParts = (N + kWidth - 1) / kWidth;
-  // Aligned as for SSE2, so that small dual numbers have little padding and allocators need not align further.
+  // Aligned as for SSE2: little padding in small dual numbers, and no extra alignment by allocators.
   typedef T Part __attribute__((vector_size(kBytes), aligned(16)));
   // True for the entries that are 0, and for some padding.
   struct Mask {
@@ -75,7 +75,7 @@ struct Derivatives {
     return out;
   }
 
-  // Parts f(0), f(1), ..., f(kParts - 1). Unrolled, because the parts of a loop would stay in memory.
+  // f(0), f(1), ..., f(kParts - 1). Unrolled, because the parts of a loop would stay in memory.
   template <class F>
   [[gnu::always_inline]] static Derivatives Map(const F& f) {
     return Map(f, std::make_index_sequence<kParts>());
