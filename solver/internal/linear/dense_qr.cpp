@@ -63,7 +63,7 @@ void SolveDamped(const Eigen::MatrixXd& r, const Eigen::VectorXd& c, const Eigen
   stacked.bottomRows(n).diagonal() = x.cwiseSqrt().cwiseProduct(scale);
   StackedVector rhs = StackedVector::Zero(2 * n);
   rhs.head(n) = -c;
-  // Scale the columns again, because the damping may dominate J in some of them.
+  // Scale again, because the damping may dominate some columns.
   Vector norms(n);
   for (Eigen::Index k = 0; k < n; ++k) {
     norms[k] = stacked.col(k).norm();
