@@ -128,8 +128,8 @@ class EdgeBlockAccess {
   PartialVector<S> part_;
 };
 
-// Calls f(column, access) for the blocks of one strip of kRows rows, from left to right. `width`: of the image, in
-// pixels. Only the first `rows` rows of the strip are in the image. column: the first of the block. access: a
+// Calls f(column, access) for the blocks of one strip of kRows rows, from left to right. `width`: width of the image.
+// Only the first `rows` rows of the strip are in the image. column: the first of the block. access: a
 // WholeBlockAccess or an EdgeBlockAccess.
 template <class S, int kRows, class F>
 inline void ForBlocks(int width, int rows, const F& f) {

@@ -218,7 +218,7 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
 }
 
 // Computes the tangents of the splats, except kLambda, from the parameters and their derivatives. colored: the mean for
-// the viewing direction of the colour; if the camera rotates, its derivative differs from that of `mean`. sh: as in
+// the viewing direction of the colour; if the camera rotates, its derivative differs from the one of `mean`. sh: as in
 // ShColor.
 template <int Degree, class S, class L, class V, class Sh>
 VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],

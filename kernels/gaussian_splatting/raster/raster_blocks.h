@@ -82,7 +82,7 @@ template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Share {
-    S g, w;  // derivatives of the pixel's part of u . image: by log alpha, by u . c
+    S g, w;  // derivatives of the pixel's part of u . image, by log alpha and by u . c
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -150,7 +150,7 @@ struct GramBlock {
   // Two threads per row.
   static constexpr int kThreads = kRasterThreads, kBatch = 8, kParts = 2 * kTileSize, kHalf = kTileSize / 2;
   struct alignas(16) Share {
-    S w, d[3];  // derivatives of the pixel's colours: by the splat's colour, by log alpha
+    S w, d[3];  // derivatives of the pixel's colours, by the splat's colour and by log alpha
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;

@@ -4,8 +4,8 @@
 // whitened coordinate q is constant, so the sums of a row contain only powers of p. They are multiplied by powers of q
 // when the rows are added.
 //
-// With the cotangent u of the image, g is the derivative of a pixel's part of u . image with respect to log alpha, and
-// w the derivative of its colour with respect to the splat's colour. With psi of pixel_steps.h:
+// Let u be the cotangent of the image. g is the derivative of a pixel's part of u . image with respect to log alpha,
+// and w the derivative of its colour with respect to the splat's colour. With psi of pixel_steps.h:
 //   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.
 //
 // Gram sums: each colour c of a pixel has the curvature omega_c of the loss and the derivative d_c with respect to log

@@ -14,7 +14,7 @@ namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRasterThreads / 32;
-// A warp covers 8 x 4 pixels: in a compact shape, a splat touches fewer warps.
+// A warp covers 8 x 4 pixels: a splat touches fewer warps of a compact shape.
 inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
 // An int, because divisions of int are faster.
