@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake --install, and the package for find_package(vesta) (vestaConfig.cmake.in). A build with VESTA_CUDA installs the same
-# libraries, because device code is in separate libraries that are not installed.
+# cmake --install, and the package for find_package(vesta) (vestaConfig.cmake.in). The same with VESTA_CUDA, because
+# device code is in separate libraries that are not installed.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
 
@@ -23,7 +23,7 @@ if(TARGET vesta)
   include(${CMAKE_CURRENT_LIST_DIR}/Manual.cmake)
 endif()
 
-# Patterns of the public headers. All headers that they include are installed too.
+# Patterns of the public headers, installed with all headers that they include.
 set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/*.h solver/distributed/*.h
   problems/toy/*.h problems/bundle_adjustment/bal_file.h
   problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sparse Cholesky factorisation of symmetric positive definite block matrices by the multifrontal method
-// (elimination.h). With the factor of H + lambda D as a preconditioner, PCG needs one or two iterations.
+// (elimination.h). PCG needs one or two iterations with the factor of H + lambda D as its preconditioner.
 #pragma once
 
 #include <memory>
