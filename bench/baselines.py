@@ -36,7 +36,7 @@ def run(build, name, out):
     subprocess.run([build / "bench" / program, *flags, "--json", path], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
     report = json.loads(path.read_text())
-    # The command and the date come before the long list of rows, where a reader sees them.
+    # Command and date come before the long list of rows.
     head = {"bench": report.pop("bench"), "command": " ".join([f"bench/{program}", *flags]),
             "machine": report.pop("machine"), "commit": report.pop("commit"),
             "date": datetime.date.today().isoformat()}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The NIST regressions (bench/collections/nist_data.h) as SmallProblem, in a table.
+// The NIST regressions (bench/collections/nist_data.h) as a table of SmallProblem.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ struct Regression {
   std::function<std::unique_ptr<vesta::Problem<CpuBackend<float>>>()> make_in_float;
 };
 
-// All 27, in the order of ForEachProblem (bench/collections/nist_models.h).
+// In the order of ForEachProblem (bench/collections/nist_models.h).
 const std::vector<Regression>& Regressions();
 
 }  // namespace vesta::nist

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The solvers to compare on a problem (contenders): vesta with its own problem class (native), vesta through the bridge
-// from a ceres::Problem (bridged), and Ceres.
+// The solvers to compare (contenders): vesta with its own problem class (native), vesta through the bridge from a
+// ceres::Problem (bridged), and Ceres.
 #pragma once
 
 #include <functional>
@@ -16,10 +16,10 @@ namespace vesta::bench {
 
 struct RaceOptions {
   int threads = 1;
-  double seconds = 60;  // limit of one solve
+  double seconds = 60;  // of one solve
 };
 
-// vesta on a bundle adjustment. `data` returns the problem; it is called in the child process that solves.
+// vesta on a bundle adjustment. `data` returns the problem, in the child process.
 Contender NativeBundle(const std::string& name, const std::function<bundle::BundleData()>& data,
                        const bundle::BundleProblemOptions& problem, const LmOptions& lm, const RaceOptions& race);
 Contender BridgedBundle(const std::string& name, const std::function<bundle::BundleData()>& data, const LmOptions& lm,
@@ -30,11 +30,11 @@ Contender NativePoseGraph(const std::string& name, const std::string& path, cons
 Contender BridgedPoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                            const RaceOptions& race);
 
-// All contenders for a bundle adjustment.
+// For a bundle adjustment.
 std::vector<Contender> BundleContenders(const std::function<bundle::BundleData()>& data, const RaceOptions& options);
-// All contenders for a synthetic camera calibration from `views` images of a flat target with `corners` corners.
+// For a synthetic camera calibration from `views` images of a flat target with `corners` corners.
 std::vector<Contender> CalibrationContenders(int views, int corners, const RaceOptions& options);
-// All contenders for the pose graph in the file `path`.
+// For the pose graph in the file `path`.
 std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOptions& options);
 
 }  // namespace vesta::bench
