@@ -39,7 +39,7 @@ def main():
     args = parser.parse_args()
     sources = args.build_dir / "tests/headers"
     names = sorted(str(path.relative_to(sources))[:-len(".cpp")] for path in sources.rglob("*.h.cpp"))
-    names = [name for name in names if (ROOT / name).exists()]  # the folder may still contain sources of deleted headers
+    names = [name for name in names if (ROOT / name).exists()]  # the folder may contain sources of deleted headers
     changed = changed_since(args.base)
     what = "all"
     if changed is not None and not any(HOW.fullmatch(name) for name in changed):

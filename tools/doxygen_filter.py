@@ -50,7 +50,7 @@ class Scopes:
 
 def converted(lines):
     scopes, out = Scopes(), []
-    column = None  # column of the comment after a declaration, which the next line may continue
+    column = None  # of the comment after a declaration, which the next line may continue
     i = 0
     if lines and "SPDX-License-Identifier" in lines[0]:  # the licence does not describe the file
         out.append("//")
