@@ -80,7 +80,7 @@ struct Flags {
   std::string scene;                         // empty: report uses the folder in metrics.json, convert none
   std::optional<double> max_loss, size_mib;  // prune: exactly one of these two and --keep is given
   std::optional<gs::RefineMethod> method;    // empty: depends on the preset
-  std::string preset;                        // empty: in the file of --config, else kDefaultPreset
+  std::string preset;                        // empty: as in --config, or kDefaultPreset
   std::string config;
   std::string set;  // always empty; the values are in CommandLine::options
   bool fixed_model = false;

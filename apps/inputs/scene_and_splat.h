@@ -33,7 +33,7 @@ void PrintScene(const gs::Scene& scene);
 
 // The inputs of refine, prune, eval and render.
 struct PosedModel {
-  gs::SplatModel model;  // in the frame of the scene, with its own background and eps2d
+  gs::SplatModel model;  // in the scene's frame; keeps its background and eps2d
   gs::Scene scene;
 };
 

@@ -24,7 +24,7 @@ void CheckFilm(const std::string& file);
 // it, the destructor ends ffmpeg and discards the video.
 class Film {
  public:
-  // size: of the frames, pixels; one black column or row pads an odd width or height. frames_per_second > 0.
+  // size: frame size in pixels; one black column or row pads an odd width or height. frames_per_second > 0.
   Film(const std::string& file, gs::ImageSize size, double frames_per_second);
   ~Film();
   Film(const Film&) = delete;

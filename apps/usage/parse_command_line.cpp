@@ -31,7 +31,7 @@ GivenFlag SplitFlag(const std::string& word) {
   return {word.substr(begin, equals - begin), word.substr(equals + 1)};
 }
 
-// A flag of ProgramFlags() or of a training option; both null if there is none.
+// A flag of ProgramFlags() or of a training option; both null if unknown.
 struct FlagFound {
   const schema::Field<Flags>* own = nullptr;
   const char* if_bare = nullptr;  // FlagRow::if_bare

@@ -53,8 +53,8 @@ class Viewer {
   HttpServer server_;  // declared last: serves as long as it exists
 };
 
-// By the flags of `vesta view` (--bind, --port), and of a training (--bind, --view). Throws UsageError if the value of
-// --view is not a port.
+// The flags are --bind and --port of `vesta view`, or --bind and --view of a training. Throws UsageError if the value
+// of --view is not a port.
 ViewerAddress AddressOfViewer(const Flags& flags);
 ViewerAddress AddressOfTrainingView(const Flags& flags);
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
 
-// Returns the number at the start of a file, or `otherwise` if there is none, as in "max".
+// Returns the number at the start of a file, or `otherwise` for text such as "max".
 double NumberIn(const char* path, double otherwise) {
   std::ifstream file(path);
   double number = otherwise;

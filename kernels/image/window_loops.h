@@ -79,7 +79,7 @@ struct PenaltySums {
   }
 };
 
-// The sums of one row; those of the next rows follow.
+// The sums of one row; the next rows follow.
 template <class S>
 double* SumsOf(const LossTerms<S>& loss, const RowRange<S>& rows, int row) {
   return loss.row_sums + 3 * (Index{rows.plane} * rows.height + row);
