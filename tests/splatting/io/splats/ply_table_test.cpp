@@ -30,7 +30,7 @@ TEST(PlyTable, BinaryTypesOfEveryWidth) {
   EXPECT_EQ(vertices.FullScale("d"), 65535);
 }
 
-// Elements before the wanted one are skipped, elements after it ignored.
+// Elements before the wanted one are skipped, others ignored.
 TEST(PlyTable, ReadsAnyElement) {
   const TempFolder folder;
   const std::string header =
