@@ -22,7 +22,7 @@ using B = CpuBackend<double>;
 
 constexpr double kGib = 1024.0 * 1024.0 * 1024.0;
 
-// Between the recovered light and the true one.
+// Differences between the recovered light and the true one.
 struct Errors {
   double largest_relative = 0;
   double rms = 0;

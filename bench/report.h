@@ -43,7 +43,7 @@ class Report {
   std::vector<Target> targets_;
 };
 
-// Of at least one value; the upper of the two middle values of an even number.
+// The median of at least one value; for an even number the upper of the two middle values.
 inline double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

@@ -15,7 +15,7 @@
 namespace vesta::bench {
 namespace {
 
-// Of one group of solves: how many have four correct digits, and the most digits that vesta has fewer.
+// Statistics of one group of solves: how many have four correct digits, and the most digits that vesta has fewer.
 struct Tally {
   int solved = 0, solved_ceres = 0;
   double digits_behind = 0;

@@ -47,7 +47,7 @@ struct CommandInfo {
 const std::vector<CommandInfo>& Commands();
 // Returns the command of this name, or null.
 const CommandInfo* FindCommand(const std::string& name);
-// For help: "vesta train SCENE --out=DIR".
+// The command with its required arguments, for help: "vesta train SCENE --out=DIR".
 std::string UsageForm(const CommandInfo& command);
 
 // --align: the parameters that eval fits to each test view before it measures again.

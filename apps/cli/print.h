@@ -16,10 +16,10 @@ namespace vesta::app {
 // Write errors on stdout, such as a full disk, do not end the run; PrintError reports them.
 void PrintText(std::FILE* out, std::string_view text);
 
-// For --quiet.
+// Discards all further text for stdout (--quiet).
 void DiscardStdout();
 
-// To stdout.
+// Prints to stdout.
 template <class... Args>
 void Print(fmt::format_string<Args...> format, Args&&... args) {
   PrintText(stdout, fmt::format(format, std::forward<Args>(args)...));

@@ -13,7 +13,7 @@ void CheckDevice(Device device);
 // The training stages for the GPU if device is cuda, or if it is auto and a GPU is usable. Otherwise those for the CPU,
 // with a note for the user if a GPU is present but not usable. Under mpirun, auto means the CPU. Throws as CheckDevice.
 gs::StageRunners StagesOf(Device device);
-// For --profile. On a GPU it waits for pending work, so that phases are timed correctly.
+// The clock for --profile. On a GPU it waits for pending work, so that phases are timed correctly.
 Profile::Clock ProfileClock(Device device);
 
 }  // namespace vesta::app

@@ -19,7 +19,7 @@ bool IsReportedByOtherRank(const std::string& why);
 void AbortOtherRanks(const std::string& why, int status);
 // Collective: every rank calls it at the end of the program, so that no rank succeeds if another one fails.
 void WaitForOtherRanks();
-// For messages: "process 2 of 4: " with several ranks, else empty.
+// Prefix of messages: "process 2 of 4: " with several ranks, else empty.
 std::string RankPrefix();
 
 // Rank 0 prints and writes files.

@@ -9,11 +9,12 @@
 
 namespace vesta::app {
 
-// For a PSNR so low that the splat does not seem to show this scene. train_psnr: mean over the training views, dB.
+// Warns about a PSNR so low that the splat does not seem to show this scene. train_psnr: mean over the training views,
+// dB.
 std::string WarningOfScene(double train_psnr);
 
-// For a training with a very low PSNR at its end, probably because of a wrong scene or wrong options. Names the reason
-// if found: photographs of one colour, points that no training view sees, or points all at the same position.
+// Warns about a training with a very low PSNR at its end, probably because of a wrong scene or wrong options. Names the
+// reason if found: photographs of one colour, points that no training view sees, or points all at the same position.
 std::string WarningOfTraining(const gs::Scene& scene, double train_psnr);
 
 }  // namespace vesta::app

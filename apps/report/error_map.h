@@ -52,7 +52,7 @@ class ViewRenderer {
 
   // All test views, in the order of the scene.
   std::vector<ViewError> Measure();
-  // At most max_width pixels wide.
+  // The images of a view, at most max_width pixels wide.
   ViewPictures Picture(const gs::View& view, int max_width);
 
  private:

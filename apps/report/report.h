@@ -24,7 +24,7 @@ class RunRecord {
 
   const std::string& name() const { return name_; }
   std::int64_t splat_bytes() const { return splat_bytes_; }  // 0: no point_cloud.ply
-  // At a path of keys such as "seconds.total"; NaN or "" if unknown.
+  // The value at a path of keys such as "seconds.total"; NaN or "" if unknown.
   double Number(const std::string& path) const;
   std::string Text(const std::string& path) const;
   std::vector<std::string> notes() const;

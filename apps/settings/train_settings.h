@@ -28,7 +28,7 @@ class ConfigFile {
   std::string Text(const char* key) const;
   // Names and values of an object beside "options", as texts; empty if it is missing.
   std::vector<std::pair<std::string, std::string>> Texts(const char* key) const;
-  // Empty if the file has none.
+  // The preset; empty if the file has none.
   std::string preset() const;
   // Sets the options in the file and leaves the others.
   void Apply(gs::TrainOptions& options) const;
@@ -48,11 +48,12 @@ struct TrainSettings {
 gs::TrainOptions PresetOf(const CommandInfo& command, const std::string& preset,
                           std::optional<gs::RefineMethod> method = {});
 
-// For train, config, refine or prune. resumed: settings of the checkpoint to resume, or null; they replace the preset
-// unless --preset or --config is given. Throws Error if a file cannot be used or options contradict each other.
+// The settings for train, config, refine or prune. resumed: settings of the checkpoint to resume, or null; they replace
+// the preset unless --preset or --config is given. Throws Error if a file cannot be used or options contradict each
+// other.
 TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed = nullptr);
 
-// For loading the scene of a training.
+// The options with which a training loads its scene.
 gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& options);
 
 // Sets the number of threads and checks --device, before every command. Throws as CheckDevice.

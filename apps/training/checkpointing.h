@@ -29,7 +29,7 @@ struct Origin {
   std::string checkpoint_every, snapshot_every;
   std::vector<std::pair<std::string, std::string>> scene_flags;  // SceneFlagTexts
 };
-// As JSON, with the absolute path of the scene.
+// The record as JSON, with the absolute path of the scene.
 std::string OriginText(const Origin& origin);
 // Throws Error with the file name if the record is incomplete.
 Origin ReadOrigin(const gs::Checkpoint& checkpoint);

@@ -14,7 +14,7 @@ std::string HelpText(const std::vector<std::string>& topic);
 // The manual page (section 1, roff).
 std::string ManPage();
 
-// For bash, zsh or fish. Throws UsageError for another shell.
+// The completion script for bash, zsh or fish. Throws UsageError for another shell.
 std::string CompletionScript(const std::string& shell);
 
 }  // namespace vesta::app

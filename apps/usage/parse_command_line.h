@@ -26,9 +26,9 @@ struct ListedFlag {
   bool only_in_all = false;
   bool may_be_bare = false;  // the flag may have no value
 
-  // On or off, without a value.
+  // Whether the flag is on or off, without a value.
   bool is_switch() const { return field->kind == schema::Kind::kSwitch; }
-  // As the user writes it to change the default: --NAME, or --noNAME for a switch that is on by default.
+  // The flag as the user writes it to change the default: --NAME, or --noNAME for a switch that is on by default.
   std::string Written() const { return (is_switch() && value == "true" ? "--no" : "--") + name; }
 };
 

@@ -17,7 +17,7 @@ namespace vesta::app {
 // requests there. Throws Error if the system has no random numbers.
 std::string MakeToken();
 
-// In constant time, which reveals nothing about the token.
+// Compares in constant time, which reveals nothing about the token.
 bool IsToken(std::string_view given, std::string_view token);
 
 bool IsLoopback(std::string_view address);

@@ -60,7 +60,8 @@ class GaussianValues {
   };
 
   std::vector<float> Measure(GaussianValue value, const ShownModel::Shown& shown) const;
-  // With the cameras of `shown`. Each photograph is copied when used, so that few copies are in memory.
+  // The training views with the cameras of `shown`. Each photograph is copied when used, so that few copies are in
+  // memory.
   std::vector<gs::View> TrainingViews(const ShownModel::Shown& shown) const;
   void MeasureInto(State& state, GaussianValue value, const ShownModel::Shown& shown);
 

@@ -47,7 +47,7 @@ class HttpServer {
   // The port in use, and the secret token.
   int port() const;
   const std::string& token() const;
-  // For a browser; contains the token.
+  // The link for a browser, with the token.
   std::string link() const;
 
  private:

@@ -37,7 +37,7 @@ class ShownModel {
     shown_.cameras.swap(moved);
     ++shown_.version;
   }
-  // Also records the time of the call.
+  // The current model. Records the time of the call.
   Shown Get() {
     looked_at_ = Clock::now().time_since_epoch().count();
     const std::lock_guard lock(mutex_);
@@ -74,7 +74,7 @@ class TrainingMonitor {
   void Stop();
   void SaveCheckpoint();
 
-  // For the page: "status" (running, paused, stopping, over), "stage", "iteration", "iterations", "seconds",
+  // The state for the page: "status" (running, paused, stopping, over), "stage", "iteration", "iterations", "seconds",
   // "seconds_left" (null: unknown), "cost" (the training loss), "psnr", "gaussians", "note", "message" (result of the
   // last checkpoint command), and the curves "costs" (training loss), "train_psnr" and "test_psnr": pairs of seconds
   // and value.

@@ -29,14 +29,14 @@ class Viewer {
   Viewer(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
          TrainingMonitor* training = nullptr);
 
-  // For a browser.
+  // The link for a browser.
   std::string link() const { return server_.link(); }
 
  private:
   std::vector<HttpRoute> Routes();
   // The route of a page's command to the training.
   HttpRoute Command(const char* path, void (TrainingMonitor::*command)());
-  // Without images, with the cameras of the shown model.
+  // The scene's views, without images and with the cameras of the shown model.
   std::vector<gs::View> ViewsOf(const ShownModel::Shown& shown) const;
   // The replies to /state, /scene and /frame.
   HttpReply State();
@@ -61,7 +61,7 @@ ViewerAddress AddressOfTrainingView(const Flags& flags);
 // The viewer of a running training, with its monitor.
 class TrainingView {
  public:
-  // As for Viewer.
+  // Parameters and errors are as for Viewer.
   TrainingView(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background)
       : viewer_(place, scene, background, model_, &monitor_) {}
 

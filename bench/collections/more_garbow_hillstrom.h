@@ -23,7 +23,7 @@ struct Formula {
   bool bounded() const { return !box.lower.empty(); }
 };
 
-// In the order of ForEachProblem.
+// All problems, in the order of ForEachProblem.
 const std::vector<Formula>& Formulas();
 
 }  // namespace vesta::mgh

@@ -17,7 +17,7 @@ struct Regression {
   std::function<std::unique_ptr<vesta::Problem<CpuBackend<float>>>()> make_in_float;
 };
 
-// In the order of ForEachProblem (bench/collections/nist_models.h).
+// All 27, in the order of ForEachProblem (bench/collections/nist_models.h).
 const std::vector<Regression>& Regressions();
 
 }  // namespace vesta::nist

@@ -22,7 +22,7 @@ struct BothResults {
   bool SameMinimum() const { return cost <= cost_ceres + 1e-8 * cost_ceres + 1e-14 * start_cost; }
 };
 
-// For small problems to the last digit: PCG iterates until only rounding errors remain.
+// Options for small problems, to the last digit: PCG iterates until only rounding errors remain.
 LmOptions ExactOptions(int num_parameters);
 
 // Bounds of each parameter; empty: none.

@@ -24,13 +24,13 @@ class CodedBlur {
   int num_frames() const { return static_cast<int>(apertures_.size()); }
   const std::vector<Aperture>& apertures() const { return apertures_; }
 
-  // For Blur: pixel k becomes value(k).
+  // Sets the image for Blur: pixel k becomes value(k).
   template <class Value>
   void SetImage(const Value& value);
   // out = A_f image, frame_size() entries.
   void Blur(int frame, HostSpan<double> out);
 
-  // For AddAdjoint and AddSquaredAdjoint: pixel i becomes value(i).
+  // Sets the frame for AddAdjoint and AddSquaredAdjoint: pixel i becomes value(i).
   template <class Value>
   void SetFrame(const Value& value);
   // out += A_f^T frame, image_size() entries; with `first`, out = A_f^T frame.

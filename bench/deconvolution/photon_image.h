@@ -31,7 +31,7 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
   // Bytes of J in compressed-row storage: a double and a 32-bit column per entry, a 32-bit offset per row, as in Ceres.
   double stored_jacobian_bytes() const;
 
-  // For all x_k: a uniform image whose total light equals the total counts.
+  // Start for all x_k: a uniform image whose total light equals the total counts.
   double UniformStart() const;
 
   Index num_parameters() const override { return blur_.image_size(); }

@@ -6,7 +6,7 @@
 
 namespace vesta::bench {
 
-// Of one iteration.
+// Cost of one iteration.
 struct StepCost {
   double seconds = 0;              // wall-clock, until all GPU work has ended
   double launches = 0, waits = 0;  // kernel launches; waits of the CPU for the GPU

@@ -54,7 +54,7 @@ Received MeasureReceived(const Communicator& ranks, const Body& body) {
           static_cast<double>(ranks.traffic().gathered - before.gathered) / kMib};
 }
 
-// At x. distributed: the same problem, or null if it has no parts.
+// Measures one problem at x. distributed: the same problem, or null if it has no parts.
 template <Backend B>
 Row Measure(Communicator& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstVectorView x,
             const LmOptions& lm, int repeats) {

@@ -23,7 +23,7 @@ Eigen::Matrix<double, D, D> RootInformation(const double* upper, pose_graph::Whi
   return factor.matrixL();
 }
 
-// In 2D: poses and measurement m are (x, y, yaw).
+// The residual in 2D: poses and measurement m are (x, y, yaw).
 struct CeresEdge2 {
   static constexpr int kPose = 3, kTangent = 3;
   const double* m;
@@ -41,7 +41,7 @@ struct CeresEdge2 {
   }
 };
 
-// In 3D: poses and measurement m are position and quaternion (w, x, y, z).
+// The residual in 3D: poses and measurement m are position and quaternion (w, x, y, z).
 struct CeresEdge3 {
   static constexpr int kPose = 7, kTangent = 6;
   const double* m;

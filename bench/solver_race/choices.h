@@ -40,10 +40,10 @@ using MakeContender = std::function<Contender(const std::string& name, const LmO
 void AddChoices(const std::vector<InnerSolver>& solvers, const LmOptions& lm, const std::string& precision,
                 const MakeContender& make, std::vector<Choice>& choices);
 
-// For the bundle adjustment in the file `path`: vesta's BundleProblem with the Jacobian in double and in float, and the
-// same as a BlockProblem.
+// Choices for the bundle adjustment in the file `path`: vesta's BundleProblem with the Jacobian in double and in float,
+// and the same as a BlockProblem.
 std::vector<Choice> BundleChoices(const std::string& path, const RaceOptions& race);
-// For the pose graph in the file `path`, in double.
+// Choices for the pose graph in the file `path`, in double.
 std::vector<Choice> PoseGraphChoices(const std::string& path, const RaceOptions& race);
 
 // A small problem with a start.

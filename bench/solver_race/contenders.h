@@ -30,11 +30,11 @@ Contender NativePoseGraph(const std::string& name, const std::string& path, cons
 Contender BridgedPoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                            const RaceOptions& race);
 
-// For a bundle adjustment.
+// All contenders for a bundle adjustment.
 std::vector<Contender> BundleContenders(const std::function<bundle::BundleData()>& data, const RaceOptions& options);
-// For a synthetic camera calibration from `views` images of a flat target with `corners` corners.
+// All contenders for a synthetic camera calibration from `views` images of a flat target with `corners` corners.
 std::vector<Contender> CalibrationContenders(int views, int corners, const RaceOptions& options);
-// For the pose graph in the file `path`.
+// All contenders for the pose graph in the file `path`.
 std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOptions& options);
 
 }  // namespace vesta::bench

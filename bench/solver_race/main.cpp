@@ -52,7 +52,7 @@ double Fastest(const std::vector<Outcome>& outcomes, double cost, const Passes& 
   return best;
 }
 
-// With different targets.
+// Kinds of problems, with different targets.
 enum class Sort { kBundle, kPoses, kCalibration };
 
 void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, double limit, Report& report,

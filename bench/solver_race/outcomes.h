@@ -23,7 +23,7 @@ struct Outcome {
   std::string name;
   std::vector<Run> runs;
 
-  // Infinity if all runs failed.
+  // Lowest final cost; infinity if all runs failed.
   double BestCost() const;
   // Median over the runs; a run that does not reach the cost counts as infinity.
   double MedianSecondsTo(double cost) const;

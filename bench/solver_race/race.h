@@ -24,7 +24,7 @@ struct Run {
   double FinalCost() const { return moments.empty() ? 0 : moments.back().cost; }
   // The first moment with a cost of at most `cost`, or null.
   const Moment* FirstWithin(double cost) const;
-  // Infinity without such a moment.
+  // The seconds of that moment, or infinity.
   double SecondsTo(double cost) const;
 };
 

@@ -21,7 +21,7 @@ Curve MedianCurve(const std::vector<Curve>& repeats);
 // Seconds of the first row with a training loss (HistoryRow::cost) of at most `cost`; infinity without one.
 double SecondsToCost(const Curve& curve, double cost);
 
-// Of all rows.
+// The lowest training loss of all rows.
 double LowestCost(const Curve& curve);
 
 // A CSV file for bench/training_race/plot.py with the columns

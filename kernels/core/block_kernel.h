@@ -8,8 +8,8 @@
 //
 // The code accesses the GPU only through these functions of Block:
 //
-//   int thread(), Index id() index of the thread in its block, of the block in the grid
-//   void Sync() a barrier of the threads of the block
+//   int thread(), Index id()     index of the thread in its block, of the block in the grid
+//   void Sync()                  a barrier: waits until all threads of the block have called it
 //   int Count(bool)              a barrier that also returns the number of threads that passed true
 //
 // launch.cuh runs a block kernel on a device. Tests run the same struct on the host, with one fiber per thread and in

@@ -38,7 +38,7 @@ void* Allocate(std::size_t bytes);
 void Free(void* memory) noexcept;
 // Returns the pool's unused memory to the driver, which can merge fragments. Waits for all work.
 void TrimPool();
-// In stream order. Copies to and from the host wait until they are complete.
+// These run in stream order. Copies to and from the host wait until they are complete.
 void SetZero(void* memory, std::size_t bytes);
 void Copy(void* to, const void* from, std::size_t bytes);
 void CopyFromHost(void* to, const void* from, std::size_t bytes);

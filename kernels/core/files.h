@@ -32,7 +32,7 @@ std::string_view Trimmed(std::string_view line);
 // Removes the next word and the white space before it from `text`, and returns the word; at the end an empty one.
 std::string_view NextWord(std::string_view* text);
 
-// For error messages: the first 60 bytes, with '?' for each byte that is not printable ASCII.
+// Text for an error message: the first 60 bytes, with '?' for each byte that is not printable ASCII.
 std::string Printable(std::string_view text);
 
 // Writes to a temporary file beside `path`, named path.PROCESS.tmp; Commit renames it to `path`. Without Commit, the

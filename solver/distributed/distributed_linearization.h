@@ -30,7 +30,7 @@ class DistributedLinearization final : public Linearization<B>,
 
   DistributedLinearization(DistributedProblem<B>& problem, ConstVectorView x);
 
-  // Over all parts of all processes.
+  // Summed over all parts of all processes.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return problem_.num_tangent(); }
   // No process has all residuals, so these throw Error.

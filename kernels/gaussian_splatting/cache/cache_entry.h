@@ -44,7 +44,7 @@ VESTA_HD constexpr S InverseEntryScale(int i) {
   return static_cast<S>(i < kColor ? 1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast)
                                    : 1 / EntryScale<E>::kWeight);
 }
-// For a tangent before a product, or a cotangent after it.
+// Applies these factors to a tangent before a product, or to a cotangent after it.
 template <class E, class S>
 VESTA_HD inline void DivideByEntryScale(SplatTangent<S>& tangent) {
   for (int i = 0; i < kSplatTangent; ++i) tangent.w[i] *= InverseEntryScale<E, S>(i);

@@ -101,7 +101,7 @@ template <class S>
 struct Recolors {
   S color[kRecolors][3];  // after the clamp at 0
 };
-// For one splat, summed over pixels and channels.
+// Results for one splat, summed over pixels and channels.
 template <class S>
 struct RecolorRises {
   S rise[kRecolors];  // rise of the loss if the splat has this colour

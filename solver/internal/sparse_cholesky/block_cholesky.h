@@ -113,7 +113,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   explicit SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why = "");
 
   Index size() const override { return cholesky_->plan().num_scalars; }
-  // After SetDamping.
+  // Call it after SetDamping.
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, B::ConstVectorView metric) override;
