@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // SIMD vectors in compressed form: only selected lanes are stored, one after the other, as float or Half.
-//
-// PackedLanes<E, V>::Load, called with p and bits, returns a vector V. If bit i is set, lane i is the next element of
-// the array p of type E; otherwise it is 0. It may read up to kPackedOverread elements from p, for any bits. Store(p,
-// bits, x) is the inverse.
+// The function Load of PackedLanes<E, V>, called with p and bits, returns a vector V. If bit i is set, lane i is the
+// next element of the array p of type E; otherwise it is 0. It may read up to kPackedOverread elements from p, for any
+// bits. Store(p, bits, x) is the inverse.
 #pragma once
 
 #include <array>
