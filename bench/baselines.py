@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the benchmarks of bench/baselines with the same flags as the baselines.
+"""Runs the benchmarks of bench/baselines with the baselines' flags.
 
   bench/baselines.py BUILD_DIR OUT_DIR [--only NAME ...]
 
-Writes OUT_DIR/NAME.json for each: the JSON of the benchmark, and the command line. To compare:
+Writes OUT_DIR/NAME.json for each: the benchmark's JSON and the command line. To compare:
 
   bench/compare.py bench/baselines OUT_DIR
 

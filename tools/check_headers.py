@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles separately each header that changed since a base commit, or that includes a changed one, even indirectly.
+"""Compiles each header that changed since a base commit, or includes a changed one, even indirectly.
 
   tools/check_headers.py BUILD_DIR [--base COMMIT]
 
-This finds headers that rely on includes of their users. All headers are compiled without a base, if the base is the
-current commit, or if the rules for compiling headers changed. BUILD_DIR must be configured with Ninja
+This finds headers that rely on includes of their users. Compiles all headers without a base, if it is the current
+commit, or if the rules for compiling headers changed. BUILD_DIR must be configured with Ninja
 (cmake/HeaderTests.cmake).
 """
 import argparse

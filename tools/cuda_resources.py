@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints the resources of every kernel of a CUDA build as ptxas reports them: registers, stack, spills, shared memory.
+"""Prints ptxas's report on every kernel of a CUDA build: registers, stack, spills, shared memory.
 
   tools/cuda_resources.py BUILD_DIR [--markdown] [--by_architecture]
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the animation of the README: the viewer in Chromium orbits the demo's scene once while it is trained. Needs
-Chromium, and ffmpeg with libwebp.
+"""Makes the README's animation: the viewer in Chromium orbits the demo's scene once during its training. Needs Chromium,
+and ffmpeg with libwebp.
 
   tools/viewer_film.py BUILD OUT.webp [--frames N] [--iterations N] [--quality Q]
 
 BUILD is the folder of the programs. The script drags in the page to orbit the scene in N frames. Each frame waits for a
-given training iteration; the early frames, during which most changes, are fewer iterations apart than the later ones.
+training iteration; the early frames, when most changes, are fewer iterations apart.
 """
 import argparse
 import pathlib
