@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Optional interfaces of problems and linearizations (solver/problem.h).
 //
-// A class derives from Problem or Linearization and from each interface that it supports. The engine finds them once
-// per object. They are independent of each other. Each comment states the default for classes without the interface.
+// A class derives from Problem or Linearization and from each interface that it supports. The engine finds these once
+// per object. The interfaces are independent of each other. Each comment states the default for classes without the
+// interface.
 //
 // The general model is generalised Gauss-Newton. The cost has gradient g = J^T s and curvature H = J^T W J. s is the
 // derivative of the loss with respect to the residuals r. W approximates its second derivative: a symmetric positive
@@ -47,7 +48,7 @@ template <Backend B>
 class WithBounds {
  public:
   virtual ~WithBounds() = default;
-  // False if this object has no bounds.
+  // False if this object has no bounds although its class supports them.
   virtual bool has_bounds() const { return true; }
   // True if x violates no bound.
   virtual bool IsFeasible(typename B::ConstVectorView x) = 0;
@@ -55,7 +56,7 @@ class WithBounds {
   // entry with equal bounds. Leaves the other entries. negative_gradient (-g) and mask have num_tangent() entries.
   virtual void MaskActiveBounds(typename B::ConstVectorView x, typename B::ConstVectorView negative_gradient,
                                 typename B::VectorView mask) = 0;
-  // Shortens each entry of step that would cross a bound, so that it ends there.
+  // Shortens each entry of step that would cross a bound, so that x (+) step ends at the bound.
   virtual void ClipStep(typename B::ConstVectorView x, typename B::VectorView step) = 0;
 };
 
@@ -67,7 +68,7 @@ template <Backend B>
 class WithFixedCost {
  public:
   virtual ~WithFixedCost() = default;
-  // Their sum is Problem::Cost(x), up to rounding. Both return NaN or infinity if undefined at x.
+  // FixedCost(x) + VariableCost(x) = Problem::Cost(x), up to rounding. Both return NaN or infinity if undefined at x.
   virtual double FixedCost(typename B::ConstVectorView x) = 0;
   virtual double VariableCost(typename B::ConstVectorView x) = 0;
   // Norm of the entries of x that steps can change, for LmOptions::parameter_tolerance.
@@ -77,7 +78,7 @@ class WithFixedCost {
 };
 
 // The variable cost (WithFixedCost) is a sum over units (such as views or residual blocks), and can be evaluated for
-// some units only, which the line search does.
+// some units only, as in the line search.
 // Default: one unit.
 template <Backend B>
 class InUnits {
@@ -92,8 +93,8 @@ class InUnits {
   void CheckUnits(std::span<const Index> units) const;
 };
 
-// The cost is a sum over batches, linearized separately, for random samples of the residuals, and for problems too
-// large to linearize as a whole. The engine calls LinearizeBatch instead of Problem::Linearize.
+// The cost is a sum over batches, and each batch is linearized separately: for random samples of the residuals, or for
+// problems too large to linearize as a whole. The engine calls LinearizeBatch instead of Problem::Linearize.
 // Default: one batch.
 template <Backend B>
 class InBatches {
