@@ -92,7 +92,7 @@ int Complain(const char* message, int status) {
 int main(int argc, char** argv) {
   namespace app = vesta::app;
   app::SecondsSinceStart();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is a write error
+  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit is then a write error
   vesta::ReturnFreedMemoryToSystem();
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures automatic derivatives: one evaluation of a cost function with its Jacobians, by vesta's AutoDiffCost and by
-// ceres::AutoDiffCostFunction, on one thread. The two alternate; times are medians over the rounds.
+// ceres::AutoDiffCostFunction, on one thread. The two alternate; times are medians.
 //
 //   autodiff [--rounds N] [--json FILE]
 #include <ceres/autodiff_cost_function.h>
@@ -23,7 +23,7 @@
 namespace vesta::bench {
 namespace {
 
-// Sums of exponentials, p[0] exp(-p[1] t) + p[2] exp(-p[3] t) + ..., at four times t: mostly calls of exp.
+// Sums of exponentials, p[0] exp(-p[1] t) + p[2] exp(-p[3] t) + ..., at four times t: mostly exp.
 template <int kParameters>
 struct Exponentials {
   template <class T>
@@ -37,7 +37,7 @@ struct Exponentials {
   }
 };
 
-// Four weighted sums over neighbours, as in Rosenbrock's function: only products and sums.
+// Four weighted sums over neighbours, as in Rosenbrock's function, without exp.
 template <int kParameters>
 struct Neighbours {
   template <class T>
@@ -53,7 +53,7 @@ struct Neighbours {
   }
 };
 
-// Evaluates a cost function of either library with all its Jacobians.
+// A cost function of either library with all its Jacobians.
 template <class Cost>
 class Evaluation {
  public:

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the benchmarks of bench/baselines with the same flags as the baselines.
+"""Runs the benchmarks of bench/baselines with the baselines' flags.
 
   bench/baselines.py BUILD_DIR OUT_DIR [--only NAME ...]
 
-Writes OUT_DIR/NAME.json for each: the JSON of the benchmark, and the command line. To compare:
+Writes OUT_DIR/NAME.json for each: the benchmark's JSON and the command line. To compare:
 
   bench/compare.py bench/baselines OUT_DIR
 
@@ -36,7 +36,7 @@ def run(build, name, out):
     subprocess.run([build / "bench" / program, *flags, "--json", path], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
     report = json.loads(path.read_text())
-    # The command and the date come before the long list of rows, where a reader sees them.
+    # Command and date come before the long list of rows.
     head = {"bench": report.pop("bench"), "command": " ".join([f"bench/{program}", *flags]),
             "machine": report.pop("machine"), "commit": report.pop("commit"),
             "date": datetime.date.today().isoformat()}

@@ -33,7 +33,7 @@ void WriteAll(int file, const void* data, std::size_t bytes) {
     std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
   }
   close(out);
-  // Exit without destructors: worker threads may still be waiting.
+  // Without destructors: worker threads may still wait.
   _exit(status);
 }
 

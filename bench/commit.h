@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The version of the sources from which a benchmark was built.
+// The version of the sources of a benchmark.
 #pragma once
 
 namespace vesta::bench {

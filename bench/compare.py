@@ -26,7 +26,7 @@ from pathlib import Path
 LESS, MORE, SAME = "less is better", "more is better", "any change is a failure"
 
 # For each benchmark: "key", the columns that identify a row (by default all text columns); the columns compared as
-# counts and as ratios of times; "rows", (column, prefix): only rows whose column has this prefix are compared.
+# counts and as ratios of times; "rows", (column, prefix): compares only rows with this prefix.
 RULES = {
     "toy_vs_ceres": {
         "counted": {"digits, vesta": MORE, "iterations, vesta": LESS},
@@ -46,7 +46,7 @@ RULES = {
         "key": ["problem", "threads", "solver"],
         "counted": {"final cost": LESS, "iterations": LESS, "inner": LESS},
         "rows": ("solver", "vesta"),
-        # The value of a target is a time of Ceres divided by a time of vesta.
+        # A target's value is a time of Ceres divided by a time of vesta.
         "targets": MORE,
     },
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the photometric loss of one view of 504 x 378 pixels in single precision, on one and two threads.
+// Measures the photometric loss of one view of 504 x 378 pixels in float, on one and two threads.
 //
 //   image_loss [--json FILE]
 #include <functional>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr ImageShape kShape{.width = 504, .height = 378};
 
-// A pattern with detail at every scale of the SSIM window; values are in [0, 1].
+// Detail at every scale of the SSIM window; values in [0, 1].
 HostBuffer<float> Pattern(Index step) {
   HostBuffer<float> image(kShape.NumValues());
   for (Index i = 0; i < image.size(); ++i) image[i] = static_cast<float>(i * step % 1009) / 1009.0f;
@@ -26,7 +26,7 @@ class LossTimes {
  public:
   LossTimes() {
     loss_.Linearize(rendered_, truth_, kShape, out_, w_);
-    // Measure two threads first: a second thread that starts late may be scheduled on the core of the first.
+    // Two threads first: a second thread that starts late may be scheduled on the core of the first.
     const std::vector<double> two = Times(2), one = Times(1);
     SetNumThreads(2);
     const double vectors = static_cast<double>(kShape.NumValues()) / 16.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem whose Jacobian Ceres could not store: an image of 2048 x 2048 pixels is recovered from three coded
-// exposures. It is solved matrix-free and compared with the image that generated the exposures.
+// A problem whose Jacobian Ceres could not store: recovers an image of 2048 x 2048 pixels from three coded exposures,
+// matrix-free, and compares it with the image that generated them.
 //
 //   bench/matrix_free_at_scale [--side 2048] [--frames 3] [--threads 0] [--json FILE]
 #include <fmt/format.h>
@@ -22,11 +22,11 @@ using B = CpuBackend<double>;
 
 constexpr double kGib = 1024.0 * 1024.0 * 1024.0;
 
-// Difference between the recovered light and the light that generated the counts.
+// Differences between the recovered light and the true one.
 struct Errors {
   double largest_relative = 0;
   double rms = 0;
-  // Upper bound of rms, from the exposures alone: |A e|^2 >= least |e|^2.
+  // Upper bound of rms, from |A e|^2 >= least |e|^2.
   double rms_bound = 0;
 };
 
@@ -80,7 +80,7 @@ void Run(const Arguments& arguments) {
     return CallbackResult::kContinue;
   };
   const LmSummary summary = SolveLm(deconvolution::PhotonImageOptions(), backend, problem, x.view(), print_row);
-  const double peak = PeakMemoryMib() / 1024;  // read before the comparison, which is not part of the solve
+  const double peak = PeakMemoryMib() / 1024;  // before the comparison
   fmt::print("{}\n", summary.BriefReport());
   const Errors errors = Compare(side, apertures, x, scene);
   const double stored = problem.stored_jacobian_bytes() / kGib;

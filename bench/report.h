@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Common parts of the benchmarks: the output, a table that --json FILE also writes as JSON, and the command line.
+// Common parts of the benchmarks: a table, which --json FILE also writes as JSON, and the command line.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace vesta::bench {
 using Value = std::variant<std::string, double>;
 using Row = std::vector<std::pair<std::string, Value>>;
 
-// A goal of the benchmark: whether `value` meets it.
+// Whether `value` meets a goal.
 struct Target {
   std::string name;
   double value = 0;
@@ -25,16 +25,16 @@ struct Target {
 
 class Report {
  public:
-  // bench: name of the benchmark.
+  // bench: its name.
   explicit Report(std::string bench) : bench_(std::move(bench)) {}
-  // Adds a row of the table: pairs of column name and value. All rows should have the columns of the first row.
+  // Pairs of column name and value. All rows should have the columns of the first one.
   void Add(Row row) { rows_.push_back(std::move(row)); }
   void AddTarget(Target target) { targets_.push_back(std::move(target)); }
 
-  // Writes all rows and targets added so far as JSON: {"bench", "machine", "commit", "rows", "targets"}. An existing
-  // file is replaced atomically. Does nothing for an empty path. Throws Error if the file cannot be written.
+  // Writes all rows and targets so far as JSON: {"bench", "machine", "commit", "rows", "targets"}. Replaces an existing
+  // file atomically. Does nothing for an empty path. Throws Error if the file cannot be written.
   void WriteJson(const std::string& json_path) const;
-  // Prints the table on standard output, then calls WriteJson.
+  // Prints the table, then calls WriteJson.
   void Finish(const std::string& json_path) const;
 
  private:
@@ -43,14 +43,14 @@ class Report {
   std::vector<Target> targets_;
 };
 
-// The median of at least one value; the upper one of the two middle values of an even number.
+// The median of at least one value; for an even number the upper of the two middle values.
 inline double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-// Returns the median wall-clock time of `repeats` calls of body, in milliseconds, after one call that is not timed.
+// Median wall-clock time of `repeats` calls of body, in milliseconds, after an untimed one.
 template <class Body>
 double MedianMilliseconds(int repeats, const Body& body) {
   body();
@@ -63,12 +63,11 @@ double MedianMilliseconds(int repeats, const Body& body) {
   return Median(std::move(times));
 }
 
-// The command line of a benchmark: flags --name=VALUE or --name VALUE, and positional arguments, which do not begin
-// with --.
+// Flags --name=VALUE or --name VALUE, and positional arguments, which do not begin with --.
 struct Arguments {
-  // known: names of the flags, without --. Throws Error for another flag or a flag without a value.
+  // known: flags without --. Throws Error for another flag or one without a value.
   Arguments(int argc, char** argv, std::vector<std::string> known);
-  // The value of a flag; `fallback` if it is not given.
+  // `fallback` if it is not given.
   std::string Flag(const std::string& name, const std::string& fallback) const;
   // The same, parsed by ParseCount.
   int Count(const std::string& name, int fallback) const;
@@ -79,13 +78,13 @@ struct Arguments {
   std::vector<std::pair<std::string, std::string>> flags_;
 };
 
-// Splits "a,b,c" at the commas; returns an empty list for "".
+// "a,b,c" at the commas; none for "".
 std::vector<std::string> SplitAtCommas(const std::string& text);
-// Parses a whole number from 1 to 10 million. Throws Error (one line with the flag) for any other text.
+// A whole number from 1 to 10 million. Throws Error (one line with the flag) for any other text.
 int ParseCount(const std::string& flag, const std::string& text);
 
-// Calls `body`, the main function of a benchmark, and returns its exit status. If it throws, prints the benchmark's
-// name and the message as one line on stderr and returns 1.
+// Returns the exit status of `body`, the main function of a benchmark. If it throws, prints the benchmark's name and
+// the message as one line on stderr and returns 1.
 int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv);
 
 }  // namespace vesta::bench

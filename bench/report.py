@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Output of the benchmarks written in Python, in the format of bench/report.h: prints targets and writes JSON."""
+"""Output of Python benchmarks in the format of bench/report.h: prints targets and writes JSON."""
 import functools
 import json
 import os

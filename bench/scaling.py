@@ -33,7 +33,7 @@ from pathlib import Path
 import report
 
 MIB = 2**20
-# Open MPI's default btl_tcp_eager_limit in bytes, and a limit that only the longest message of a large bundle exceeds.
+# Open MPI's default btl_tcp_eager_limit in bytes, and one that only the longest message of a large bundle exceeds.
 EAGER, ALL_EAGER = 64 * 1024, 4 * MIB
 SLOW = (1.0, 10.0)  # Gbit/s, milliseconds
 TWO_NODES = Path(__file__).parent.parent / "tools" / "two_nodes.py"
@@ -64,7 +64,7 @@ def exchange_seconds(received_by_two, processes, network, eager=EAGER):
         return 0
     seconds = 0
     for received in received_by_two:
-        message = received * 2 / processes  # bytes from each other process
+        message = received * 2 / processes  # from each other process
         trips = 1 if message <= eager else 3
         seconds += trips * network[1] * 1e-3 + message * (processes - 1) / (network[0] * 1e9 / 8)
     return seconds

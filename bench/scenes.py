@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Trains real scenes and compares the quality with OpenSplat 1.1.5 (CPU mode, 2,000 iterations) on the same images.
-Reports when vesta exceeds OpenSplat's test PSNR and SSIM, and the figures at the end of the run.
+Reports when vesta exceeds OpenSplat's test PSNR and SSIM, and the final figures.
 
   bench/scenes.py PROGRAM SCENES_DIR OUT_DIR [--json FILE] [--only NAME ...] [-- flags for `vesta train`]
 

@@ -42,7 +42,7 @@ def solved(rows):
          str(sum(row["start"] in starts for row in rows))] for name, starts in GROUPS.items()]
 
 
-# Table name: the baseline, and the function that makes headings and cells from its rows.
+# Table name: the baseline, and the function from its rows to headings and cells.
 TABLES = {
     "generated_bundle": ("solver_vs_ceres", columns({
         "solver": "solver", "s to 1.01": "s to 1.01", "s to 1.001": "s to 1.001", "s to 1.00001": "s to 1.00001",

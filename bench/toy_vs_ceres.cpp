@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves small problems to the last digit with vesta and with Ceres's DENSE_QR: NIST's regressions from both of their
-// starts, and the problems of More, Garbow and Hillstrom from 1, 10 and 100 times the standard start and with bounds.
+// Solves small problems to the last digit with vesta and with Ceres's DENSE_QR: NIST's regressions from both starts,
+// and the problems of More, Garbow and Hillstrom from 1, 10 and 100 times the standard start and with bounds.
 //
 //   bench/toy_vs_ceres [--json FILE]
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace vesta::bench {
 namespace {
 
-// Statistics of one group of solves: the number with four correct digits, and the most digits that vesta has fewer.
+// Statistics of one group of solves: how many have four correct digits, and the most digits that vesta has fewer.
 struct Tally {
   int solved = 0, solved_ceres = 0;
   double digits_behind = 0;
@@ -89,7 +89,7 @@ void WithinBounds(Report& report) {
 }
 
 void Run(const Arguments& arguments) {
-  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres logs non-finite residuals; the table shows the outcome
+  FLAGS_minloglevel = google::GLOG_FATAL;  // the table shows non-finite residuals
   Report report("toy_vs_ceres");
   Nist(report);
   MoreGarbowHillstrom(report);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Language standard, warnings, sanitizers and floating-point rules of all C++ targets. For nvcc see cmake/Cuda.cmake.
+# Language standard, warnings, sanitizers and floating-point rules of all C++ targets (nvcc: cmake/Cuda.cmake).
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -12,7 +12,7 @@ endif()
 
 set(options -Wall -Wextra -Wpedantic -Wshadow -Wno-ignored-attributes)
 if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-  # GCC treats each source of a unity build as a header. It warns if a class has members from an unnamed namespace.
+  # GCC treats each source of a unity build as a header, and warns if a class has members from an unnamed namespace.
   list(APPEND options -Wno-subobject-linkage)
 endif()
 if(VESTA_WARNINGS_AS_ERRORS)
@@ -24,17 +24,17 @@ if(PROJECT_IS_TOP_LEVEL AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   list(APPEND options --param=ggc-min-heapsize=1000000)
 endif()
 
-# If the compiler contracted multiply-adds, a template would give different values for float and for dual numbers. A
-# different result of a cut-off test would then drop a whole term. The code calls fused multiply-adds explicitly.
+# Contracted multiply-adds would give different values for float and for dual numbers in one template. A different
+# result of a cut-off test would then drop a whole term. The code calls fused multiply-adds explicitly.
 list(APPEND options -ffp-contract=off)
 
-# Remove the source folder from all file names in the output, so that the bits and the ccache keys do not depend on it.
+# Without the source folder in file names, bits and ccache keys do not depend on it.
 list(APPEND options -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
 
 if(VESTA_SANITIZE)
   list(APPEND options -fsanitize=${VESTA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   if(VESTA_SANITIZE MATCHES address)
-    # The address sanitizer reports these two kinds of errors too.
+    # Reported by the address sanitizer too.
     list(APPEND options -fno-sanitize=null,object-size)
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
       # Alignment checks take a third of the compile time. Only the readers of photographs and splats have them
@@ -44,12 +44,12 @@ if(VESTA_SANITIZE)
   endif()
   set(VESTA_SANITIZED_TEST_OPTIONS -Og -fno-sanitize=alignment)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    # Inline checks take longer to compile than the code itself. Use calls in functions with more than a few checks.
+    # Inline checks take longer to compile than the code. Functions with more than a few checks use calls.
     list(APPEND options --param=asan-instrumentation-with-call-threshold=20)
   endif()
   add_link_options(-fsanitize=${VESTA_SANITIZE})
-  # Under the address sanitizer Eigen would use a different allocator than a static Ceres compiled without the sanitizer,
-  # and the linker would use one of the two for both.
+  # Under the address sanitizer Eigen would use another allocator than a static Ceres without it, and the linker would
+  # use one of the two for both.
   add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:${options}>")

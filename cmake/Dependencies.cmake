@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# All external packages with their minimum versions. ./run installs them on Debian 12.
+# All external packages with minimum versions. ./run installs them on Debian 12.
 find_package(Threads REQUIRED)
 find_package(fmt 9 REQUIRED)
 find_package(xsimd 8 REQUIRED)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # vesta_header_tests(name FOLDERS kernels solver ... [LINK targets ...])
-# Compiles each header in the folders separately, to find headers that rely on the includes of their users, and fails if a
-# header lacks #pragma once. Skips headers that a source of the same name includes first: builds without unity builds, and
-# clang-tidy, check these. The target is not part of a build and compiles all headers; tools/check_headers.py compiles
-# those affected by a change. -O0, because nothing runs.
+# Compiles each header separately, to find headers that rely on the includes of their users, and fails if one lacks
+# #pragma once. Skips headers that a source of the same name includes first: builds without unity builds, and
+# clang-tidy, check these. Not part of a build; tools/check_headers.py compiles those affected by a change. -O0, because
+# nothing runs.
 function(vesta_header_tests name)
   cmake_parse_arguments(ARG "" "" "FOLDERS;LINK" ${ARGN})
   set(sources "")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake --install, and the package for find_package(vesta) (vestaConfig.cmake.in). A build with VESTA_CUDA installs the same
-# libraries, because device code is in separate libraries that are not installed.
+# cmake --install, and the package for find_package(vesta) (vestaConfig.cmake.in). The same with VESTA_CUDA, because
+# device code is in separate libraries that are not installed.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
 

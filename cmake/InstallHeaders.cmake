@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Runs at install time. Copies the headers that match `headers` (patterns relative to source_dir), and all headers that
-# they include, to include_dir. Folders are kept, so that include paths are the same as in the source tree.
+# At install time, copies the headers that match `headers` (patterns relative to source_dir), and all headers that they
+# include, to include_dir, with their folders.
 cmake_policy(VERSION 3.25)
 set(queue "")
 set(found "")

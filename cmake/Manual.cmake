@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The manual page and shell completions, which the program itself prints.
+# The manual page and shell completions, printed by the program.
 set(manual_dir ${PROJECT_BINARY_DIR}/manual)
 set(manual_files "")
 # vesta_printed(FILE DESTINATION arguments...)

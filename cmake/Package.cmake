@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# `cpack -G DEB` in the build folder makes a Debian package of the program, which depends on the libraries it links to.
+# `cpack -G DEB` in the build folder makes a Debian package of the program, which depends on its libraries.
 set(CPACK_PACKAGE_NAME vesta)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")

@@ -16,9 +16,9 @@ function(vesta_library name)
 endfunction()
 
 # vesta_cuda_library(name SOURCES a.cu b.cpp ... [LINK targets ...])
-# Like vesta_library, for device code and code that calls CUDA; adds the library only if VESTA_CUDA is ON. These libraries
-# are separate from the host libraries and are not installed. In every build the tests also compile the sources for the
-# emulated device, with vesta_emulated_library in tests/support/CMakeLists.txt.
+# Like vesta_library, for device code and code that calls CUDA; only if VESTA_CUDA is ON. These libraries are separate
+# from the host libraries and are not installed. In every build the tests also compile the sources for the emulated
+# device (vesta_emulated_library in tests/support/CMakeLists.txt).
 function(vesta_cuda_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   list(TRANSFORM ARG_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
@@ -32,7 +32,7 @@ function(vesta_cuda_library name)
 endfunction()
 
 # vesta_check_alignment(target)
-# Checks alignment under the undefined-behaviour sanitizer, for libraries that read numbers from bytes.
+# Checks alignment under the undefined-behaviour sanitizer, in libraries that read numbers from bytes.
 function(vesta_check_alignment target)
   if(VESTA_SANITIZE MATCHES undefined)
     target_compile_options(${target} PRIVATE -fsanitize=alignment)
@@ -40,15 +40,15 @@ function(vesta_check_alignment target)
 endfunction()
 
 # vesta_no_unity(a.cpp ...)
-# Excludes sources from unity builds (CMAKE_UNITY_BUILD), because they share a name in their unnamed namespaces with
-# another source. Call it in the folder of their target.
+# Excludes sources from unity builds (CMAKE_UNITY_BUILD), because they share a name in unnamed namespaces with another
+# source. Call it in the folder of their target.
 function(vesta_no_unity)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 # vesta_simd_sources(target a.simd.cpp ...)
-# Compiles each file once per instruction set into the target. Everything that such a file defines or instantiates is in
-# the inline namespace VESTA_ISA (kernels/math/isa.h). kernels/core/cpu_dispatch.h selects one at run time.
+# Compiles each file once per instruction set into the target, in the inline namespace VESTA_ISA (kernels/math/isa.h).
+# kernels/core/cpu_dispatch.h selects one at run time.
 function(vesta_simd_sources target)
   set(isas baseline)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
@@ -63,10 +63,10 @@ function(vesta_simd_sources target)
   endif()
   set(flags_sanitized "")
   if(VESTA_SANITIZE MATCHES address)
-    # These files inline thousands of small objects, for which use-after-scope checks take minutes to compile. Their loads
-    # need no alignment. The wider instruction sets have the same arithmetic as the baseline, so only the baseline is
-    # checked for undefined behaviour. Code without inlining, and checks by call of more than 16 bytes, are slow: with
-    # both, tests take three to six times as long.
+    # These files inline thousands of small objects, for which use-after-scope checks take minutes to compile. Their
+    # loads need no alignment. The wider instruction sets have the arithmetic of the baseline, so only the baseline is
+    # checked for undefined behaviour. Code without inlining, and checks by call of more than 16 bytes, are slow: both
+    # together make tests three to six times slower.
     set(flags_sanitized -O1 -finline-functions -finline-small-functions -fno-sanitize-address-use-after-scope
       -fno-sanitize=alignment)
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
@@ -76,7 +76,7 @@ function(vesta_simd_sources target)
     list(APPEND flags_avx512 -fno-sanitize=undefined)
   endif()
   if(VESTA_SANITIZE MATCHES thread)
-    # Without inlining, values go through memory, and the sanitizer checks each access.
+    # Without inlining, values go through memory, where each access is checked.
     set(flags_sanitized -O2)
   endif()
   foreach(isa IN LISTS isas)
@@ -93,15 +93,14 @@ endfunction()
 
 # vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds] [PREFIX p])
 # Adds a test program with one ctest entry per GoogleTest case, named PREFIX + case. Under sanitizers there is one entry
-# for the whole program, because starting it takes longer than most cases. The target tests_<label> builds all programs
-# with this label. A test takes at most 10 s alone on two cores. Its time limit is at least ten times that, so that tests
-# do not fail on a busy machine.
+# for the program, whose start takes longer than most cases. The target tests_<label> builds all programs with this
+# label. A test takes at most 10 s alone on two cores; its time limit is at least ten times that, for busy machines.
 set(VESTA_TEST_LABELS
   unit      # the default
   asan      # runs under the address sanitizer; covers each mechanism once
   threads   # runs under the thread sanitizer; covers each mechanism once
-  ceres     # compares with Ceres, or takes long to compile
-  numerics  # many values through code that unit tests run too
+  ceres     # compares with Ceres, or compiles slowly
+  numerics  # many values through unit-tested code
   data      # whole problems of the field
   memory    # measures memory
   program   # the program `vesta`, as users call it
@@ -126,8 +125,8 @@ function(vesta_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest_main GTest::gmock)
-  # Only the code of the tests has these options, not the tested libraries. Test code need not be fast. Optimising Eigen
-  # takes long, and longer with sanitizer checks; alignment checks alone take a fifth of the compile time.
+  # For the code of the tests only, which need not be fast. Optimising Eigen takes long, and longer with sanitizer
+  # checks; alignment checks alone take a fifth of the compile time.
   if(VESTA_SANITIZE)
     target_compile_options(${name} PRIVATE ${VESTA_SANITIZED_TEST_OPTIONS})
     target_precompile_headers(${name} REUSE_FROM sanitized_test_headers)
@@ -148,7 +147,7 @@ function(vesta_test name)
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX "${ARG_PREFIX}" PROPERTIES TIMEOUT ${ARG_TIMEOUT}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-  # Set labels in a separate file: gtest_discover_tests would treat the second label as the name of a property.
+  # In a separate file: gtest_discover_tests would treat the second label as the name of a property.
   set(labels_file ${CMAKE_CURRENT_BINARY_DIR}/${name}_labels.cmake)
   file(CONFIGURE OUTPUT ${labels_file} @ONLY CONTENT
     "foreach(test IN LISTS @name@_TESTS)\n  set_tests_properties(\"\${test}\" PROPERTIES LABELS \"@ARG_LABELS@\")\nendforeach()\n")
@@ -156,7 +155,7 @@ function(vesta_test name)
 endfunction()
 
 # vesta_commit_source(target variable header)
-# Adds a source to the target that defines the string `variable`, which `header` declares, as the commit of the build.
+# Adds a source to the target that defines the string `variable`, declared in `header`, as the commit of the build.
 function(vesta_commit_source target variable header)
   set(source ${CMAKE_CURRENT_BINARY_DIR}/${target}_commit.cpp)
   add_custom_target(${target}_commit

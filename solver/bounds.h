@@ -15,8 +15,7 @@ namespace vesta {
 
 namespace bounds_internal {
 
-// Functions for one entry x and its bounds, on the host. lower <= upper; an infinity means no bound, and equal bounds
-// fix the entry.
+// One entry x and its bounds, on the host. lower <= upper; an infinity means no bound, equal bounds fix the entry.
 inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
 inline std::string Outside(double x, double lower, double upper) {
   return fmt::format("{} is not within [{}, {}]", x, lower, upper);
@@ -25,15 +24,15 @@ inline std::string Outside(double x, double lower, double upper) {
 inline bool PushedOut(double x, double negative_gradient, double lower, double upper) {
   return lower == upper || (x <= lower && negative_gradient < 0) || (x >= upper && negative_gradient > 0);
 }
-// Returns the step, shortened to end at the bound that it would cross.
+// The step, shortened to end at the bound that it would cross.
 inline double ClippedStep(double x, double step, double lower, double upper) {
   return x + step < lower ? lower - x : x + step > upper ? upper - x : step;
 }
 
 }  // namespace bounds_internal
 
-// Wraps the problem `inner`, which must outlive this object, and adds the bounds lower_k <= x_k <= upper_k. Bounds of
-// `inner` itself are ignored.
+// Adds the bounds lower_k <= x_k <= upper_k to the problem `inner`, which must outlive this object. Bounds of `inner`
+// itself are ignored.
 template <Backend B>
 class BoundedProblem final : public Problem<B>,
                              public OnManifold<B>,
@@ -52,8 +51,8 @@ class BoundedProblem final : public Problem<B>,
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // lower, upper: one entry per parameter; an infinity means no bound. Throws Error unless lower_k <= upper_k for every
-  // k, or if a size is wrong.
+  // lower, upper: one entry per parameter; an infinity means no bound. Throws Error if a size is wrong or lower_k >
+  // upper_k.
   BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper);
 
   Index num_parameters() const override { return inner_.num_parameters(); }
@@ -99,7 +98,6 @@ class BoundedProblem final : public Problem<B>,
 
  private:
   using S = typename B::Scalar;
-  // Returns a copy of x in host memory.
   std::vector<S> Host(ConstVectorView x) const;
 
   ProblemAdaptor<B> inner_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear maps composed of other maps: products, row scaling and column scaling. For example, the Jacobian of Gaussian
-// splatting is the product of three maps, the derivatives of loss, rasterisation and projection.
+// Linear maps composed of others: products, row scaling and column scaling. For example, the Jacobian of Gaussian
+// splatting is the product of the derivatives of loss, rasterisation and projection.
 #pragma once
 
 #include "solver/linear_operator.h"
@@ -8,7 +8,7 @@
 
 namespace vesta {
 
-// The Jacobian J of a linearization as a linear map. The linearization must outlive this object.
+// The Jacobian J of a linearization, which must outlive this object.
 template <Backend B>
 class JacobianMap final : public LinearMap<B> {
  public:
@@ -22,8 +22,7 @@ class JacobianMap final : public LinearMap<B> {
   Linearization<B>& linearization_;
 };
 
-// The matrix product outer * inner: `inner` is applied first. outer.cols() must equal inner.rows(). Both maps must
-// outlive this object.
+// The product outer * inner; outer.cols() must equal inner.rows(). Both maps must outlive this object.
 template <Backend B>
 class ProductMap final : public LinearMap<B> {
  public:
@@ -54,7 +53,7 @@ class ScaledRows final : public LinearMap<B> {
   typename B::Vector work_;
 };
 
-// The map A diag(d). If d has only ones and zeros, this sets columns of A to zero. d has cols() entries; d and A must
+// The map A diag(d), which sets columns of A to zero if d has only ones and zeros. d has cols() entries; d and A must
 // outlive this object.
 template <Backend B>
 class ScaledColumns final : public LinearMap<B> {

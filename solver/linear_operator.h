@@ -6,17 +6,17 @@
 
 namespace vesta {
 
-// Computes the inner products of an iterative solver. With this class, each process stores the whole vectors. A
-// derived class serves vectors that are distributed over processes: each process passes its part (shard), and every
-// process gets the inner product of the whole vectors.
+// Inner products of an iterative solver. Here each process stores the whole vectors. A
+// derived class serves vectors distributed over processes: each process passes its part (shard), and gets the inner
+// product of the whole vectors.
 template <Backend B>
 class InnerProducts {
  public:
   using ConstVectorView = typename B::ConstVectorView;
 
   virtual ~InnerProducts() = default;
-  // The same functions as in VectorBackend (kernels/core/vector_backend.h). The versions with a slot write the result
-  // to it (device memory on a GPU) instead of returning it.
+  // As in VectorBackend (kernels/core/vector_backend.h). The versions with a slot write the result to it (device memory
+  // on a GPU).
   virtual void Dot(ConstVectorView x, ConstVectorView y, typename B::Slot slot) const { B().Dot(x, y, slot); }
   virtual void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, typename B::Slot slot) const {
     B().WeightedDot(w, x, y, slot);
@@ -25,7 +25,7 @@ class InnerProducts {
   virtual bool AllFinite(ConstVectorView x) const { return B().AllFinite(x); }
 };
 
-// A square matrix A, given only by its product y = A x. PCG and preconditioners use this interface.
+// A square matrix A, given only by its product. PCG and preconditioners use this interface.
 template <Backend B>
 class LinearOperator {
  public:
@@ -35,7 +35,7 @@ class LinearOperator {
   virtual void Apply(typename B::ConstVectorView x, typename B::VectorView y) = 0;
 };
 
-// A rectangular matrix A, given only by the products with A and A^T. solver/compose.h combines maps.
+// A rectangular matrix A, given only by its products with A and A^T. solver/compose.h combines maps.
 template <Backend B>
 class LinearMap {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Robust losses rho(s), where s is the squared norm of a residual block. The cost is 1/2 sum rho(s) over the residual
-// blocks. Names, formulas and scales are the same as in Ceres, so costs can be compared directly.
+// blocks. Names, formulas and scales are as in Ceres, so costs can be compared directly.
 #pragma once
 
 #include <memory>
@@ -27,9 +27,9 @@ class TrivialLoss final : public Loss {
   Value Evaluate(double s) const override;
 };
 
-// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In most losses of this file, a > 0 is a norm: residual blocks with a
-// norm above about a get less weight. In ArctanLoss and TolerantLoss, a is a value of s, the squared norm. The
-// constructors throw Error if a scale is out of range.
+// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In most losses here, a > 0 is a norm: residual blocks with a norm above
+// about a get less weight. In ArctanLoss and TolerantLoss, a is a value of s. The constructors throw Error if a scale
+// is out of range.
 class HuberLoss final : public Loss {
  public:
   explicit HuberLoss(double a);
@@ -79,8 +79,8 @@ class TukeyLoss final : public Loss {
   double b_;
 };
 
-// rho = b log(1 + exp((s - a) / b)), minus its value at s = 0. It is nearly 0 for s < a, and nearly s - a for s > a.
-// Here a >= 0, and b > 0 is the width of the transition.
+// rho = b log(1 + exp((s - a) / b)), minus its value at s = 0: nearly 0 for s < a, nearly s - a for s > a. a >= 0, and
+// b > 0 is the width of the transition.
 class TolerantLoss final : public Loss {
  public:
   TolerantLoss(double a, double b);
@@ -111,16 +111,16 @@ class ScaledLoss final : public Loss {
   double weight_;
 };
 
-// Rescales a residual block f and its Jacobian J so that plain least squares on the result has the gradient and the
-// curvature of the robust loss: rho' J^T f and J^T (rho' I + 2 max(rho'', 0) f f^T) J. Source: Triggs, McLauchlan,
-// Hartley, Fitzgibbon, Bundle adjustment: a modern synthesis, 1999, section 4.3. A negative rho'' is ignored, as in
-// Ceres, because it would reduce the curvature, possibly to zero.
+// Rescales a residual block f and its Jacobian J so that plain least squares has the gradient and curvature of the
+// robust loss: rho' J^T f and J^T (rho' I + 2 max(rho'', 0) f f^T) J. Source: Triggs, McLauchlan, Hartley, Fitzgibbon,
+// Bundle adjustment: a modern synthesis, 1999, section 4.3. A negative rho'' is ignored, as in Ceres, because it would
+// reduce the curvature, possibly to zero.
 class LossCorrection {
  public:
   // value: the loss at s = |f|^2.
   LossCorrection(const Loss::Value& value, double s);
-  // Overwrites f (`residuals` values) and J (`residuals` rows, `parameters` columns). J may be row-major or
-  // column-major: J(i, c) is stored at jacobian[i * row_stride + c * column_stride].
+  // Overwrites f (`residuals` values) and J (`residuals` rows, `parameters` columns), where J(i, c) is at jacobian[i *
+  // row_stride + c * column_stride].
   template <class S>
   void Apply(int residuals, int parameters, S* f, S* jacobian, int row_stride, int column_stride) const {
     for (int c = 0; c < parameters; ++c) {

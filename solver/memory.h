@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Predicts the peak memory of a solve, to check that it fits into memory or to choose between settings.
+// Predicts the peak memory of a solve, to check that it fits or to choose between settings.
 #pragma once
 
 #include "solver/lm_options.h"
 
 namespace vesta {
 
-// Memory that a problem needs. All sizes are in the same unit, such as bytes.
+// Memory that a problem needs, all in one unit, such as bytes.
 struct ProblemMemory {
   int batches = 1;
   double vector = 0;         // one vector of num_tangent() entries
-  double linearization = 0;  // the linearization of one batch while it exists
+  double linearization = 0;  // of one batch while it exists
   // Per batch. gram: data that DiagJTJ computes and stores until BlockGram has used them. gram_work: additional work
-  // memory while they are computed.
+  // memory meanwhile.
   double gram = 0, gram_work = 0;
-  // True if BlockGram does not free the data of `gram`. A problem that eliminates a group of parameters needs them
-  // again for each damping, because the diagonal blocks of the Schur complement depend on it.
+  // BlockGram does not free the data of `gram`. A problem that eliminates parameters needs them again for each damping,
+  // because the diagonal blocks of the Schur complement depend on it.
   bool keeps_gram = false;
-  double blocks = 0;                     // the values of a BlockDiagonal of block_groups(); 0 without blocks
-  double cost_work = 0;                  // work memory of one evaluation of the cost
-  double between = 0;                    // memory that the caller uses between iterations, as in its callback
+  double blocks = 0;                     // values of a BlockDiagonal of block_groups(); 0 without blocks
+  double cost_work = 0;                  // one evaluation of the cost
+  double between = 0;                    // used by the caller between iterations, as in its callback
   bool has_own_right_hand_side = false;  // WithOwnRightHandSide
   bool has_own_metric = false;           // WithDampingMetric; its work memory is negligible
 };
@@ -27,7 +27,7 @@ struct ProblemMemory {
 // Number of linearizations that exist at the same time.
 int HeldLinearizations(const LmOptions& options, int batches);
 
-// Returns an upper bound on the memory of an LmStepper, in the unit of `problem`. It includes x and the linearizations.
+// Returns an upper bound on the memory of an LmStepper, in the unit of `problem`, including x and the linearizations.
 // It is valid for problems without bounds whose steps have the size of x, solved by PCG with Jacobi, block Jacobi or no
 // preconditioner. Two cases need more memory. If H has zero columns, one more vector (a mask) exists while a system is
 // prepared. Near the minimum, the gradient decides whether a step is accepted (LmStepper); the linearizations at two

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A least-squares problem, as two small base classes that the user implements: Problem and Linearization. All further
+// A least-squares problem: two small base classes that the user implements, Problem and Linearization. All further
 // interfaces are optional (solver/problem_interfaces.h).
 //
-// The engine minimises Cost(x) = 1/2 |r(x)|^2, where r(x) are the residuals. It uses products with J, the Jacobian of
-// r, and never forms J. Example with Multiply(x, y, out): out_k = x_k y_k, and Axpby(a, x, b, y): y = a x + b y. The
-// residuals are r_k = x_k^2 - c_k for every k, so J = diag(2 x).
+// The engine minimises Cost(x) = 1/2 |r(x)|^2 with the residuals r(x). It uses products with the Jacobian J of r, and
+// never forms J. Example with Multiply(x, y, out): out_k = x_k y_k, and Axpby(a, x, b, y): y = a x + b y. The residuals
+// are r_k = x_k^2 - c_k, so J = diag(2 x).
 //
 //   using B = vesta::CpuBackend<double>;
 //   struct RootsAtX final : vesta::Linearization<B> {
@@ -38,7 +38,7 @@
 
 namespace vesta {
 
-// A problem linearized at one x: the residuals and products with J. Its sizes never change.
+// A problem linearized at one x. Its sizes never change.
 template <Backend B>
 class Linearization {
  public:
@@ -49,13 +49,13 @@ class Linearization {
   virtual Index num_residuals() const = 0;
   // Columns of J: the number of entries of a step.
   virtual Index num_parameters() const = 0;
-  // The residuals r at x, num_residuals() entries. Valid as long as this object.
+  // The residuals r at x. Valid as long as this object.
   virtual ConstVectorView residuals() const = 0;
-  // u = J v. v has num_parameters() entries, u has num_residuals(). Overwrites u.
+  // u = J v: v has num_parameters() entries, u num_residuals(). Overwrites u.
   virtual void ApplyJ(ConstVectorView v, VectorView u) = 0;
-  // g = J^T u. u has num_residuals() entries, g has num_parameters(). Overwrites g.
+  // g = J^T u: u has num_residuals() entries, g num_parameters(). Overwrites g.
   virtual void ApplyJT(ConstVectorView u, VectorView g) = 0;
-  // d_k = (J^T J)_kk, or an estimate of the same magnitude. With weights W (WithLossWeights): (J^T W J)_kk. d has
+  // d_k = (J^T J)_kk, or an estimate of its magnitude; with weights W (WithLossWeights): (J^T W J)_kk. d has
   // num_parameters() entries. Overwrites d.
   virtual void DiagJTJ(VectorView d) = 0;
 };
@@ -70,11 +70,11 @@ class Problem {
 
   // Number of entries of x.
   virtual Index num_parameters() const = 0;
-  // Returns the cost at x, summed over all residuals (all batches). If the cost is undefined at x, returns NaN or
-  // infinity and does not throw; a step to x is then rejected.
+  // The cost at x over all residuals (all batches). If it is undefined at x, returns NaN or infinity and does not
+  // throw; a step to x is then rejected.
   virtual double Cost(ConstVectorView x) = 0;
-  // Linearizes at x; must not return null. The engine does not move or change x while the linearization exists. If a
-  // derivative is NaN or infinite, the solve ends as LmStatus::kNonFinite.
+  // Linearizes at x; must not return null. x does not change while the linearization exists. If a derivative is NaN or
+  // infinite, the solve ends as LmStatus::kNonFinite.
   virtual std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) = 0;
 
  protected:

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Optional interfaces of problems and linearizations (solver/problem.h).
 //
-// A class derives from Problem or Linearization and from each interface that it supports. The engine finds the
-// interfaces itself, once per object. They are independent of each other. The comment of each interface states the
-// default for classes that do not derive from it.
+// A class derives from Problem or Linearization and from each interface that it supports. The engine finds these once
+// per object. The interfaces are independent of each other. Each comment states the default for classes without the
+// interface.
 //
-// The general model is generalised Gauss-Newton. The cost has gradient g = J^T s and curvature H = J^T W J. Here s is
-// the derivative of the loss with respect to the residuals r. W approximates the second derivative. It is a symmetric
-// positive semidefinite matrix, with one row and column per residual. In plain least squares, the cost is 1/2 |r|^2,
-// with s = r and W = I.
+// The general model is generalised Gauss-Newton. The cost has gradient g = J^T s and curvature H = J^T W J. s is the
+// derivative of the loss with respect to the residuals r. W approximates its second derivative: a symmetric positive
+// semidefinite matrix, with one row and column per residual. In plain least squares, the cost is 1/2 |r|^2, with s = r
+// and W = I.
 #pragma once
 
 #include <memory>
@@ -36,7 +36,7 @@ class OnManifold {
   virtual ~OnManifold() = default;
   // Number of entries of a step.
   virtual Index num_tangent() const = 0;
-  // out = x (+) delta, the point that the step delta leads to from x. delta has num_tangent() entries, x and out have
+  // out = x (+) delta, the point to which the step delta leads from x. delta has num_tangent() entries, x and out have
   // num_parameters(). out does not overlap x or delta. If the problem has bounds, Plus clamps out to them.
   virtual void Plus(B& backend, typename B::ConstVectorView x, typename B::ConstVectorView delta,
                     typename B::VectorView out) = 0;
@@ -53,8 +53,7 @@ class WithBounds {
   // True if x violates no bound.
   virtual bool IsFeasible(typename B::ConstVectorView x) = 0;
   // Sets mask to 0 for each entry of x that is at a bound and that a step along -g would move across it, and for each
-  // entry whose bounds are equal. Does not change the other entries of mask. negative_gradient (-g) and mask have
-  // num_tangent() entries.
+  // entry with equal bounds. Leaves the other entries. negative_gradient (-g) and mask have num_tangent() entries.
   virtual void MaskActiveBounds(typename B::ConstVectorView x, typename B::ConstVectorView negative_gradient,
                                 typename B::VectorView mask) = 0;
   // Shortens each entry of step that would cross a bound, so that x (+) step ends at the bound.
@@ -62,15 +61,14 @@ class WithBounds {
 };
 
 // Some entries of x are constant, and a part of the cost, the fixed cost, depends on them alone. The engine evaluates
-// it once per solve (LmSummary::fixed_cost). Stopping tests, gain ratios and the tests of rounding use the variable
-// cost, which is the rest. Linearizations and units (InUnits) belong to the variable cost.
+// it once per solve (LmSummary::fixed_cost). Stopping tests, gain ratios and the tests of rounding use the rest, the
+// variable cost. Linearizations and units (InUnits) belong to the variable cost.
 // Default: no fixed cost; every entry of x is variable.
 template <Backend B>
 class WithFixedCost {
  public:
   virtual ~WithFixedCost() = default;
-  // FixedCost(x) + VariableCost(x) = Problem::Cost(x), up to rounding. Both return NaN or infinity if they are
-  // undefined at x.
+  // FixedCost(x) + VariableCost(x) = Problem::Cost(x), up to rounding. Both return NaN or infinity if undefined at x.
   virtual double FixedCost(typename B::ConstVectorView x) = 0;
   virtual double VariableCost(typename B::ConstVectorView x) = 0;
   // Norm of the entries of x that steps can change, for LmOptions::parameter_tolerance.
@@ -80,14 +78,14 @@ class WithFixedCost {
 };
 
 // The variable cost (WithFixedCost) is a sum over units (such as views or residual blocks), and can be evaluated for
-// some units only. The line search uses this.
+// some units only, as in the line search.
 // Default: one unit.
 template <Backend B>
 class InUnits {
  public:
   virtual ~InUnits() = default;
   virtual Index num_units() const = 0;
-  // Returns the cost of these units. Their indices are in ascending order without repeats.
+  // The cost of these units, whose indices are ascending without repeats.
   virtual double Cost(typename B::ConstVectorView x, std::span<const Index> units) = 0;
 
  protected:
@@ -95,9 +93,8 @@ class InUnits {
   void CheckUnits(std::span<const Index> units) const;
 };
 
-// The cost is a sum over batches, and each batch is linearized separately. Batches are for random samples of the
-// residuals, and for problems too large to linearize as a whole. The engine calls LinearizeBatch instead of
-// Problem::Linearize.
+// The cost is a sum over batches, and each batch is linearized separately: for random samples of the residuals, or for
+// problems too large to linearize as a whole. The engine calls LinearizeBatch instead of Problem::Linearize.
 // Default: one batch.
 template <Backend B>
 class InBatches {
@@ -107,24 +104,23 @@ class InBatches {
   // batch: 0 to num_batches() - 1. Otherwise as Problem::Linearize.
   virtual std::unique_ptr<Linearization<B>> LinearizeBatch(typename B::ConstVectorView x, int batch) = 0;
   // Called before the first batch is linearized at a new x. `turn` is 0 at the first x of a solve, then 1, 2, and so
-  // on. A problem that uses a random sample of its residuals draws it here and keeps it until the next call.
+  // on. A problem with random samples of its residuals draws one here and keeps it until the next call.
   virtual void OnNewPoint(int /*turn*/) {}
 
  protected:
   // Throws Error if the batch is out of range.
   void CheckBatch(int batch) const;
-  // For use in Problem::Linearize. Throws Error if there are several batches.
+  // For Problem::Linearize. Throws Error if there are several batches.
   std::unique_ptr<Linearization<B>> LinearizeOnlyBatch(typename B::ConstVectorView x);
 };
 
-// The problem's own damping metric, the diagonal matrix D in (H + lambda D) step = -g.
+// The problem's own damping metric: the diagonal matrix D in (H + lambda D) step = -g.
 // Default: D = diag(H), clamped to a range (DampingMetricOptions).
 template <Backend B>
 class WithDampingMetric {
  public:
   virtual ~WithDampingMetric() = default;
-  // D: num_tangent() entries. diag_h: diag(H) summed over the batches. Returns false, without writing D, to use the
-  // default.
+  // diag_h: diag(H) summed over the batches. Returns false, without writing D, to use the default.
   virtual bool DampingMetric(typename B::ConstVectorView x, typename B::ConstVectorView diag_h,
                              typename B::VectorView D) = 0;
 };
@@ -135,7 +131,7 @@ template <Backend B>
 class WithPreconditioner {
  public:
   virtual ~WithPreconditioner() = default;
-  // Called once for each x that is linearized. Returns null to use the default.
+  // Called once per linearized x. Null means the default.
   virtual std::unique_ptr<Preconditioner<B>> MakePreconditioner() = 0;
 };
 
@@ -145,13 +141,13 @@ template <Backend B>
 class WithSparseCholesky {
  public:
   virtual ~WithSparseCholesky() = default;
-  // Called once for each x that is linearized. Returns null if this object has no factor. Throws Error if the factor
-  // would be too large.
+  // Called once per linearized x. Returns null if this object has no factor. Throws Error if the factor would be too
+  // large.
   virtual std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() = 0;
 };
 
-// Names of step entries and residuals for error messages, one line each. An empty string means the default name.
-// Default: "entry 4 of the step", "residual 4".
+// Names of step entries and residuals for error messages, one line each. An empty string means the default: "entry 4 of
+// the step", "residual 4".
 class WithNames {
  public:
   virtual ~WithNames() = default;
@@ -160,8 +156,7 @@ class WithNames {
   virtual std::string NameResidual(int /*batch*/, Index /*row*/) { return ""; }
 };
 
-// Explanations for the error messages of a failed solve, one line each. An empty string means that there is no
-// explanation.
+// Explanations for the error messages of a failed solve, one line each; empty: none.
 // Default: no explanations.
 template <Backend B>
 class Describes {
@@ -172,7 +167,7 @@ class Describes {
   virtual std::string DescribeNonFinite(typename B::ConstVectorView /*x*/, bool /*jacobians*/) { return ""; }
   // Describes an entry of x that violates its bound.
   virtual std::string DescribeInfeasible(typename B::ConstVectorView /*x*/) { return ""; }
-  // Describes a parameter that no step from x can change. For example, a quaternion of zeros stays zero.
+  // Describes a parameter that no step from x can change, such as a quaternion of zeros.
   virtual std::string DescribeDegenerate(typename B::ConstVectorView /*x*/) { return ""; }
 };
 
@@ -181,7 +176,7 @@ class Describes {
 class Collective {
  public:
   virtual ~Collective() = default;
-  // Returns whether `mine` is true on any process. Collective: every process must call it.
+  // Whether `mine` is true on any process. Collective: every process must call it.
   virtual bool OnAnyProcess(bool mine) = 0;
 };
 
@@ -205,11 +200,11 @@ class WithLossWeights : public WithGradient<B> {
  public:
   // Wu = W u; both have num_residuals() entries.
   virtual void ApplyW(typename B::ConstVectorView u, typename B::VectorView Wu) = 0;
-  // False if this object is plain least squares although its class supports weights.
+  // False if this object is plain least squares.
   virtual bool weighted() const { return true; }
 };
 
-// Computes products with H in one pass, faster than ApplyJ, ApplyW and ApplyJT in sequence.
+// Products with H in one pass, faster than ApplyJ, ApplyW and ApplyJT.
 // Default: these three calls.
 template <Backend B>
 class WithProductH {
@@ -217,7 +212,6 @@ class WithProductH {
   virtual ~WithProductH() = default;
   // Hv = J^T W J v. Overwrites Hv.
   virtual void ApplyH(typename B::ConstVectorView v, typename B::VectorView Hv) = 0;
-  // Returns v^T H v.
   virtual double Curvature(typename B::ConstVectorView v) {
     typename B::Vector Hv(v.size());
     ApplyH(v, Hv);
@@ -233,22 +227,21 @@ class WithBlocks {
   virtual ~WithBlocks() = default;
   // The groups cover each parameter exactly once. Empty if this object has no blocks.
   virtual std::vector<BlockGroup> block_groups() const = 0;
-  // Writes the diagonal blocks of J^T W J to `blocks`, which has the groups of block_groups() and is zero before the
-  // call.
+  // Writes the diagonal blocks of J^T W J to `blocks`, which has these groups and is zero before.
   virtual void BlockGram(BlockDiagonal<B>& blocks) = 0;
-  // True if DiagJTJ returns the diagonal of these blocks and costs as much as BlockGram.
+  // True if DiagJTJ is the diagonal of these blocks and costs as much as BlockGram.
   virtual bool blocks_give_diagonal() const { return false; }
 };
 
-// The last parameters of a step can be eliminated, because their part of H is block-diagonal. An example is the points
-// of bundle adjustment. For LinearSolverKind::kReducedPcg, which needs a problem with one batch and without bounds.
+// The last parameters of a step can be eliminated, because their part of H is block-diagonal, such as the points of
+// bundle adjustment. For LinearSolverKind::kReducedPcg, which needs a problem with one batch and without bounds.
 // Default: no parameter is eliminated.
 template <Backend B>
 class WithReducedSystem {
  public:
   virtual ~WithReducedSystem() = default;
-  // Returns the damped system without these parameters (solver/reduced_system.h). This object must outlive it. Returns
-  // null if there are no such parameters.
+  // The damped system without these parameters (solver/reduced_system.h), which this object must outlive. Null if there
+  // are no such parameters.
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() = 0;
 };
 

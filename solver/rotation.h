@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conversions between rotation vectors (angle-axis), quaternions and rotation matrices, and rotations of points. Names,
-// arguments and memory layouts are the same as in ceres/rotation.h.
+// arguments and memory layouts are as in ceres/rotation.h.
 //
 // A rotation vector is the axis times the angle in radians. Quaternions are w, x, y, z. T is any scalar type whose
 // comparisons return bool: double, Dual, ceres::Jet. Values and first derivatives are accurate to rounding for every
-// rotation, also at the identity and near it; Ceres's derivatives have errors of up to 1e-8 near the identity.
-// QuaternionProduct and CrossProduct, which Ceres declares here too, come from the included headers.
+// rotation; Ceres's derivatives have errors of up to 1e-8 near the identity. QuaternionProduct and CrossProduct, which
+// Ceres declares here too, come from the included headers.
 #pragma once
 
 #include <cmath>
@@ -14,13 +14,13 @@
 #include "kernels/math/rotation_vector.h"
 
 // The functions call each other as vesta::F, because argument-dependent lookup of a ceres::Jet also finds ceres::F.
-// They are in a namespace of their own, so that the lookup of a Dual in ceres/rotation.h does not find them.
+// Their own namespace hides them from the lookup of a Dual in ceres/rotation.h.
 namespace vesta {
 namespace rotation {}
 using namespace rotation;
 namespace rotation {
 
-// A 3 x 3 matrix in memory: entry (row, column) is pointer[row * row_stride + column * col_stride].
+// A 3 x 3 matrix in memory, with entry (row, column) at pointer[row * row_stride + column * col_stride].
 template <class T, int row_stride, int col_stride>
 struct MatrixAdapter {
   T* pointer;
@@ -136,7 +136,7 @@ VESTA_HD void AngleAxisToRotationMatrix(const T* angle_axis, T* R) {
 }
 
 // R = Rz(euler[2]) Ry(euler[1]) Rx(euler[0]), rotations about the axes z, y and x by angles in degrees. Without an
-// adapter, entry (i, k) of R is R[i * row_stride + k].
+// adapter, entry (i, k) is R[i * row_stride + k].
 template <class T, int row_stride, int col_stride>
 VESTA_HD void EulerAnglesToRotationMatrix(const T* euler, const MatrixAdapter<T, row_stride, col_stride>& R) {
   using std::cos, std::sin;
@@ -168,7 +168,7 @@ VESTA_HD void UnitQuaternionRotatePoint(const T q[4], const T pt[3], T result[3]
   for (int i = 0; i < 3; ++i) result[i] = pt[i] + q[0] * twice[i] + turned[i];
 }
 
-// The same for any q other than 0, whose length does not count.
+// The same for any q except 0, of any length.
 template <class T>
 VESTA_HD void QuaternionRotatePoint(const T q[4], const T pt[3], T result[3]) {
   T unit[4];

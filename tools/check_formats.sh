@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Checks the compact splat formats (.spz, .compressed.ply) against other programs: spz-js and
-# @playcanvas/splat-transform, which npm installs in FOLDER. These programs read vesta's files, and vesta reads theirs.
-# Prints sizes, counts, errors of the means, and the PSNR on SCENE. Needs node, npm and a network. Not part of .ci/run.
+# @playcanvas/splat-transform, which npm installs in FOLDER, and vesta read each other's files. Prints sizes, counts,
+# errors of the means, and the PSNR on SCENE. Needs node, npm and a network. Not part of .ci/run.
 #   tools/check_formats.sh VESTA SPLAT SCENE [FOLDER]        FOLDER: working folder; default: a temporary one
 set -euo pipefail
 
@@ -18,8 +18,7 @@ cd "$folder"
 
 transform() { node node_modules/@playcanvas/splat-transform/bin/cli.mjs --quiet --overwrite "$@" >/dev/null; }
 
-# Converts with spz-js, which does not change the coordinate frame. The frame of .spz is y up and z backward, which is the
-# frame of .ply rotated by 180 degrees about x.
+# spz-js does not change the frame. The frame of .spz is y up and z backward, which is the frame of .ply rotated by 180 degrees about x.
 cat >spz_js.mjs <<'EOF'
 import { createReadStream, readFileSync, writeFileSync } from 'fs';
 import { Readable } from 'stream';
@@ -34,8 +33,8 @@ writeFileSync(to, Buffer.from(bytes));
 EOF
 spz_js() { node spz_js.mjs "$@"; }
 
-# Compares two .ply files of floats: number of Gaussians, and the median and maximum distance from a mean of the first to
-# the nearest mean of the second, as their order may differ.
+# Compares two .ply files of floats: number of Gaussians, and the median and maximum distance from a mean of the first
+# to the nearest mean of the second.
 cat >means.mjs <<'EOF'
 import { readFileSync } from 'fs';
 const means = (path) => {
@@ -65,7 +64,7 @@ console.log(`${a.length} and ${b.length} Gaussians; errors of the means: ${far[a
 EOF
 
 background=$(sed -n 's/^comment vesta background \(.*\) \(.*\) \(.*\)$/\1,\2,\3/p;/^end_header/q' "$splat" | tr -d '\0')
-# evaluate NAME FILE: prints the size of FILE and its PSNR on test and training views, with the background of SPLAT.
+# evaluate NAME FILE: prints size and PSNR on test and training views, with the background of SPLAT.
 evaluate() {
   "$vesta" eval "$2" "$scene" --background="${background:-0,0,0}" |
     awk -v name="$1" -v bytes="$(stat -c %s "$2")" '/^test/ { test = $3 } /^train/ { train = $3 }
@@ -89,7 +88,7 @@ for format in spz compressed.ply; do
 done
 
 echo "-- read by vesta"
-# Rotate first, because spz-js does not change the frame.
+# spz-js does not change the frame.
 transform original.ply --rotate 180,0,0 turned.ply
 spz_js turned.ply spz_js.spz
 spz_js original.ply spz_js.compressed.ply

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles separately each header that changed since a base commit, or that includes a changed one, even indirectly.
+"""Compiles each header that changed since a base commit, or includes a changed one, even indirectly.
 
   tools/check_headers.py BUILD_DIR [--base COMMIT]
 
-This finds headers that rely on includes of their users. All headers are compiled without a base, if the base is the
-current commit, or if the rules for compiling headers changed. BUILD_DIR must be configured with Ninja
+This finds headers that rely on includes of their users. Compiles all headers without a base, if it is the current
+commit, or if the rules for compiling headers changed. BUILD_DIR must be configured with Ninja
 (cmake/HeaderTests.cmake).
 """
 import argparse
@@ -39,7 +39,7 @@ def main():
     args = parser.parse_args()
     sources = args.build_dir / "tests/headers"
     names = sorted(str(path.relative_to(sources))[:-len(".cpp")] for path in sources.rglob("*.h.cpp"))
-    names = [name for name in names if (ROOT / name).exists()]  # the folder may still contain sources of deleted headers
+    names = [name for name in names if (ROOT / name).exists()]  # the folder may contain sources of deleted headers
     changed = changed_since(args.base)
     what = "all"
     if changed is not None and not any(HOW.fullmatch(name) for name in changed):

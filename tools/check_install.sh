@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Tests the installed package as a user would use it:   tools/check_install.sh BUILD_DIR WORK_DIR
-# Builds the examples against the installed package and runs them, and one with this source tree as a subdirectory.
+# Tests the installed package as a user would:   tools/check_install.sh BUILD_DIR WORK_DIR
+# Builds and runs the examples against the installed package, and one with this source tree as a subdirectory.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 root=$PWD
@@ -18,7 +18,7 @@ fail() {
   echo "check_install.sh: $*" >&2
   exit 1
 }
-# configure SOURCE_DIR BUILD_DIR ARGS... : writes its output to BUILD_DIR/configure.log.
+# configure SOURCE_DIR BUILD_DIR ARGS... : logs to BUILD_DIR/configure.log.
 configure() {
   local source=$1 build=$2
   shift 2

@@ -16,8 +16,8 @@ import re
 import subprocess
 import sys
 
-# Instruction set: names that belong to it, from its inline namespace and xsimd's architecture types. An AVX-512 object
-# must not instantiate xsimd for AVX2, because that name would collide with the AVX2 object's.
+# Instruction set: its names, from its inline namespace and xsimd's architecture types. An AVX-512 object must not
+# instantiate xsimd for AVX2: the name would collide with the AVX2 object's.
 OWN = {
     "avx2": re.compile(r"\bvesta::(\w+::)*avx2::|\bxsimd::(avx2|fma3<xsimd::avx2>)"),
     "avx512": re.compile(r"\bvesta::(\w+::)*avx512::|\bxsimd::avx512(bw|dq|cd|f)\b"),

@@ -13,9 +13,9 @@ import re
 import sys
 import tempfile
 
-# ALLOWED lists for each room the other rooms that it may include; a listed room includes its subfolders. A file belongs
-# to the room with the longest matching prefix. A header that lower rooms include, such as the interface between problems
-# and the engine, is a room of its own.
+# ALLOWED lists for each room the other rooms that it may include, with their subfolders. A file belongs to the room
+# with the longest matching prefix. A header that lower rooms include, such as the interface between problems and the
+# engine, is its own room.
 KERNELS = ["kernels/math", "kernels/core"]
 DRAWN = "kernels/gaussian_splatting/"
 INTERNAL = "solver/internal"
@@ -120,9 +120,9 @@ ALLOWED = {
     "bench": ["apps", "splatting", "problems", "solver", "kernels"],
     "tests": ["demo", "bench", "apps", "splatting", "problems", "solver", "kernels"],
 }
-# A header that every room may include: the host-and-device macro, which itself includes nothing.
+# The host-and-device macro, which every room may include.
 OPEN_HEADERS = {"kernels/core/hd.h"}
-# Internal headers that each public header of the engine may include, for its templates and members.
+# Internal headers that public headers of the engine may include, for templates and members.
 NEEDED = {
     "solver/autodiff_manifold.h": ["derivative_passes.h"],
     "solver/block_problem.h": ["blocks/block_structure.h", "normal_equations/preconditioner.h", "normal_equations/step_cost.h"],
@@ -171,7 +171,7 @@ def fault(room, quoted, angled):
         if target is None:
             return f'"{quoted}" is in no room: write include paths relative to the root of the repository'
         seen = [room, *ALLOWED[room]]
-        # A listed room includes its subfolders, except that only programs may include the Ceres bridge.
+        # Only programs may include the Ceres bridge.
         inside = any(target == s or target.startswith(s + "/") for s in seen)
         bridge = target == "solver/ceres" and room not in ("solver/ceres", "apps", "bench", "tests")
         if (not inside or bridge) and quoted not in OPEN_HEADERS:

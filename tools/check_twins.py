@@ -20,8 +20,8 @@ import sys
 ROOMS = ("kernels", "solver", "problems", "splatting")
 HEADERS, SOURCES = (".h", ".cuh"), (".cpp", ".inl", ".cu")
 LIMIT = 0.30
-# Intentional duplicates: each declares a class with the same members as its host twin, so that a template over the
-# backend accepts either. The limit still applies to their source files.
+# Intentional duplicates: classes with the members of their host twins, so that a template over the backend accepts
+# either. The limit still applies to their source files.
 SAME_MEMBERS = {
     "kernels/core/device_buffer.h",
     "kernels/gaussian_splatting/device/device_splat_view.h",

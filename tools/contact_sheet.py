@@ -25,6 +25,6 @@ def sheet(paths):
 if __name__ == "__main__":
     if len(sys.argv) < 3:
         sys.exit("usage: contact_sheet.py SHEET_PNG IMAGE_PNG...")
-    pixels = numpy.ascontiguousarray(sheet(sys.argv[2:]))  # reads all images before writing
+    pixels = numpy.ascontiguousarray(sheet(sys.argv[2:]))  # all images before writing
     image.imsave(sys.argv[1] + ".tmp", pixels, format="png")
     os.replace(sys.argv[1] + ".tmp", sys.argv[1])

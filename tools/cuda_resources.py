@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints the resources of every kernel of a CUDA build as ptxas reports them: registers, stack, spills, shared memory.
+"""Prints ptxas's report on every kernel of a CUDA build: registers, stack, spills, shared memory.
 
   tools/cuda_resources.py BUILD_DIR [--markdown] [--by_architecture]
 
@@ -50,7 +50,7 @@ def readable(names):
     done = subprocess.run(["c++filt"], input="\n".join(names), capture_output=True, text=True, check=True)
     for name in done.stdout.splitlines():
         name = re.sub(r"vesta::|baseline::|device::|splat::|device_passes::|device_updates::|device_density::|gs::|\(anonymous namespace\)::", "", name)
-        # Name a launcher after the kernel that it runs.
+        # A launcher has the name of its kernel.
         match = re.match(r"void (?:RunBlockKernel|RunForEach)<(.*)>\(", name)
         yield match.group(1).strip() if match else name
 

@@ -1,11 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Runs the demo with the built programs: makes a small scene, trains it, renders its test views and plots the
-# convergence of the training.
+# Runs the demo: makes a small scene, trains it, renders its test views and plots the convergence.
 #   tools/demo.sh BUILD_DIR OUT_DIR
 set -eu
 
-# Length of the demo: about a minute and a half on two cores, with both stages.
+# About a minute and a half on two cores, with both stages.
 train_flags="--iterations=2500 --lm_iterations=10"
 
 [ $# -eq 2 ] || { echo "usage: tools/demo.sh BUILD_DIR OUT_DIR" >&2; exit 2; }
@@ -16,7 +15,7 @@ for program in vesta vesta_demo_scene; do
   [ -x "$build_dir/$program" ] || { echo "demo.sh: $build_dir/$program is missing; ./run demo builds it" >&2; exit 1; }
 done
 
-# Debian's Python, because only it has Debian's matplotlib; PATH may have another Python first.
+# Debian's Python has Debian's matplotlib; PATH may have another Python first.
 python=/usr/bin/python3
 [ -x "$python" ] || python=python3
 MPLCONFIGDIR=$(mktemp -d)

@@ -5,9 +5,9 @@
   tools/doxygen_filter.py FILE         prints the header
   tools/doxygen_filter.py --self_test  checks a small header
 
-A block of // lines directly above a declaration documents it. A // comment after a declaration documents that
-declaration, together with the // lines below it in the same column. The block at the top of a file documents the file.
-Comments inside function bodies are not converted. No lines are added or removed, so that Doxygen's line numbers match.
+A block of // lines directly above a declaration documents it, and so does a // comment after it, with the // lines
+below in the same column. The block at the top of a file documents the file. Comments inside function bodies are not
+converted. The number of lines stays, so that Doxygen's line numbers match.
 """
 import pathlib
 import re
@@ -50,7 +50,7 @@ class Scopes:
 
 def converted(lines):
     scopes, out = Scopes(), []
-    column = None  # column of the comment after a declaration, which the next line may continue
+    column = None  # of the comment after a declaration, which the next line may continue
     i = 0
     if lines and "SPDX-License-Identifier" in lines[0]:  # the licence does not describe the file
         out.append("//")

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Fuzzes each target for SECONDS, AT_A_TIME targets in parallel (docs/fuzzing.md). Fails if one finds an error. Inputs
-# that fail, and inputs that reach new code, are saved in OUT.
+# that fail or reach new code are saved in OUT.
 #   tools/fuzz.sh SECONDS [AT_A_TIME [OUT [TARGET ...]]]     needs build/fuzz/fuzz; default OUT: build/fuzz/found
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -14,14 +14,14 @@ if ((${#targets[@]} == 0)); then
   for folder in tests/fuzz/corpus/*/; do targets+=("$(basename "$folder")"); done
 fi
 
-# Use a folder in memory if possible, because each run writes files.
+# In memory if possible, because each run writes files.
 scratch=$(mktemp -d "$([[ -w /dev/shm ]] && echo /dev/shm || echo "${TMPDIR:-/tmp}")/vesta_fuzz.XXXXXX")
 trap 'rm -rf "$scratch"' EXIT
 
 fuzz_one() {
   local name=$1
   mkdir -p "$out/$name"
-  # Use the baseline kernels: the undefined-behaviour sanitizer checks only these.
+  # The undefined-behaviour sanitizer checks only the baseline kernels.
   local status=0
   TMPDIR=$scratch VESTA_SIMD=sse2 UBSAN_OPTIONS=print_stacktrace=1 \
     "build/fuzz/fuzz/$name" -max_total_time="$seconds" -max_len=4096 -timeout=20 -rss_limit_mb=1024 \

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the history of a training run from the metrics.json of `vesta train` or `vesta refine`."""
+"""Reads a training's history from the metrics.json of `vesta train` or `vesta refine`."""
 import json
 import sys
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints the final figures of each stage of a training run: history_table.py DIR/metrics.json"""
+"""Prints the final figures of each stage of a training: history_table.py DIR/metrics.json"""
 import sys
 
 import history

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian 12 packages that a build of vesta needs and that are missing. If none is missing, it needs neither
-# the network nor root.
+# Installs missing Debian 12 packages that a build of vesta needs. If none is missing, it needs neither the network nor
+# root.
 #   tools/install_packages.sh [demo] [tutorial] [ci]     demo: also for the demo's plot; tutorial: also for
 #                                                        tools/tutorial.sh; ci: also the tools of CI
 set -eu

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Plots training loss and PSNR of a training run over time: plot_history.py DIR/metrics.json PLOT.png"""
+"""Plots loss and PSNR of a training over time: plot_history.py DIR/metrics.json PLOT.png"""
 import os
 import sys
 

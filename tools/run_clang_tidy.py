@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs clang-tidy on the sources that changed since a base commit, newest changes first, within a time limit.
+"""Runs clang-tidy on sources that changed since a base commit, newest first, within a time limit.
 
   tools/run_clang_tidy.py BUILD_DIR [--base COMMIT] [--seconds N] [--jobs N]
 

@@ -1,12 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Runs the steps of docs/guide/from_a_film.md, from a film to a splat, on a film that the demo's ray tracer makes. Takes
-# some minutes.
+# Runs the steps of docs/guide/from_a_film.md on a film by the demo's ray tracer. Takes some minutes.
 #   tools/tutorial.sh BUILD_DIR OUT_DIR [--quick] [--given_cameras]
 #     --quick          fewer training iterations
 #     --given_cameras  without film and COLMAP: fewer and smaller images, with the cameras of the ray tracer
-# Needs colmap and, for the films, ffmpeg (Debian packages colmap and ffmpeg). OUT_DIR must not contain results of another
-# run.
+# Needs colmap and, for the films, ffmpeg (Debian packages colmap and ffmpeg). OUT_DIR must not contain results of
+# another run.
 set -eu
 
 usage() { echo "usage: tools/tutorial.sh BUILD_DIR OUT_DIR [--quick] [--given_cameras]" >&2; exit 2; }
@@ -16,7 +15,7 @@ fail() { echo "tutorial.sh: $*" >&2; exit 1; }
 build_dir=$1
 out_dir=$2
 shift 2
-# The film: small images, and a lens like a phone's that distorts by some pixels at the corners.
+# Small images, and a lens like a phone's that distorts by some pixels at the corners.
 frames=48 width=320 height=240 lens=-0.12,0.02,0.001,-0.001
 train_flags= find_cameras=yes
 for flag in "$@"; do
@@ -37,13 +36,13 @@ fi
 films=yes
 has ffmpeg || { films=; echo "No ffmpeg (Debian's package ffmpeg): the images are used directly, and no film is made."; }
 
-# Let COLMAP run without a display.
+# Without a display.
 export QT_QPA_PLATFORM=offscreen
 
 started=$(date +%s)
 step() { printf '\n-- %s   (after %d s)\n' "$*" "$(($(date +%s) - started))"; }
-# say_and COMMAND...: prints and runs a command. quietly LOG COMMAND...: the same, but writes the output to a log, whose end
-# is printed if the command fails.
+# say_and COMMAND...: prints and runs a command. quietly LOG COMMAND...: the same, with the output in a log, whose end
+# is printed on failure.
 say_and() { echo "   $*"; "$@"; }
 quietly() {
   log=$1

@@ -26,11 +26,11 @@ import time
 from pathlib import Path
 
 CANNOT = 77
-# Names unique to this run, because other runs may be active at the same time.
+# Unique to this run.
 NODES = (f"vesta-{os.getpid()}-a", f"vesta-{os.getpid()}-b")
 DEVICES = (f"v{os.getpid()}a", f"v{os.getpid()}b")
 ADDRESSES = ("10.77.0.1", "10.77.0.2")
-# Large packets, so that the script is fast enough.
+# Large packets, for speed.
 MTU = 16000
 
 

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Starts a Slurm cluster of two nodes on this machine, runs a command that submits jobs to it, and stops the cluster:
+# Starts a Slurm cluster of two nodes on this machine, runs a command that submits jobs to it, and stops it:
 #   tools/two_slurm_nodes.sh sbatch --wait job.sh
-# Needs root and, on Debian, the packages slurm-wlm and munge. The exit status is 77 if the cluster cannot be started.
+# Needs root and, on Debian, the packages slurm-wlm and munge. Exit status 77 if the cluster cannot be started.
 # /etc/slurm is neither read nor written.
 set -eu
 
@@ -63,7 +63,7 @@ CONF
 echo "PMIxCliTmpDirBase=$dir/pmix" > "$dir/mpi.conf"
 export SLURM_CONF="$dir/slurm.conf"
 slurmctld -c
-# PMIx uses the same file names on each node, so each node gets its own folder through a mount namespace.
+# PMIx uses the same file names on each node, so each gets its own folder through a mount namespace.
 for node in node1 node2; do
   unshare --mount sh -c 'mount -t tmpfs none "$1" && exec slurmd -N "$2"' sh "$dir/pmix" "$node" || {
     echo "$0: cannot start the nodes; no program was run" >&2

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the animation of the README: the viewer in Chromium orbits the demo's scene once while it is trained. Needs
-Chromium, and ffmpeg with libwebp.
+"""Makes the README's animation: the viewer in Chromium orbits the demo's scene once during its training. Needs Chromium,
+and ffmpeg with libwebp.
 
   tools/viewer_film.py BUILD OUT.webp [--frames N] [--iterations N] [--quality Q]
 
 BUILD is the folder of the programs. The script drags in the page to orbit the scene in N frames. Each frame waits for a
-given training iteration; the early frames, during which most changes, are fewer iterations apart than the later ones.
+training iteration; the early frames, when most changes, are fewer iterations apart.
 """
 import argparse
 import pathlib
@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "apps" / "viewer"))
 from chromium import Browser, find_browser  # noqa: E402
 
-SIZE = (900, 660)  # size of the page in pixels
+SIZE = (900, 660)  # page size, pixels
 FRAMES_A_SECOND = 8
 IS_STILL = "still && !isDrawing && drawn.frames > 0"
 
@@ -30,7 +30,7 @@ def round_the_scene(page, frames, iterations, folder):
     page.wait(f"scene && {IS_STILL}", 120)
     height = page.get("canvas.clientHeight")
     middle = [page.get("canvas.clientWidth") / 2, height / 2]
-    step = 2 * height / frames  # a drag by the height rotates by 180 degrees
+    step = 2 * height / frames  # by the height rotates by 180 degrees
     for k in range(frames):
         iteration = int(0.9 * iterations * (k / frames) ** 2)
         page.wait(f"training.iteration >= {iteration}", 600)

@@ -12,7 +12,7 @@ namespace vesta::app {
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option) {
   if (command.command & (kTrain | kConfig)) return true;
   if (!(command.command & (kRefine | kPrune))) return false;
-  // refine and prune add no Gaussians and keep the model's SH degree and rendering; refine also removes none.
+  // refine and prune add no Gaussians and keep the SH degree and rendering; refine also removes none.
   if (option.name.starts_with("pruning.") && command.command != kPrune) return false;
   return !option.name.starts_with("density.") && option.name != "train.sh_degree" &&
          option.name != "train.background" && option.name != "train.eps2d";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of the commands and flags of the program, and the parsed command line. A flag that is an option of a
-// training is in the table TrainFields() instead (train_options.h).
+// Tables of the commands and flags of the program, and the parsed command line. Flags that are options of a training
+// are in TrainFields() instead (train_options.h).
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace vesta::app {
 
-// Thrown for an invalid command line. what() is one line that says how to correct it.
+// An invalid command line. what() is one line that says how to correct it.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -38,19 +38,19 @@ enum Command : unsigned {
 struct CommandInfo {
   Command command;
   const char* name;
-  std::vector<const char*> arguments;  // positional, all required
+  std::vector<const char*> arguments;  // all required
   const char* summary;
-  const char* output = nullptr;    // placeholder of the value of --out; null: the command does not require --out
+  const char* output = nullptr;    // placeholder of the value of --out; null: --out is not required
   bool repeats = false;            // the last argument may be given more than once
-  const char* optional = nullptr;  // placeholder of an optional last argument; null: none
+  const char* optional = nullptr;  // placeholder of an optional last argument
 };
 const std::vector<CommandInfo>& Commands();
 // Returns the command of this name, or null.
 const CommandInfo* FindCommand(const std::string& name);
-// The command with its required arguments and flags, for help: "vesta train SCENE --out=DIR".
+// The command with its required arguments, for help: "vesta train SCENE --out=DIR".
 std::string UsageForm(const CommandInfo& command);
 
-// --align: the parameters that eval fits to each test view before it measures the quality a second time.
+// --align: the parameters that eval fits to each test view before it measures again.
 enum class Align { kNone, kPose, kPoseAndColor };
 
 // --show: the quantity that render draws.
@@ -62,11 +62,11 @@ enum class Device { kAuto, kCpu, kCuda };
 inline constexpr const char* kDefaultPreset = "balanced";
 inline constexpr const char* kAnyPort = "auto";
 
-// The values of the flags of the program, with their defaults. `vesta help COMMAND` explains each.
+// The values of the flags of the program. `vesta help COMMAND` explains each.
 struct Flags {
   std::string out, json;
   std::string resume;                            // folder of the checkpoint; empty: none
-  std::string checkpoint_every, snapshot_every;  // texts for ParseInterval (checkpointing.h); empty: never
+  std::string checkpoint_every, snapshot_every;  // for ParseInterval (checkpointing.h); empty: never
   bool truth = false;
   // render: the camera path and its output (apps/render/shown_views.h).
   std::string path, size, film;  // empty: the test views, the size of the photographs, no video
@@ -76,21 +76,21 @@ struct Flags {
   // convert: filters (apps/inputs/splat_filters.h).
   std::string box;
   bool clean = false;
-  bool report = true;  // write report.html after a training
-  std::string scene;   // scene folder; empty: report uses the folder in metrics.json, convert none
+  bool report = true;                        // write report.html after a training
+  std::string scene;                         // empty: report uses the folder in metrics.json, convert none
   std::optional<double> max_loss, size_mib;  // prune: exactly one of these two and --keep is given
   std::optional<gs::RefineMethod> method;    // empty: depends on the preset
-  std::string preset;                        // empty: the preset in the file of --config, or kDefaultPreset
+  std::string preset;                        // empty: as in --config, or kDefaultPreset
   std::string config;
-  std::string set;  // always empty; the values of --set are in CommandLine::options
+  std::string set;  // always empty; the values are in CommandLine::options
   bool fixed_model = false;
-  std::optional<std::array<double, 3>> background;  // empty: the value in the splat file
-  std::optional<double> eps2d;                      // empty: the value in the splat file
+  std::optional<std::array<double, 3>> background;  // empty: from the splat file
+  std::optional<double> eps2d;                      // empty: from the splat file
   int downscale = 1;
   // Loading of scenes (apps/inputs/scene_and_splat.h).
   std::string images = "images", test_list;
   bool allow_missing = false;
-  std::optional<int> test_every;          // empty: as the scene defines, or every 8th
+  std::optional<int> test_every;          // empty: as the scene defines, or 8
   std::optional<double> photographs_mib;  // empty: half of the available memory
   Align align = Align::kNone;
   Device device = Device::kAuto;
@@ -111,33 +111,32 @@ struct Flags {
 // The groups of flags, in the order of the help.
 enum class FlagGroup { kInput, kQuality, kOutput, kBrowser, kResources, kOther };
 const char* Heading(FlagGroup group);
-// The group in which the help lists an option of TrainFields() that has a flag of its own name.
+// The group of an option of TrainFields() that has a flag of its own name.
 FlagGroup GroupOf(const schema::FieldInfo& option);
 
 struct FlagRow {
   FlagGroup group;
-  unsigned commands;  // sum of the commands that accept the flag
+  unsigned commands;  // commands that accept the flag
   schema::Field<Flags> field;
-  unsigned rare_for = 0;          // sum of the commands whose help lists the flag only with --all
-  const char* if_bare = nullptr;  // value if the flag is given without "=VALUE"; null: a value is required
+  unsigned rare_for = 0;          // commands whose help lists it only with --all
+  const char* if_bare = nullptr;  // value without "=VALUE"; null: a value is required
 };
 const std::vector<FlagRow>& ProgramFlags();
 
-// A training option from the command line, given by its own flag or by --set.
+// A training option given by its own flag or by --set.
 struct GivenOption {
   const schema::Field<gs::TrainOptions>* field;
-  std::string value;  // checked to be valid for the field
+  std::string value;  // valid for the field
 };
 
 struct CommandLine {
   const CommandInfo* command = nullptr;  // null: `vesta help`
-  std::vector<std::string> arguments;    // positional arguments; for help the topic, if any, and --all
+  std::vector<std::string> arguments;    // positional; for help the topic, if any, and --all
   Flags flags = {};
-  std::vector<GivenOption> options = {};  // in the order of the command line; the last value of a field is used
+  std::vector<GivenOption> options = {};  // in the order of the command line; the last value counts
 };
 
-// Whether the command accepts the training option. train and config accept all. refine and prune reject the options
-// that an existing splat determines.
+// train and config accept all training options. refine and prune reject options that an existing splat determines.
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option);
 
 }  // namespace vesta::app

@@ -141,12 +141,12 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
   try {
     Make();
     Lock();
-    // Includes the extensions of all commands: they may share a folder one after the other.
+    // For all commands, which may share a folder.
     RemoveAbandonedTemporaries(path, [](const std::string& name) {
       const auto ends = [&](const char* extension) { return name.ends_with(extension); };
       return ends(".ply") || ends(".json") || ends(".html") || ends(".vesta") || ends(".png");
     });
-    const AtomicFile probe(File("metrics.json"));  // creates a temporary file and removes it
+    const AtomicFile probe(File("metrics.json"));  // creates and removes a temporary file
   } catch (...) {
     Release();
     throw;
@@ -161,7 +161,7 @@ void OutputFolder::Make() {
     if (folder.has_filename()) made_.insert(made_.begin(), folder.string());
   }
   fs::create_directories(path_, error);
-  // On some systems create_directories does not fail if the path is a file.
+  // create_directories may not fail if the path is a file.
   if (!error && !FolderExists(path_)) error = std::make_error_code(std::errc::not_a_directory);
   if (error)
     Fail(kCannotWrite, "--out={}: cannot be created: {}; choose a folder you can write to", path_, error.message());
@@ -169,7 +169,7 @@ void OutputFolder::Make() {
 
 void OutputFolder::Lock() {
   lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  // If the file system does not support locks, the folder is not locked.
+  // Without locks in the file system, the folder is not locked.
   if (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     Fail(kCannotWrite, "--out={}: another run writes to this folder; wait until it ends, or choose another folder",
          path_);
@@ -202,7 +202,7 @@ void CheckWritable(const char* flag, const std::string& file) {
   const std::string name = path.filename().string();
   RemoveAbandonedTemporaries(FolderOf(path).string(), [&](const std::string& other) { return other == name; });
   try {
-    const AtomicFile probe(file);  // creates a temporary file and removes it
+    const AtomicFile probe(file);  // creates and removes a temporary file
   } catch (const Error& error) {
     Fail(kCannotWrite, "--{}={}", flag, error.what());  // what() begins with the file name
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of the output paths, before a command starts its work. The rules are the same for all commands: an output
-// never overwrites an input, is never inside a folder of the scene, and no two outputs are the same file.
+// Checks the output paths before a command starts its work: an output never overwrites an input and is never inside a
+// folder of the scene, and no two outputs are the same file.
 #pragma once
 
 #include <string>
@@ -12,25 +12,24 @@
 
 namespace vesta::app {
 
-// Collects the input and output paths of a run, then checks the rules.
+// Input and output paths of a run.
 class RunFiles {
  public:
-  // Adds an input file. It need not exist.
+  // It need not exist.
   void Reads(const std::string& file);
-  // Adds a scene that is not loaded yet: the folder itself, its images/ and sparse/.
+  // A scene that is not loaded yet: the folder itself, its images/ and sparse/.
   void ReadsScene(const std::string& folder);
-  // Adds a loaded scene: all its files, and the subfolders of the scene folder that contain them.
+  // A loaded scene: all its files, and the subfolders of the scene folder that contain them.
   void ReadsScene(const std::string& folder, const gs::Scene& scene);
 
-  // Adds an output file, or a folder that will receive files with names not known yet. given: the flag as text for
-  // messages, such as "--out=DIR".
+  // An output file, or a folder for files with names not known yet. given: the flag for messages, such as "--out=DIR".
   void Writes(const std::string& given, const std::string& file);
   void WritesInto(const std::string& given, const std::string& folder);
-  // Adds an output folder that the run may overwrite completely: it must not contain an input.
+  // A folder that the run may overwrite completely: it must not contain an input.
   void WritesFolder(const std::string& given, const std::string& folder);
 
-  // Throws Error (one line with the flag) if a rule is violated, or if an output exists and is of another kind, such as
-  // a folder instead of a file.
+  // Throws Error (one line with the flag) if a rule is violated, or if an output exists as another kind, such as a
+  // folder instead of a file.
   void Check() const;
 
  private:
@@ -49,22 +48,20 @@ class RunFiles {
   std::vector<Output> outputs_;
 };
 
-// The output folder of a run. The constructor creates the folder and its parents, checks that it is writable, locks it
-// against other runs, and removes temporary files of killed runs. The destructor unlocks it. Unless Keep was called, it
-// also removes the folders that the constructor created, if they are empty.
+// The output folder of a run. The constructor creates it with its parents, checks that it is writable, locks it against
+// other runs, and removes temporary files of killed runs. The destructor unlocks it. Unless Keep was called, it also
+// removes the created folders that are empty.
 class OutputFolder {
  public:
-  // Throws Error (one line with the folder) if the folder cannot be created or written, or if another run has locked
-  // it.
+  // Throws Error (one line with the folder) if it cannot be created or written, or if another run has locked it.
   explicit OutputFolder(const std::string& path);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
   const std::string& path() const { return path_; }
-  // The path of a file in the folder.
   std::string File(const std::string& name) const;
-  // Call it when there is a result in the folder.
+  // Call it when the folder has a result.
   void Keep() { made_.clear(); }
 
  private:
@@ -73,18 +70,18 @@ class OutputFolder {
   void Release();
 
   std::string path_;
-  std::vector<std::string> made_;  // folders that the constructor created, outermost first; cleared by Keep
-  int lock_ = -1;                  // file descriptor of the locked folder; -1: not locked
+  std::vector<std::string> made_;  // created folders, outermost first; cleared by Keep
+  int lock_ = -1;                  // file descriptor of the locked folder; -1: none
 };
 
-// The inputs of a command: the files and scenes in its arguments, and the file of --config.
+// The inputs of a command: files and scenes in its arguments, and the file of --config.
 RunFiles FilesOf(const CommandLine& line);
 
-// Returns "--flag=value".
+// "--flag=value".
 std::string FlagText(const char* flag, const std::string& value);
 
-// Throws Error (one line with the flag) if `file`, the value of the flag, cannot be written. Removes temporary files
-// that killed runs left for this file.
+// Throws Error (one line with the flag) if `file`, the value of the flag, cannot be written. Removes its temporary
+// files of killed runs.
 void CheckWritable(const char* flag, const std::string& file);
 
 }  // namespace vesta::app

@@ -38,7 +38,7 @@ std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
   return line;
 }
 
-// The most important numbers come first: a narrow terminal cuts off the rest.
+// The most important numbers come first: narrow terminals cut off the rest.
 std::string FormatBar(const gs::TrainProgress& p, double seconds_left) {
   constexpr std::size_t kWidth = 24;
   const double part = p.iterations > 0 ? std::clamp(static_cast<double>(p.iteration) / p.iterations, 0.0, 1.0) : 1.0;
@@ -99,7 +99,7 @@ std::string OneLine(std::string_view text) {
 
 double TimeLeft::Observe(const gs::TrainProgress& p) {
   if (!started_ || p.stage != stage_) {
-    // A second stage starts when the first one ends. For the first stage, the start of its first iteration is unknown.
+    // The second stage starts when the first one ends. The start of the first iteration is unknown.
     start_iteration_ = started_ ? 0 : p.iteration;
     start_seconds_ = started_ ? latest_seconds_ : p.seconds;
     started_ = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints texts, formatted numbers, and the progress of a training with its remaining time.
+// Prints texts, formatted numbers, and the progress of a training.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,35 +13,35 @@
 
 namespace vesta::app {
 
-// Writes the text. A write error on stdout, such as a full disk, does not end the run; PrintError reports it later.
+// Write errors on stdout, such as a full disk, do not end the run; PrintError reports them.
 void PrintText(std::FILE* out, std::string_view text);
 
 // Discards all further text for stdout (--quiet).
 void DiscardStdout();
 
-// Prints a formatted text to stdout.
+// Prints to stdout.
 template <class... Args>
 void Print(fmt::format_string<Args...> format, Args&&... args) {
   PrintText(stdout, fmt::format(format, std::forward<Args>(args)...));
 }
 
-// Flushes stdout and returns its first write error as one line; empty: none. Call it at the end of the program. A
-// closed pipe is not an error.
+// Flushes stdout and returns its first write error as one line; empty: none. Call it at the end. A closed pipe is not
+// an error.
 std::string PrintError();
 
-// Formats PSNR, SSIM or another figure: "exact" for infinity (PSNR of equal images), "-" for NaN (no value).
+// "exact" for infinity (PSNR of equal images), "-" for NaN (no value).
 std::string Figure(double value, int digits);
-// Formats a difference of two figures with its sign; "-" if it is not finite.
+// A difference of two figures with its sign; "-" if not finite.
 std::string Gain(double difference, int digits);
 
-// Makes the text one line that is safe for a terminal: replaces control characters by "?", and replaces the middle of a
-// text of more than 1000 bytes by "[...]".
+// One line that is safe for a terminal: control characters become "?", and the middle of a text of more than 1000 bytes
+// "[...]".
 std::string OneLine(std::string_view text);
 
 // Estimates the remaining time of a training stage from its mean time per iteration.
 class TimeLeft {
  public:
-  // Call it after each iteration. Returns the remaining seconds of the stage; NaN after its first observed iteration.
+  // Call it after each iteration. Returns the remaining seconds of the stage; NaN at first.
   double Observe(const gs::TrainProgress& progress);
 
  private:
@@ -58,9 +58,9 @@ class ProgressLine {
  public:
   explicit ProgressLine(std::FILE* out);
 
-  // Call it after each iteration; prints if it is time.
+  // Call it after each iteration.
   void Update(const gs::TrainProgress& progress);
-  // Ends the line on a terminal. Call it before printing other text.
+  // Ends the line on a terminal, before other text.
   void Finish();
 
  private:
@@ -71,10 +71,10 @@ class ProgressLine {
   bool line_open_ = false;
   bool started_ = false;
   TimeLeft time_left_;
-  gs::TrainProgress printed_;  // the latest that was printed
+  gs::TrainProgress printed_;  // latest printed
 };
 
-// Formats seconds as "0:07", "12:30" or "1:02:03"; "?" if they are not finite.
+// "0:07", "12:30" or "1:02:03"; "?" if not finite.
 std::string FormatDuration(double seconds);
 
 }  // namespace vesta::app

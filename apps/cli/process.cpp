@@ -27,7 +27,7 @@ void Note(int signal) {
   if (write(STDERR_FILENO, interrupt_message.data(), interrupt_message.size()) < 0) return;  // no stderr
 }
 
-// The reader of stdout has gone: discards further output, so that the run can still write its results.
+// The reader of stdout has gone: discards further output, so that the run can still write results.
 void DropOutput(int) {
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);

@@ -48,8 +48,8 @@ void SetOptions(const Flags& flags, LmOptions& options) {
   if (flags.time_limit > 0) options.max_seconds = std::max(1e-3, flags.time_limit - SecondsSinceStart());
 }
 
-// The GPU solves only problems without a robust loss, and only for --device=cuda: auto is the CPU here, because the two
-// have not been timed against each other.
+// The GPU solves only problems without a robust loss, and only for --device=cuda: auto is the CPU here, because no
+// times of both were compared.
 bool SolvesOnGpu(const Flags& flags) {
   CheckDevice(flags.device);
   if (flags.device != Device::kCuda) return false;
@@ -113,8 +113,8 @@ Adjusted SolveAlone(const bundle::BundleProblemOptions& problem_options, const L
   return {summary, before, RmsError(problem.SquaredError(x), data)};
 }
 
-// Each rank optimises its own points; all ranks optimise the cameras together. data.x is the same on all ranks at the
-// end.
+// Each rank optimises its own points; all ranks optimise the cameras together. At the end data.x is the same on all
+// ranks.
 Adjusted SolveOverRanks(const bundle::BundleProblemOptions& problem_options, const LmOptions& options,
                         bundle::BundleData& data, const LmCallback& callback) {
   constexpr int kParts = 64;
@@ -144,7 +144,7 @@ Adjusted SolveOnGpu(const Flags& flags, bundle::BundleData& data, const LmCallba
   return {summary, before, RmsError(problem.SquaredError(x), data)};
 }
 
-// Writes and prints the result. For rank 0.
+// For rank 0.
 void WriteAdjusted(const Flags& flags, const Adjusted& adjusted, const bundle::BundleData& data, AtomicFile& out,
                    bool on_gpu) {
   bundle::WriteBal(out, data);
@@ -184,7 +184,7 @@ int RunBundleAdjust(const CommandLine& line) {
   CatchInterrupts();
   std::optional<AtomicFile> out;
   if (IsFirstRank()) {
-    // The result is about as long as the input file. Its disk space is reserved before the solve.
+    // The result is about as long as the input. Its disk space is reserved before the solve.
     out.emplace(flags.out);
     out->Reserve(static_cast<std::int64_t>(std::filesystem::file_size(file)));
   }

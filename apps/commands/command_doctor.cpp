@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// doctor: describes a scene, warns about problems, and estimates the time and memory of a training.
+// doctor: describes a scene, warns about problems, and estimates time and memory of a training.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ std::optional<gs::Prediction> Foresee(const gs::Scene& scene, const gs::TrainOpt
   callbacks.predicted = [&](const gs::Prediction& foreseen) { prediction = foreseen; };
   callbacks.stop = [&] { return prediction || SecondsSinceStart() - start > kPatience; };
   const gs::TrainResult result = gs::Train(scene, options, {0, MemoryMib()}, callbacks, StagesOf(device));
-  if (!prediction && !result.stopped) {  // the training ended before a prediction
+  if (!prediction && !result.stopped) {  // it ended before a prediction
     const gs::HistoryRow& last = result.history.back();
     prediction = {.seconds = last.seconds + result.eval_seconds,
                   .mib = PeakMemoryMib(),

@@ -20,7 +20,7 @@ void PrintQuality(const char* name, const gs::Quality& quality) {
   Print("{:<8}{:>4}{:>9}{:>9}\n", name, quality.views, Figure(quality.psnr, 3), Figure(quality.ssim, 4));
 }
 
-// Measures the test views again with fitted cameras, as --align says; nothing for Align::kNone.
+// Measures the test views again with fitted cameras; nothing for Align::kNone.
 std::optional<gs::AlignedEvaluation> MeasureAligned(const PosedModel& posed, Align align) {
   if (align == Align::kNone) return std::nullopt;
   gs::AlignOptions options;

@@ -42,7 +42,7 @@ bool IsGiven(const CommandLine& line, const char* option) {
   return std::ranges::any_of(line.options, [&](const GivenOption& given) { return given.field->name == option; });
 }
 
-// Checks that exactly one goal is given. A goal on the command line overrides pruning.keep_fraction of --config.
+// Checks that exactly one goal is given. It overrides pruning.keep_fraction of --config.
 void CheckOneGoal(const CommandLine& line, const gs::TrainOptions& options) {
   const Flags& flags = line.flags;
   const int own = (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
@@ -60,7 +60,7 @@ std::string GoalText(const Flags& flags, double keep) {
 }
 
 // For --max_loss, or if the training is too short to prune gradually: prunes at once and turns off pruning during the
-// training. Returns a line for the user, or an empty text if it did nothing.
+// training. Returns a line for the user; empty if it did nothing.
 std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedModel& posed) {
   constexpr int kFewIterations = 20;
   const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
@@ -81,7 +81,7 @@ std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedMo
                      posed.model.count, result.rounds, result.cost_after / result.cost_before);
 }
 
-// Applies `change` to the options and the splat, then trains. `change` returns a line for the user, or an empty text.
+// Applies `change` to options and splat, then trains. `change` returns a line for the user; may be empty.
 template <class Change>
 int RefineChanged(const CommandLine& line, const Change& change) {
   const std::string& ply = line.arguments[0];

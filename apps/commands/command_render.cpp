@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// render: renders images of the test views or along a camera path, and optionally a video of the path.
+// render: renders the test views or a camera path, and optionally a video of the path.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ std::unique_ptr<Film> BeginFilm(const Flags& flags, const Frames& frames) {
   return std::make_unique<Film>(flags.film, gs::ImageSize{first.width, first.height}, flags.fps.value_or(kUsualRate));
 }
 
-// Writes the rendered cameras in world coordinates, for programs that process the images further.
+// Writes the rendered cameras in world coordinates, for other programs.
 void WriteCameras(const std::string& file, const gs::Scene& scene, const Frames& frames, const ShownViews& shown,
                   Show show) {
   std::vector<gs::View> cameras;
@@ -92,7 +92,7 @@ int RunRender(const CommandLine& line) {
   ShownViews shown(posed, flags.show);
   Frames frames;
   has_path ? TakePath(flags, posed.scene, &frames) : TakeTestViews(posed.scene, shown, &frames);
-  // The files of a path are not checked one by one: they are many, and each is written atomically.
+  // The files of a path are not checked: they are many, and each is written atomically.
   if (!has_path) {
     for (const std::string& name : frames.names) {
       for (const std::string& file : shown.FilesOf(name)) files.Writes(given, out.File(file));

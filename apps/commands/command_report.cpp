@@ -19,11 +19,10 @@
 namespace vesta::app {
 namespace {
 
-// Finished runs: their splats, loaded again with the scenes they were trained on. Keeps one splat and one scene in
-// memory at a time.
+// Finished runs: their splats, loaded again with their scenes. Keeps one splat and one scene in memory.
 class FinishedRuns {
  public:
-  // scene: the scene folder of all runs; empty: the folder in each metrics.json.
+  // scene: scene folder of all runs; empty: the one in each metrics.json.
   FinishedRuns(const std::vector<std::string>& folders, const std::string& scene) {
     for (const std::string& folder : folders) {
       RunRecord record = ReadRun(folder);
@@ -64,7 +63,7 @@ class FinishedRuns {
     const std::string key = fmt::format("{} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
                                         how.eps2d, flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {
-      scene_.reset();  // frees the memory before the next scene is loaded
+      scene_.reset();  // before the next scene is loaded
       scene_ = gs::LoadScene(run.scene, how);
       scene_key_ = key;
     }

@@ -22,7 +22,7 @@ namespace {
 ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options) {
   const Index least = std::min(scene.points.size(), options.density.max_gaussians);
   const bool grows = options.density.enabled && options.adam.runs();
-  // Few scenes grow by more than this. Disk space for max_gaussians would rarely be needed.
+  // Few scenes grow by more than this; space for max_gaussians would rarely be needed.
   constexpr Index kUsualGrowth = 8, kFew = 50000;
   const Index usual = std::max(kUsualGrowth * least, kFew);
   constexpr int kHighestDegree = 3;
@@ -36,7 +36,7 @@ int RunTrain(const CommandLine& given) {
   CommandLine line = given;
   Flags& flags = line.flags;
   if (!flags.view.empty()) {
-    AddressOfTrainingView(flags);  // fails before any input is read
+    AddressOfTrainingView(flags);  // fails before input is read
     if (NumStartedRanks() > 1)
       Fail(kUnsupported, "--view: not available with several processes; start one process, or leave the flag out");
   }
@@ -49,7 +49,7 @@ int RunTrain(const CommandLine& given) {
       Fail(kNotFound, "{}: no such file; a training run writes it if --checkpoint_every is given", file);
     checkpoint = gs::ReadCheckpoint(file);
     origin = ReadOrigin(*checkpoint);
-    // A resumed training keeps the intervals of the first one, so that it is saved as often.
+    // A resumed training keeps the intervals of the first one.
     if (flags.checkpoint_every.empty()) flags.checkpoint_every = origin->checkpoint_every;
     if (flags.snapshot_every.empty()) flags.snapshot_every = origin->snapshot_every;
     for (const auto& [name, value] : origin->scene_flags) {
@@ -64,7 +64,7 @@ int RunTrain(const CommandLine& given) {
   gs::TrainOptions& options = settings.options;
   if (checkpoint) CheckResumable(*checkpoint, origin->settings, settings);
   CheckSceneFolder(path);
-  // The checkpoint does not count as an input: the next checkpoint may overwrite it.
+  // The checkpoint does not count as an input: the next one may overwrite it.
   const std::string folder = flags.out.empty() ? flags.resume : flags.out;
   std::optional<OutputFolder> out;
   const gs::Scene scene = FirstRankFirst([&] {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of the program, one function each. A command prints its results to stdout and returns the exit status of
-// the program. The parser has checked the number of arguments. Throws Error (one line) for unusable input, and
-// UsageError for flags that do not fit together.
+// The commands of the program. A command prints its results to stdout and returns the exit status. The parser has
+// checked the number of arguments. Throws Error (one line) for unusable input, and UsageError for flags that do not fit
+// together.
 #pragma once
 
 #include "apps/cli/flags.h"

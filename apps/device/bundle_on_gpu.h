@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bundle_adjust on a GPU. Implemented in bundle_on_gpu_cuda.cpp, or in bundle_on_gpu_none.cpp without CUDA.
+// bundle_adjust on a GPU (bundle_on_gpu_cuda.cpp), or the error without CUDA (bundle_on_gpu_none.cpp).
 #pragma once
 
 #include <functional>
@@ -12,9 +12,9 @@ namespace vesta::app {
 // Changes the solver options in place.
 using LmOptionsEdit = std::function<void(LmOptions&)>;
 
-// Solves the bundle adjustment, without a robust loss: data.x is the start and receives the solution. `edit` changes
-// the default solver options for a GPU. `callback` is called after each iteration. Throws Error (one line) if GPU
-// memory is exhausted; data is then unchanged. Call CheckDevice first: a GPU is required.
+// Solves without a robust loss: data.x is the start and receives the solution. `edit` changes the default solver
+// options for a GPU. `callback` is called after each iteration. Throws Error (one line) if GPU memory is exhausted;
+// data is then unchanged. Needs a GPU: call CheckDevice first.
 LmSummary SolveBundleOnGpu(bundle::BundleData& data, const LmOptionsEdit& edit, const LmCallback& callback);
 
 }  // namespace vesta::app

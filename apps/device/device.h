@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The flag --device: selects the CPU or the GPU for a run. Implemented in device_cuda.cpp, or in device_cpu.cpp without
-// CUDA.
+// The flag --device: CPU or GPU. Implemented in device_cuda.cpp, or in device_cpu.cpp without CUDA.
 #pragma once
 
 #include "apps/cli/flags.h"
@@ -9,13 +8,12 @@
 
 namespace vesta::app {
 
-// Throws Error (one line) for --device=cuda if there is no usable GPU.
+// Throws Error (one line) for --device=cuda without a usable GPU.
 void CheckDevice(Device device);
-// Returns the training stages for the GPU if device is cuda, or if it is auto and a GPU is usable. Otherwise returns
-// the stages for the CPU, with a note for the user if a GPU is present but not usable. Under mpirun, auto means the
-// CPU. Throws as CheckDevice.
+// The training stages for the GPU if device is cuda, or if it is auto and a GPU is usable. Otherwise those for the CPU,
+// with a note for the user if a GPU is present but not usable. Under mpirun, auto means the CPU. Throws as CheckDevice.
 gs::StageRunners StagesOf(Device device);
-// The clock for --profile: for a GPU it waits for pending GPU work, so that phases are timed correctly.
+// The clock for --profile. On a GPU it waits for pending work, so that phases are timed correctly.
 Profile::Clock ProfileClock(Device device);
 
 }  // namespace vesta::app

@@ -19,7 +19,7 @@ gs::StageRunners StagesOf(Device device) {
   const bool may_use = device == Device::kCuda || (device == Device::kAuto && NumStartedRanks() == 1);
   if (may_use && QueryDevice().usable) return gs::DeviceStages();
   gs::StageRunners stages = gs::HostStages();
-  // A user with a GPU expects it to be used, so the reason is reported.
+  // A user with a GPU expects its use, so report the reason.
   if (device == Device::kAuto && QueryDevice().present) stages.note = "on the CPU: " + QueryDevice().name;
   return stages;
 }

@@ -41,7 +41,7 @@ void AbortOtherRanks(const std::string& why, int status) {
   if (!world || world->size() == 1) return;
   world->Abandon(why);
   std::fflush(stdout);
-  // MPI_Finalize would wait for collective calls that the other ranks never make.
+  // MPI_Finalize would wait for calls that other ranks never make.
   _exit(status);
 }
 

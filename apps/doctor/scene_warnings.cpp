@@ -44,7 +44,7 @@ bool IsSaturated(const gs::Image& image, std::size_t pixel) {
   return is_at_top(0) || is_at_top(1) || is_at_top(2);
 }
 
-// Works for any image size: pixels of small images are repeated.
+// Pixels of small images are repeated.
 std::vector<float> ThumbnailOf(const gs::Image& image) {
   const gs::Image small = gs::ResizeArea(image, std::min(image.width, kThumbnail), std::min(image.height, kThumbnail));
   std::vector<float> pixels;
@@ -61,13 +61,13 @@ std::vector<float> ThumbnailOf(const gs::Image& image) {
 constexpr Index kSample = 5000;      // at most about this many points
 constexpr std::size_t kFewest = 20;  // points for a reliable estimate
 
-// log2 of the light of a colour with channels 0..1; NaN if it is too dark or too bright for an estimate.
+// log2 of the light of a colour with channels 0..1; NaN if too dark or too bright.
 double Stops(double red, double green, double blue) {
   const double luma = Luma(red, green, blue);
   return luma > 0.04 && luma < 0.98 ? 2.2 * std::log2(luma) : std::numeric_limits<double>::quiet_NaN();
 }
 
-// The pixel that shows the point. The point must be inside the image.
+// The pixel of a point inside the image.
 std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
   const auto t =
       gs::InCamera(view, {static_cast<double>(point[0]), static_cast<double>(point[1]), static_cast<double>(point[2])});
@@ -78,7 +78,7 @@ std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
 }
 
-// Quartiles of the brightness differences of the points of a view; NaN with too few points.
+// Quartiles of the brightness differences of a view's points; NaN with too few points.
 struct Quartiles {
   double low = std::numeric_limits<double>::quiet_NaN(), middle = low, high = low;
 };
@@ -111,7 +111,7 @@ constexpr double kBlurred = 0.25;             // sharpness / median sharpness of
 constexpr double kStops = 0.6;                // exposure relative to the median view
 constexpr double kSaturated = 0.2;            // fraction of the pixels
 constexpr double kFlat = 2.0 / 255;           // contrast
-constexpr Index kCountedPoints = 20000;       // points tested per view, at most about this many
+constexpr Index kCountedPoints = 20000;       // tested per view, about
 
 // Warnings about single views; only the first few are printed.
 class Findings {

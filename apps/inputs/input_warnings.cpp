@@ -10,7 +10,7 @@
 namespace vesta::app {
 namespace {
 
-// Images of two unrelated things reach about this PSNR. NaN counts as hopeless too.
+// Images of two unrelated things reach about this PSNR. True for NaN.
 bool IsHopeless(double psnr) {
   constexpr double kAnyTwoPhotographs = 14;
   return !(psnr >= kAnyTwoPhotographs);

@@ -31,7 +31,7 @@ const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
 
 bool IsGiven(const schema::Field<Flags>& flag, const Flags& flags) { return flag.Text(flags) != flag.Text(Flags()); }
 
-// Memory for decoded photographs: --photographs_mib, or half of the memory that the program may use.
+// Bytes for decoded photographs: --photographs_mib, or half of the program's memory.
 double PhotographsBytes(const Flags& flags, double memory_budget_gib) {
   constexpr double kMib = 1 << 20, kMibInGib = 1024, kPart = 0.5;
   if (flags.photographs_mib) return *flags.photographs_mib * kMib;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loads the inputs of the commands: a scene, with the flags that select its photographs (scene flags), and a splat.
+// Loads the inputs of the commands: a splat, and a scene with the flags that select its photographs (scene flags).
 #pragma once
 
 #include <array>
@@ -19,10 +19,10 @@ namespace vesta::app {
 // MemoryOptions. Throws UsageError if flags exclude each other.
 void UseSceneFlags(const Flags& flags, double memory_budget_gib, gs::LoadSceneOptions* options);
 
-// Names and values of the scene flags that were given, as a checkpoint stores them. Paths of files are absolute.
+// Names and values of the given scene flags, for a checkpoint. Paths are absolute.
 std::vector<std::pair<std::string, std::string>> SceneFlagTexts(const Flags& flags);
-// Sets a scene flag to the value of a checkpoint, unless the command line has set it. Returns false if there is no such
-// flag or the value is invalid.
+// Sets a scene flag from a checkpoint, unless the command line has set it. Returns false if there is no such flag or
+// the value is invalid.
 bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* flags);
 
 // Throws Error if the folder does not exist.
@@ -31,9 +31,9 @@ void CheckSceneFolder(const std::string& path);
 // Prints the numbers of views and points, and Scene::notes.
 void PrintScene(const gs::Scene& scene);
 
-// A splat and the scene it shows: the inputs of refine, prune, eval and render.
+// The inputs of refine, prune, eval and render.
 struct PosedModel {
-  gs::SplatModel model;  // in the frame of the scene; rendered with its own background and eps2d
+  gs::SplatModel model;  // in the scene's frame; keeps its background and eps2d
   gs::Scene scene;
 };
 
@@ -41,12 +41,12 @@ struct PosedModel {
 gs::SplatModel LoadSplat(const std::string& path);
 // Replaces the background and eps2d of the splat by --background and --eps2d, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
-// Sets the background and eps2d with which the scene is loaded to the values of the splat.
+// Sets the background and eps2d for loading the scene to those of the splat.
 void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
 // Reads the files. UseRenderingFlags sets the background and eps2d; the values in `options` are replaced.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);
-// Reads the arguments SPLAT and SCENE of eval, render or view.
+// For the arguments SPLAT and SCENE of eval, render or view.
 PosedModel LoadPosedModel(const CommandLine& line);
 
 std::array<double, 3> ToDouble(const std::array<float, 3>& color);

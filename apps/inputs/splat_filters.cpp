@@ -40,7 +40,7 @@ std::optional<gs::Box> BoxOf(const Flags& flags) {
   return gs::Box{{ends[0], ends[1], ends[2]}, {ends[3], ends[4], ends[5]}};
 }
 
-// The bounding box of the means, for the error message of an empty box.
+// Bounding box of the means, for the error message of an empty box.
 std::string ExtentText(const gs::SplatModel& model) {
   std::array<double, 6> ends;
   for (std::size_t k = 0; k < 3; ++k) {

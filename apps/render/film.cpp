@@ -59,8 +59,7 @@ class SpawnActions {
   posix_spawn_file_actions_t actions_;
 };
 
-// Reads raw RGB from stdin. Writes yuv420p, which every player supports but which needs even sides, in Rec. 709
-// colours.
+// Reads raw RGB from stdin. Writes Rec. 709 colours in yuv420p, which every player supports but which needs even sides.
 std::vector<std::string> ArgumentsOf(const AtomicFile& file, gs::ImageSize size, double frames_per_second) {
   const std::string frame_size = fmt::format("{}x{}", size.width, size.height);
   return {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
@@ -73,7 +72,7 @@ std::vector<std::string> ArgumentsOf(const AtomicFile& file, gs::ImageSize size,
           "+faststart", "-f", "mp4", "file:" + file.temporary()};
 }
 
-// A file name for a view: "/" becomes "_"; with_extension keeps ".jpg" before ".png".
+// "/" becomes "_"; with_extension keeps ".jpg" before ".png".
 std::string FileName(const gs::View& view, bool with_extension) {
   std::string name = view.name;
   if (!with_extension) name = std::filesystem::path(name).replace_extension().string();
@@ -83,7 +82,7 @@ std::string FileName(const gs::View& view, bool with_extension) {
 
 using Files = std::vector<std::string>;
 
-// Adds all files and returns true, or returns false if one of them is already in the set.
+// Adds all files, or returns false if one is already in the set.
 bool AddAll(const Files& files, std::set<std::string>* taken) {
   if (std::ranges::any_of(files, [&](const std::string& file) { return taken->contains(file); })) return false;
   taken->insert(files.begin(), files.end());
@@ -115,7 +114,7 @@ void Film::Start(const std::string& program, double frames_per_second) {
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  // A socket instead of a pipe: if ffmpeg ends early, a write then fails without SIGPIPE.
+  // A socket instead of a pipe: if ffmpeg ends early, a write fails without SIGPIPE.
   std::array<int, 2> ends;
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     Fail(kCannotWrite, "{}: {}", FlagText("film", file_.path()), std::generic_category().message(errno));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes videos with the program ffmpeg. Makes file names for the images of views.
+// Videos by the program ffmpeg, and file names for images of views.
 #pragma once
 
 #include <sys/types.h>
@@ -16,39 +16,38 @@
 
 namespace vesta::app {
 
-// Checks the value of --film. Throws Error, with a message that names --film, if the file name does not end in .mp4,
+// Checks --film. Throws Error, with a message that names it, if the file name does not end in .mp4,
 // if ffmpeg is not installed, or if the file cannot be written.
 void CheckFilm(const std::string& file);
 
-// A video with ffmpeg's default codec for .mp4 (H.264 in usual builds). The file appears only when Finish is called;
-// without it, the destructor ends ffmpeg and discards the video.
+// A video with ffmpeg's default codec for .mp4 (H.264 in usual builds). The file appears when Finish is called; without
+// it, the destructor ends ffmpeg and discards the video.
 class Film {
  public:
-  // size: width and height of the frames, pixels. An odd width or height is padded by one black column or row.
-  // frames_per_second > 0.
+  // size: frame size in pixels; one black column or row pads an odd width or height. frames_per_second > 0.
   Film(const std::string& file, gs::ImageSize size, double frames_per_second);
   ~Film();
   Film(const Film&) = delete;
   Film& operator=(const Film&) = delete;
 
-  // Adds a frame; colours are clamped to 0..1. Add and Finish throw Error with ffmpeg's message if ffmpeg has failed.
+  // Colours are clamped to 0..1. Add and Finish throw Error with ffmpeg's message if ffmpeg has failed.
   void Add(const gs::Image& frame);
   void Finish();
 
  private:
   void Start(const std::string& program, double frames_per_second);
-  // Closes the input of ffmpeg and waits for it. Returns its exit status, 0 for success.
+  // Closes ffmpeg's input and waits for it. Returns its exit status, 0 for success.
   int Wait();
   [[noreturn]] void FailWithReason();
 
   AtomicFile file_;
   gs::ImageSize size_;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> output_;  // what ffmpeg prints (stdout, stderr)
-  int frames_socket_ = -1;                                  // ffmpeg reads the frames from it
+  int frames_socket_ = -1;                                  // to ffmpeg
   pid_t process_ = -1;
 };
 
-// Returns a .png file name for each view: View::name with "_" for "/", and with ".png" instead of its extension.
+// A .png file name for each view: View::name with "_" for "/", and with ".png" instead of its extension.
 // files_of(name): all files that the caller will write for this name, beginning with the name itself. No two views get
 // the same file: if some would, all names keep their extension ("a.jpg.png"); if some still would ("a/b.jpg" and
 // "a_b.jpg"), all of these but the first get a number.

@@ -42,7 +42,7 @@ std::optional<gs::ImageSize> SizeOf(const Flags& flags) {
   return gs::ImageSize{static_cast<int>(width), static_cast<int>(height)};
 }
 
-// The camera with another image size: the central crop of the old image, as large as possible.
+// The camera with another image size: the largest central crop.
 gs::Camera Covered(const gs::Camera& camera, gs::ImageSize size) {
   const double across = static_cast<double>(size.width) / camera.width;
   const double down = static_cast<double>(size.height) / camera.height;
@@ -106,7 +106,7 @@ gs::Image SideBySide(const gs::Image& left, const gs::Image& right) {
   return both;
 }
 
-// Writes depth in levels of `unit`: 0 for no depth, and the last level for all larger depths.
+// Depth in levels of `unit`: 0 for no depth, the last level for all larger depths.
 void SaveDepth(const std::string& path, const gs::DepthImage& depth, double unit) {
   std::vector<std::uint16_t> levels;
   levels.reserve(depth.depth.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For `vesta render`: makes the cameras of --path, and draws images of the quantity of --show.
+// For `vesta render`: the cameras of --path, and images of the quantity of --show.
 #pragma once
 
 #include <string>
@@ -23,23 +23,22 @@ struct CameraPath {
 // files.
 void CheckPathFlags(const Flags& flags);
 
-// Makes the cameras of --path. Their intrinsics come from the file of --path, or else from the first view of the scene.
-// --size scales the images, and crops them if the aspect ratio differs. Throws Error (one line with the flag or the
-// file).
+// Intrinsics come from the file of --path, else from the first view of the scene. --size scales the images, and crops
+// them if the aspect ratio differs. Throws Error (one line with the flag or the file).
 CameraPath PathOfFlags(const Flags& flags, const gs::Scene& scene);
 
-// Draws one model from given views. `posed` must outlive this object.
+// Draws a model from given views. `posed` must outlive this object.
 class ShownViews {
  public:
   ShownViews(const PosedModel& posed, Show show);
 
-  // The files that Draw writes for an image of this name: the image, and for depth also a coloured preview.
+  // The files that Draw writes: the image, and for depth also a coloured preview.
   std::vector<std::string> FilesOf(const std::string& name) const;
-  // Draws the view and writes its files into the folder. with_truth: the photograph is added on the right. Returns the
+  // Draws the view and writes its files into the folder. with_truth: adds the photograph on the right. Returns the
   // image for the video; for depth the preview.
   gs::Image Draw(const gs::View& view, const std::string& folder, const std::string& name, bool with_truth);
 
-  // World units per level of a depth image. The 65,536 levels of 16 bits reach to 32 times Scene::extent.
+  // World units per level of a depth image. Its 65,536 levels reach to 32 times Scene::extent.
   double depth_unit() const;
 
  private:

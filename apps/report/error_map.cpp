@@ -24,7 +24,7 @@
 namespace vesta::app {
 namespace {
 
-// From matplotlib's inferno. The legend of the page has the same colours.
+// From matplotlib's inferno, as in the legend of the page.
 constexpr std::array<std::array<float, 3>, 6> kColors = {{{0.000f, 0.000f, 0.016f},
                                                           {0.259f, 0.039f, 0.408f},
                                                           {0.576f, 0.149f, 0.404f},
@@ -82,7 +82,7 @@ struct Axes {
 
 Axes AxesOf(const gs::Scene& scene) {
   const Vec3 up = Unit(gs::SumOfUps(scene.views), {0, 0, 1});
-  // Perpendicular to up and to the viewing direction of the first camera, or to its y axis if it looks straight down.
+  // Perpendicular to up and to the viewing direction of the first camera; to its y axis if it looks straight down.
   const gs::View& first = scene.views.front();
   const Vec3 right = Unit(Cross(Axis(first, 2), up), Unit(Cross(Axis(first, 1), up), {1, 0, 0}));
   return {right, Cross(up, right), up};
@@ -115,7 +115,7 @@ class Drawing {
   std::array<double, 2> low_{INFINITY, INFINITY}, high_{-INFINITY, -INFINITY};
 };
 
-// Several hundred points without the outermost ones, which are often outliers.
+// Several hundred points without the outermost ones, often outliers.
 std::vector<Vec3> SampleOf(const gs::PointCloud& points, const Axes& axes) {
   constexpr Index kMost = 900;
   constexpr double kOutermost = 0.03;

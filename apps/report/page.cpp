@@ -58,7 +58,7 @@ Row Quality(const char* name, const char* path, int digits) {
   return {name, [=](const ReportedRun& run) { return Figure(run.source.record.Number(path), digits); }};
 }
 
-// Seconds between two times in metrics.json. from: null for the start of the run.
+// Seconds between two times in metrics.json. from: null for the start.
 Row Span(const char* name, const char* from, const char* to) {
   return {name, [=](const ReportedRun& run) {
             const RunRecord& record = run.source.record;
@@ -121,7 +121,7 @@ std::string Notes(const Report& report) {
   return items.empty() ? "" : "<h2>Notes</h2>\n<ul>\n" + items + "</ul>\n";
 }
 
-// Chart of a value over time, with the value of the training views as dashed curves if of_training is given.
+// A value over time; with of_training also of the training views, dashed.
 std::string Curves(const Report& report, const char* title, const char* figure, const char* of_training = nullptr) {
   Chart chart{title, "seconds", {}};
   const auto add = [&](std::size_t run, const char* of, bool is_dashed) {
@@ -152,7 +152,7 @@ const ViewError* FindView(const ReportedRun& run, const ReportedView& view) {
   return found == run.views.end() ? nullptr : &*found;
 }
 
-// The image comparison of a view. number: of the view on the page.
+// Image comparison of a view. number: of the view on the page.
 std::string Slider(const Report& report, const ReportedView& view, std::size_t number, std::size_t in_view) {
   const auto& [run, pictures] = view.runs[in_view];
   const std::string truth = pictures.truth.empty() ? fmt::format(R"(data-of="truth{}")", number)
@@ -239,7 +239,7 @@ std::string Cameras(const Report& report) {
   return html;
 }
 
-// The phases of --profile, with a bar for each. run: the number of the run.
+// The phases of --profile, each with a bar. run: number of the run.
 std::string Phases(const RunRecord& record, std::size_t run) {
   const std::vector<PhaseRow> rows = record.phases();
   if (rows.empty()) return "";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The HTML page of a report. It contains all images, styles and scripts and loads nothing from the network.
+// The HTML page of a report, with all images, styles and scripts.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,17 @@
 
 namespace vesta::app {
 
-// Returns the page. Text from files is escaped, and a Content-Security-Policy forbids network requests.
+// Text from files is escaped, and a Content-Security-Policy forbids network requests.
 std::string ReportPage(const Report& report);
 
-// Number of colours for runs: the CSS classes run0, run1, ...
+// Colours for runs: the CSS classes run0, run1, ...
 inline constexpr std::size_t kRunColors = 6;
 
 std::string_view PageStyle();   // CSS
 std::string_view PageScript();  // JavaScript
 
-// Returns an HTML table of the settings of all runs. Settings that differ from the preset or between runs come first;
-// the others are collapsed.
+// HTML table of the settings of all runs. Settings that differ from the preset or between runs come first; the others
+// are collapsed.
 std::string SettingsTable(const Report& report);
 
 }  // namespace vesta::app

@@ -154,7 +154,7 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   settings.options = goes_on ? resumed->options : PresetOf(*line.command, settings.preset, flags.method);
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
-  if (line.command->command == kRefine) {  // --config may hold pruning options, which refine ignores
+  if (line.command->command == kRefine) {  // --config may hold pruning options
     settings.options.pruning = PresetOf(*line.command, settings.preset, flags.method).pruning;
   }
   if (flags.fixed_model) {

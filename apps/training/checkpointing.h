@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of `vesta train`: their interval, their file name, and a record of the run that wrote them.
+// Checkpoints of `vesta train`: interval, file name, and a record of the run that wrote them.
 #pragma once
 
 #include <string>
@@ -12,26 +12,26 @@
 
 namespace vesta::app {
 
-// Parses the value of --checkpoint_every or --snapshot_every: "500" means iterations, "10m" minutes, an empty text
-// never. Throws UsageError (one line with the flag) for another text.
+// Parses --checkpoint_every or --snapshot_every: "500" means iterations, "10m" minutes, an empty text never. Throws
+// UsageError (one line with the flag) for another text.
 gs::Interval ParseInterval(const char* flag, const std::string& text);
-// Throws UsageError if --checkpoint_every or --snapshot_every is invalid.
+// Throws UsageError if one is invalid.
 void CheckIntervals(const Flags& flags);
 
 // DIR/checkpoint.vesta.
 std::string CheckpointFile(const std::string& folder);
 
-// Record in a checkpoint of the run that wrote it: scene folder, options, --checkpoint_every, --snapshot_every, and
-// scene flags (scene_and_splat.h).
+// Record of the run that wrote a checkpoint: scene folder, options, --checkpoint_every, --snapshot_every, and scene
+// flags (scene_and_splat.h).
 struct Origin {
   std::string scene;
   TrainSettings settings;
   std::string checkpoint_every, snapshot_every;
   std::vector<std::pair<std::string, std::string>> scene_flags;  // SceneFlagTexts
 };
-// Converts the record to JSON text, with the absolute path of the scene.
+// The record as JSON, with the absolute path of the scene.
 std::string OriginText(const Origin& origin);
-// Reads the record of a checkpoint. Throws Error with the file name if it is incomplete.
+// Throws Error with the file name if the record is incomplete.
 Origin ReadOrigin(const gs::Checkpoint& checkpoint);
 
 // Checks that a training with the settings `before` can continue from the checkpoint with the settings `now`. Throws

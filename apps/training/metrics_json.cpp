@@ -83,7 +83,7 @@ Json ToJson(const gs::HistoryRow& row) {
 
 void AddModel(const gs::SplatModel& model, Json* json) {
   (*json)["gaussians"] = model.count;
-  // The value that a reader of the splat file gets.
+  // For a reader of the splat file.
   (*json)["parameters"] = gs::OrderByDegree(model, gs::StoredDegrees(model)).layout.Size();
 }
 
@@ -103,7 +103,7 @@ void AddCameras(const gs::TrainResult& result, Json* json) {
   (*json)["cameras"] = std::move(cameras);
 }
 
-// End of a stage: the seconds of its last row, or of the stage before if it has no row.
+// End of a stage: the seconds of its last row, or of the stage before.
 double EndOfAdam(const std::vector<gs::HistoryRow>& history) {
   double end = history.front().seconds;
   for (const gs::HistoryRow& row : history) {

@@ -14,7 +14,7 @@
 
 namespace vesta::app {
 
-// What metrics.json records about a run besides its training. Times are in seconds since the start of the process.
+// What metrics.json records besides the training. Times are in seconds since the start of the process.
 struct RunFacts {
   const char* command = "";                                           // train, refine, prune
   std::string scene = {};                                             // scene folder
@@ -25,19 +25,18 @@ struct RunFacts {
   const char* device = "cpu";
   int threads = 0;
   const Communicator* ranks = nullptr;  // null: not started by mpirun
-  std::vector<PhaseRow> profile = {};   // only with --profile
+  std::vector<PhaseRow> profile = {};   // with --profile
 };
 
-// Returns the text of metrics.json. docs/guide/metrics.md explains its fields. test, train and held_out are from the
-// last row of the history, adam_end and lm_end from the last rows of the stages. Numbers that are not finite become
-// null.
+// Text of metrics.json (docs/guide/metrics.md). test, train and held_out are from the last row of the history, adam_end
+// and lm_end from the last rows of the stages. Numbers that are not finite become null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
-// Returns the text for `vesta eval --json`: "test", "train", "cost" (the training loss), "eps2d", "gaussians",
-// "parameters", "device" and "threads". If `aligned` is not null, also "aligned": {"psnr", "ssim", "moved_degrees",
-// "moved_pixels", "not_found", "views": [{"name", "status", "psnr", "ssim", "degrees", "pixels"}]}. If exposures were
-// fitted, "aligned" and each view also have "right_half" and "right_half_exposed", each {"psnr", "ssim"}, and each view
-// has "gain" and "offset".
+// Text for `vesta eval --json`: "test", "train", "cost" (the training loss), "eps2d", "gaussians", "parameters",
+// "device" and "threads". If `aligned` is not null, also "aligned": {"psnr", "ssim", "moved_degrees", "moved_pixels",
+// "not_found", "views": [{"name", "status", "psnr", "ssim", "degrees", "pixels"}]}. If exposures were fitted, "aligned"
+// and each view also have "right_half" and "right_half_exposed", each {"psnr", "ssim"}, and each view has "gain" and
+// "offset".
 std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEvaluation* aligned,
                            const gs::SplatModel& model, const RunFacts& facts);
 

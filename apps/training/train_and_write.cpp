@@ -62,7 +62,7 @@ void RemarkOnMemory(const gs::MemoryOptions& options, const gs::MemoryReport& re
                                  options.budget_gib, budget, peak));
 }
 
-// Refined cameras have moved the splat, but the test cameras are still as given.
+// Refined cameras have moved the splat, but not the test cameras.
 void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes, const std::string& splat,
                        Remarks* remarks) {
   const bool has_tests = std::ranges::any_of(job.scene.views, [](const gs::View& view) { return view.is_test(); });
@@ -80,7 +80,7 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
                  : ""));
 }
 
-// Prints the last row of each stage, and the first row if there is only an LM stage.
+// The last row of each stage; the first row if there is only an LM stage.
 void PrintTable(const gs::TrainResult& result) {
   constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>13} {:>10} {:>10} {:>10} {:>10}\n";
   Print(kRow, "stage", "iteration", "seconds", "gaussians", "training loss", "train PSNR", "train SSIM", "test PSNR",
@@ -95,7 +95,7 @@ void PrintTable(const gs::TrainResult& result) {
   }
 }
 
-// Prints the improvement of an existing model.
+// Improvement of an existing model.
 void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
   Print("refined: training loss {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
         Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
@@ -106,7 +106,7 @@ void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
 Communicator* TrainingCommunicator() { return IsStartedInRanks() ? &WorldCommunicator() : nullptr; }
 
 // Trains with progress line, page, checkpoints and snapshots. Writes the result of Adam before LM begins. view: the
-// page of --view, or null.
+// page, or null.
 gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, TrainingView* view, TrainingResults* results) {
   const Flags& flags = job.line.flags;
   ProgressLine progress(stdout);
@@ -115,7 +115,7 @@ gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, Training
   SetSaveCallbacks(flags, job.scene, job.settings.options, *job.out, &callbacks);
   if (view) view->monitor().Follow(&callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
-    // Without an offset, the model is already in world coordinates: no copy.
+    // Without an offset, the model is in world coordinates: no copy.
     if (job.scene.origin == std::array<double, 3>{}) return results->SaveModel(model);
     gs::SplatModel in_world = model;
     gs::MoveToWorld(job.scene, &in_world);
@@ -163,7 +163,7 @@ void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const s
   }
 }
 
-// Writes report.html. Afterwards the model is in the frame of the scene.
+// Afterwards the model is in the frame of the scene.
 void WriteOwnReport(const TrainingJob& job, const TrainingResults& results, gs::SplatModel* model) {
   std::fflush(stdout);
   gs::MoveToScene(job.scene, model);
@@ -188,7 +188,7 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
   if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
     Print("The disk of {} has no space for {} Gaussians, which the result may have\n", job.out->path(), expected.most);
   }
-  // Lives until the results are written, so that the page shows the end of the training.
+  // Lives until the results are written, so that the page shows the end.
   const std::unique_ptr<TrainingView> view = ViewOfTraining(job.line.flags, job.scene, job.settings.options);
   gs::TrainResult result = TrainShown(job, run, view.get(), &results);
   gs::MoveToWorld(job.scene, &result.model);
@@ -234,7 +234,7 @@ std::string ResumeHint(const TrainingJob& job, const gs::TrainResult& result) {
   const Flags& flags = job.line.flags;
   if (job.line.command->command != kTrain) return "";
   if (job.settings.options.time_limit > 0 && !Interrupted()) return "";
-  // The checkpoint that was resumed belongs to this training if it is in the same folder.
+  // The resumed checkpoint belongs to this training if it is in the same folder.
   std::error_code ignored;
   const bool goes_on = !flags.resume.empty() && std::filesystem::equivalent(flags.resume, job.out->path(), ignored);
   return result.saved || goes_on ? fmt::format("; continue with `vesta train --resume {}`", job.out->path())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The common part of train, refine and prune: runs a training with progress line, checkpoints and the page of --view,
-// then writes and prints the results.
+// The common part of train, refine and prune: runs a training with progress line, checkpoints and page, then writes and
+// prints the results.
 #pragma once
 
 #include <functional>
@@ -19,51 +19,51 @@
 
 namespace vesta::app {
 
-// Number of Gaussians that the result will probably have at most, number at the start, and SH degree.
+// Probable maximum number of Gaussians of the result, number at the start, and SH degree.
 struct ExpectedModel {
   Index most, least;
   int sh_degree;
 };
 
-// The inputs of TrainAndWrite. All referenced objects must outlive it.
+// Referenced objects must outlive TrainAndWrite.
 struct TrainingJob {
   const CommandLine& line;
-  const std::string& path;  // scene folder, as on the command line
+  const std::string& path;  // as on the command line
   const gs::Scene& scene;
   const TrainSettings& settings;
   const gs::StageRunners& stages;
   ExpectedModel expected;
   double load_seconds;
-  OutputFolder* out;  // null on all ranks except rank 0, which writes the results
+  OutputFolder* out;  // null except on rank 0, which writes the results
 };
 
-// Returns notes for the user, one line each: about the origin and eps2d of the splat, how to evaluate it, and exceeded
-// memory budgets. result.model must be in world coordinates. splat: the file of the splat.
+// Notes for the user, one line each: about the origin and eps2d of the splat, how to evaluate it, and exceeded memory
+// budgets. result.model must be in world coordinates. splat: its file.
 std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
 
-// For a training that the user stopped: a text that says how to resume it; else empty. Only for rank 0.
+// How to resume a training that the user stopped; else empty. Only for rank 0.
 std::string ResumeHint(const TrainingJob& job, const gs::TrainResult& result);
 
-// Adds the output files and folders of a training with --out=`out` to `files`.
+// Adds the outputs of a training with --out=`out` to `files`.
 void RegisterResults(const Flags& flags, const std::string& out, RunFiles* files);
 
 // Calls gs::Train or gs::Refine with these callbacks.
 using TrainRun = std::function<gs::TrainResult(gs::TrainCallbacks&)>;
 
-// Trains, then writes and prints the results, also if the user stops the training. Returns the exit status.
+// Trains, then writes and prints the results, also after an interruption. Returns the exit status.
 int TrainAndWrite(const TrainingJob& job, const TrainRun& run);
 
-// Returns callbacks that show the progress on `line`, log each LM iteration if log_lm, and stop the training after
-// Ctrl-C. has_lm: whether an LM stage follows, which the predicted time at the start does not include.
+// Callbacks that show the progress on `line`, log each LM iteration if log_lm, and stop the training after Ctrl-C.
+// has_lm: an LM stage follows, which the predicted time at the start does not include.
 gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm);
 
-// Sets the callbacks that write checkpoints and snapshots (--checkpoint_every, --snapshot_every). scene and out must
-// outlive the training.
+// Callbacks that write checkpoints and snapshots (--checkpoint_every, --snapshot_every). scene and out must outlive the
+// training.
 void SetSaveCallbacks(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
                       const OutputFolder& out, gs::TrainCallbacks* callbacks);
 
-// Starts the server of --view; null without --view. The caller must call TrainingMonitor::Follow before the training.
-// scene must outlive the result.
+// Starts the server of --view; null without it. Call TrainingMonitor::Follow before the training. scene must outlive
+// the result.
 std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
                                              const gs::TrainOptions& options);
 

@@ -82,7 +82,7 @@ bool TrainingResults::Reserve(Index likely, Index least, int sh_degree) {
 void TrainingResults::CommitModel(const gs::SplatModel& model) {
   gs::WriteSplatPly(*model_, model);
   model_->Finish();
-  // Removes the results of an earlier training, which do not belong to the new model.
+  // Results of an earlier training do not belong to the new model.
   std::error_code ignored;
   std::filesystem::remove(metrics_path_, ignored);
   std::filesystem::remove(report_path_, ignored);

@@ -16,13 +16,13 @@ namespace {
 
 constexpr const char* kShells[] = {"bash", "fish", "zsh"};
 
-// The completions of a value: words, files or folders.
+// Words, files or folders.
 struct Values {
   std::vector<std::string> words;
   bool is_file = false, is_folder = false;
 };
 
-// Placeholders are separated by bars: literal words in small letters, stand-ins such as FILE in capitals.
+// Bars separate placeholders: literal words in small letters, stand-ins such as FILE in capitals.
 Values ValuesOf(const schema::FieldInfo& field) {
   Values values;
   std::stringstream parts(field.placeholder);
@@ -60,7 +60,7 @@ std::string Quoted(std::string_view text) {
   return quoted;
 }
 
-// The bash case of a command. $flag is the flag whose value is completed, or empty.
+// The bash case of a command. $flag: the flag whose value is completed, or empty.
 std::string BashCase(const CommandInfo& command) {
   std::string flags, values;
   for (const ListedFlag& flag : FlagsOf(command)) {

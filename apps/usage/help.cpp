@@ -17,9 +17,9 @@
 namespace vesta::app {
 namespace {
 
-constexpr std::size_t kWidth = 80, kColumn = 28;  // of a line; where descriptions begin
+constexpr std::size_t kWidth = 80, kColumn = 28;  // of a line; start of descriptions
 
-// Appends the words of `text` to `line` and breaks lines at kWidth; further lines are indented by `indent` spaces.
+// Appends the words of `text` to `line` and breaks lines at kWidth; further lines have `indent` spaces.
 std::string Wrapped(std::string line, std::size_t indent, const std::string& text) {
   std::string lines;
   std::istringstream words(text);
@@ -35,7 +35,7 @@ std::string Wrapped(std::string line, std::size_t indent, const std::string& tex
   return lines + line + "\n";
 }
 
-// "  HEAD    description". A head that is too long for its column has its own line.
+// "  HEAD    description". A head too long for its column has its own line.
 std::string Row(const std::string& head, const std::string& description, std::size_t column = kColumn) {
   std::string line = "  " + head, before;
   if (line.size() + 2 > column) before = std::exchange(line, "") + "\n";
@@ -85,7 +85,7 @@ std::string FlagRows(const CommandInfo& command, bool all) {
   return text;
 }
 
-// The title of the options whose keys begin with "PART.".
+// Title of the options "PART.".
 std::string TitleOf(const std::string& part) {
   static const std::map<std::string, std::string> titles = {
       {"adam", "Adam stage"},       {"cameras", "Camera refinement"},
@@ -96,7 +96,7 @@ std::string TitleOf(const std::string& part) {
   return found == titles.end() ? part : found->second;
 }
 
-// Every option with its range, grouped by the part of the training that it belongs to.
+// Every option with its range, grouped by part of the training.
 std::string OptionRows(const CommandInfo& command) {
   std::string text = "\nAll options, for --set KEY=VALUE (some also have a flag):\n", last_part;
   for (const ListedFlag& option : OptionsOf(command)) {

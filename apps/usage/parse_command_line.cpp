@@ -31,7 +31,7 @@ GivenFlag SplitFlag(const std::string& word) {
   return {word.substr(begin, equals - begin), word.substr(equals + 1)};
 }
 
-// A flag of ProgramFlags() or of a training option; both null if there is no such flag.
+// A flag of ProgramFlags() or of a training option; both null if unknown.
 struct FlagFound {
   const schema::Field<Flags>* own = nullptr;
   const char* if_bare = nullptr;  // FlagRow::if_bare
@@ -51,7 +51,7 @@ FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
   return {};
 }
 
-// Finds the flag. Also accepts --noNAME for a switch and sets its value to false.
+// Also accepts --noNAME for a switch and sets its value to false.
 FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
   FlagFound found = FindFlag(flag->name, command);
   if (found.info() || flag->value || !flag->name.starts_with("no")) return found;
@@ -61,7 +61,7 @@ FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
   return found;
 }
 
-// "did you mean --NAME? " with the most similar flag of the command, or empty.
+// "did you mean --NAME? " with the command's most similar flag, or empty.
 std::string MeantFlag(const std::string& name, const CommandInfo& command) {
   std::vector<std::string> known;
   for (const ListedFlag& flag : FlagsOf(command)) known.push_back("--" + flag.name);
@@ -101,7 +101,7 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
       nearest.empty() ? "" : fmt::format("nearest: {}; ", fmt::join(nearest, ", ")), command.name));
 }
 
-// Returns the option with its value, or throws UsageError if the value is invalid.
+// Throws UsageError if the value is invalid.
 GivenOption CheckedOption(const std::string& given, const Option& option, const std::string& value) {
   gs::TrainOptions scratch;
   if (!option.Set(value, scratch)) throw UsageError(fmt::format("{}={}: {}", given, value, option.Requirement()));
@@ -119,7 +119,7 @@ GivenOption OptionOfSet(const std::string& text, const CommandInfo& command) {
   return CheckedOption("--set " + key, *option, text.substr(equals + 1));
 }
 
-// Parses the flag at words[*at], and its value if that is the next word.
+// Parses the flag at words[*at], and its value if it is the next word.
 void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLine* line) {
   GivenFlag flag = SplitFlag(words[*at]);
   const FlagFound found = FindGiven(*line->command, &flag);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parses the command line, and lists the flags and training options of each command.
+// Parses the command line, and lists flags and training options of each command.
 #pragma once
 
 #include <string>
@@ -17,24 +17,24 @@ namespace vesta::app {
 // for too few or too many arguments; and for a missing --out.
 CommandLine ParseCommandLine(const std::vector<std::string>& words);
 
-// A flag of a command, or an option for --set, as help, manual page and completions list it.
+// A flag of a command, or an option for --set, for help, manual page and completions.
 struct ListedFlag {
-  std::string name;  // flag without dashes, or key of the option for --set
+  std::string name;  // flag without dashes, or key for --set
   const schema::FieldInfo* field;
   FlagGroup group;
   std::string value;  // default, with the default preset; empty: none
   bool only_in_all = false;
-  bool may_be_bare = false;  // the flag may be given without a value
+  bool may_be_bare = false;  // the flag may have no value
 
-  // Whether the flag is a switch: on or off, without a value.
+  // Whether the flag is on or off, without a value.
   bool is_switch() const { return field->kind == schema::Kind::kSwitch; }
   // The flag as the user writes it to change the default: --NAME, or --noNAME for a switch that is on by default.
   std::string Written() const { return (is_switch() && value == "true" ? "--no" : "--") + name; }
 };
 
-// All flags of the command, including training options with a flag of their own, in the order of FlagGroup.
+// All flags of the command, including training options with their own flag, in the order of FlagGroup.
 std::vector<ListedFlag> FlagsOf(const CommandInfo& command);
-// All training options that the command accepts by --set; empty if it has no --set.
+// All training options for --set; empty if the command has no --set.
 std::vector<ListedFlag> OptionsOf(const CommandInfo& command);
 
 }  // namespace vesta::app

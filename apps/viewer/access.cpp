@@ -17,7 +17,7 @@
 namespace vesta::app {
 namespace {
 
-// The host without its port: "127.0.0.1" for "127.0.0.1:7007", "::1" for "[::1]:7007".
+// Without the port: "127.0.0.1" for "127.0.0.1:7007", "::1" for "[::1]:7007".
 std::string_view NameOf(std::string_view host) {
   if (host.starts_with('[')) return host.substr(1, host.find(']') - 1);
   return host.substr(0, host.find(':'));

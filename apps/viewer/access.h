@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Access control of the viewer's HTTP server, and limits on the size and time of requests.
+// Access control of the viewer's HTTP server, and limits on size and time of requests.
 #pragma once
 
 #include <httplib.h>
@@ -12,33 +12,31 @@
 
 namespace vesta::app {
 
-// Makes the secret token of a viewer's link: 32 hexadecimal digits from the system's random numbers. Requests for the
-// splat need it also if the server has a loopback address (127.0.0.1), because any site open in the same browser can
-// send requests there. Throws Error if the system provides no random numbers.
+// The secret token of a viewer's link: 32 hexadecimal digits from the system's random numbers. Requests for the splat
+// need it also if the server has a loopback address (127.0.0.1), because any site open in the same browser can send
+// requests there. Throws Error if the system has no random numbers.
 std::string MakeToken();
 
-// Compares in constant time, so that the time reveals nothing about the token.
+// Compares in constant time, which reveals nothing about the token.
 bool IsToken(std::string_view given, std::string_view token);
 
 bool IsLoopback(std::string_view address);
 
-// Whether a request comes from the viewer's own page, by its headers Host and Origin (empty if missing). address:
-// address on which the server listens. If that is a loopback address, the host must be one too, with any port, because
-// tunnels change the port. So a foreign host name that resolves to 127.0.0.1 is rejected. If there is an origin, it
-// must equal the host.
+// Whether a request comes from the viewer's own page, by its headers Host and Origin (empty if missing). address: where
+// the server listens. If it is a loopback address, the host must be one too, with any port, because tunnels change the
+// port. So a foreign host name that resolves to 127.0.0.1 is rejected. An origin must equal the host.
 bool IsOwnPage(std::string_view address, std::string_view host, std::string_view origin);
 
-// A connection for cpp-httplib that limits the bytes and the time of a whole request; httplib itself limits only each
-// read.
+// A connection for cpp-httplib that limits bytes and time of a whole request; httplib itself limits only each read.
 class BoundedStream : public httplib::Stream {
  public:
   static constexpr std::size_t kMostBytes = 16384;  // per request
   static constexpr std::chrono::seconds kMostToRead{3}, kMostToWrite{20}, kMostIdle{15};
 
-  // The caller closes the socket. After `stopping` becomes true, nothing more is read.
+  // The caller closes the socket. After `stopping` is true, nothing more is read.
   BoundedStream(socket_t socket, const std::atomic<bool>& stopping) : socket_(socket), stopping_(stopping) {}
 
-  // Waits for the first byte of a request. Returns false if none arrives in time.
+  // Returns false if no byte of a request arrives in time.
   bool WaitForRequest();
 
   bool is_readable() const override { return true; }  // read waits
@@ -52,14 +50,14 @@ class BoundedStream : public httplib::Stream {
  private:
   using Clock = std::chrono::steady_clock;
   bool WaitFor(short event, Clock::time_point until) const;
-  // Fills the buffer from the socket if it is empty. Returns false at the end of the input or on a timeout.
+  // Fills an empty buffer from the socket. Returns false at the end of the input or on a timeout.
   bool Fill(Clock::time_point until);
 
   socket_t socket_;
   const std::atomic<bool>& stopping_;
   std::array<char, 4096> buffer_{};
   std::size_t begin_ = 0, end_ = 0;  // unread part of the buffer
-  std::size_t bytes_left_ = 0;       // bytes that this request may still read
+  std::size_t bytes_left_ = 0;       // that this request may read
   Clock::time_point read_until_{};
 };
 

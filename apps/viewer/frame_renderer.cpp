@@ -101,13 +101,13 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   gs::Image truth;
   if (request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference) {
     const gs::View& photo = scene_.views[*request.photo];
-    // Bypasses the store's cache, which is ordered for the training.
+    // Bypasses the store's cache, whose order serves the training.
     truth = gs::ResizeArea(photo.stored ? *photo.stored->Read() : photo.image, camera.width, camera.height);
   }
   if (request.kind == FrameKind::kTruth) return truth;
   const splat::Model<float> kernel_model = gs::ToKernelModel(model);
   splat::PosedCamera posed = gs::ToPosedCamera(request.view, gs::NearPlane(scene_));
-  // Free cameras of the page and a splat in training have no eps2d of their own.
+  // Free cameras of the page and a splat in training have no eps2d.
   posed.eps2d = scene_.views.empty() ? model.eps2d : scene_.views.front().camera.eps2d;
   splats_.Build(kernel_model, posed, background_.data(), workspace_);
   switch (request.kind) {

@@ -50,7 +50,7 @@ void GaussianValues::MeasureInto(State& state, GaussianValue value, const ShownM
   std::string failure;
   try {
     measured = std::make_shared<const MeasuredValues>(MeasuredValues{shown, Measure(value, shown)});
-  } catch (const std::exception& error) {  // a missing photograph, or no memory
+  } catch (const std::exception& error) {  // missing photograph, or no memory
     failure = error.what();
   }
   const std::lock_guard lock(mutex_);
@@ -74,7 +74,7 @@ std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel
 }
 
 std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& shown) const {
-  // Bypasses the cache of the scene's store, which is ordered for the training.
+  // Bypasses the store's cache, whose order serves the training.
   const auto store = std::make_shared<gs::PhotographStore>(0);
   std::vector<gs::View> views;
   for (const gs::View& given : scene_.views) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values per Gaussian that the viewer's page shows as colours: removal cost and coverage (docs/glossary.md). They are
-// computed in a background thread when a page requests them, because this takes several passes over all photographs.
+// Values per Gaussian that the viewer's page shows as colours: removal cost and coverage (docs/glossary.md). They take
+// several passes over all photographs, so a background thread computes them when a page requests them.
 #pragma once
 
 #include <array>
@@ -21,21 +21,21 @@ namespace vesta::app {
 
 enum class GaussianValue { kRemovalCost, kCoverage };
 
-// Returns the position of each Gaussian on the colour scale, 0..1. rise: its removal cost, the predicted rise of the
-// training loss without it. Position 0: the loss does not rise; 0.5: the rise is the median of the positive rises.
+// Position of each Gaussian on the colour scale, 0..1. rise: its removal cost. Position 0: the loss does not rise; 0.5:
+// the rise is the median of the positive rises.
 std::vector<float> RemovalCostColors(const std::vector<double>& rise);
-// The same for coverage. Position 0: no view shows the Gaussian; 0.5: the total of all views is as much as one complete
-// view of the Gaussian.
+// The same for coverage. Position 0: no view shows the Gaussian; 0.5: all views together show as much as one complete
+// view of it.
 std::vector<float> CoverageColors(const std::vector<gs::Coverage>& coverage);
 
 struct MeasuredValues {
-  ShownModel::Shown of;                // the model for which the values were computed
-  std::vector<float> scale_positions;  // of each of its Gaussians, 0..1
+  ShownModel::Shown of;                // the model of the values
+  std::vector<float> scale_positions;  // per Gaussian, 0..1
 };
 
 class GaussianValues {
  public:
-  // The scene must have training views and outlive this object. background: colour, 0..1.
+  // The scene must have training views and outlive this object. background: 0..1.
   GaussianValues(const gs::Scene& scene, const std::array<double, 3>& background)
       : scene_(scene), background_(background) {}
   // Cancels a computation in progress.
@@ -43,10 +43,10 @@ class GaussianValues {
   GaussianValues(const GaussianValues&) = delete;
   GaussianValues& operator=(const GaussianValues&) = delete;
 
-  // Returns the latest values, possibly for an earlier model; null: none yet. If they are not for `shown`, which must
-  // have a model, also starts to compute these, unless a computation runs or the pause after the last one, which is as
-  // long as the computation was, has not ended. Throws Error if the computation for `shown` failed, for example because
-  // a photograph can no longer be read. Thread-safe.
+  // Returns the latest values, possibly of an earlier model; null: none yet. If they are not of `shown`, which must
+  // have a model, also starts to compute these, unless a computation runs or the pause after the last one, as long as
+  // the computation was, has not ended. Throws Error if the computation for `shown` failed, for example because a
+  // photograph cannot be read. Thread-safe.
   std::shared_ptr<const MeasuredValues> Get(GaussianValue value, const ShownModel::Shown& shown);
 
  private:
@@ -56,12 +56,12 @@ class GaussianValues {
     bool is_measuring = false;
     Clock::time_point next_start{};  // end of the pause
     std::string failure;             // message of the latest failure
-    int failed_version = 0;          // Shown::version of that model
+    int failed_version = 0;          // Shown::version of its model
   };
 
   std::vector<float> Measure(GaussianValue value, const ShownModel::Shown& shown) const;
-  // The training views with the cameras of `shown`. Each photograph is copied when it is used, so that only a few
-  // copies are in memory.
+  // The training views with the cameras of `shown`. Each photograph is copied when used, so that few copies are in
+  // memory.
   std::vector<gs::View> TrainingViews(const ShownModel::Shown& shown) const;
   void MeasureInto(State& state, GaussianValue value, const ShownModel::Shown& shown);
 
@@ -70,7 +70,7 @@ class GaussianValues {
   std::atomic<bool> ends_{false};
   std::mutex mutex_;
   std::map<GaussianValue, State> states_;
-  Background background_work_;  // declared last, so that it ends before the members it uses
+  Background background_work_;  // declared last: ends before the members it uses
 };
 
 }  // namespace vesta::app

@@ -21,11 +21,11 @@
 namespace vesta::app {
 namespace {
 
-// One thread per connection; two pages use six each. The limit leaves file descriptors for the program itself.
+// One thread each; two pages use six each. Leaves file descriptors for the program itself.
 constexpr int kMostConnections = 48;
 constexpr int kMostOnConnection = 10000;  // requests per connection
 
-// Restores the SIGPIPE handler of the program, which httplib replaces. (BoundedStream never raises SIGPIPE.)
+// Restores the program's SIGPIPE handler, which httplib replaces. (BoundedStream never raises SIGPIPE.)
 class KeepSigpipe {
  public:
   KeepSigpipe() { sigaction(SIGPIPE, nullptr, &before_); }
@@ -49,7 +49,7 @@ thread_local bool t_refuses = false;
 // One thread per connection. Further connections are closed at once.
 class Workers : public httplib::TaskQueue {
  public:
-  // Throws Error if the system starts no more threads. (httplib's own queue would end the program.)
+  // Throws Error if no more threads start. (httplib's own queue would end the program.)
   Workers() {
     threads_.reserve(kMostConnections);
     try {
@@ -85,7 +85,7 @@ class Workers : public httplib::TaskQueue {
   }
 
  private:
-  // Works until shutdown, and on connections that still wait then.
+  // Until shutdown, and on connections that still wait then.
   void Work() {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -123,8 +123,7 @@ class BoundedServer : public httplib::Server {
     for (int count = 1; goes_on && stream.WaitForRequest(); ++count) {
       const bool is_last = count == kMostOnConnection;
       bool is_sound = false, has_body = false, is_closed = false;
-      // No request needs a body. After a request with a body, or an invalid one, nothing more is read from the
-      // connection.
+      // After a request with a body, which none needs, or an invalid one, nothing more is read from the connection.
       const auto look = [&](httplib::Request& request) {
         is_sound = true;
         const std::string length = request.get_header_value("Content-Length");
@@ -140,8 +139,8 @@ class BoundedServer : public httplib::Server {
   std::atomic<bool> stopping_{false};
 };
 
-// Headers of every reply: the page loads only from this server, no other page may embed or read it, and the token in
-// the link is not sent to other sites.
+// For every reply: the page loads only from this server, no other page may embed or read it, and the token in the link
+// is not sent to other sites.
 const httplib::Headers& SafeHeaders() {
   static const httplib::Headers headers = {
       {"Content-Security-Policy",

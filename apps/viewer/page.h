@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer's page: HTML, CSS and JavaScript. It sends no requests to other servers.
+// The viewer's page. It sends no requests to other servers.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ std::string ViewerScript();      // JavaScript: the two scripts below, concatena
 
 // JavaScript that moves the camera and requests images.
 std::string_view ViewerCameraScript();
-// JavaScript of the panel next to the image: list of photographs, state of a training, buttons.
+// JavaScript of the panel beside the image: photographs, state of a training, buttons.
 std::string_view ViewerPanelScript();
 
 }  // namespace vesta::app

@@ -81,7 +81,7 @@ void TrainingMonitor::Observe(const gs::HistoryRow& row) {
 }
 
 bool TrainingMonitor::WantsModel() {
-  // A page requests the state twice per second. Copying a large model takes the time of several iterations.
+  // A page requests the state twice per second. Copying a large model takes several iterations.
   constexpr std::chrono::seconds kLooks{2};
   constexpr double kBetween = 0.5;  // seconds
   if (!model_.was_requested(kLooks)) return false;

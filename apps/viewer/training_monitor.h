@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer during a training: the model that its pages show, the state of the training, and the commands of the
-// pages.
+// The viewer during a training: the model shown, the state of the training, and the pages' commands.
 #pragma once
 
 #include <atomic>
@@ -20,31 +19,31 @@
 
 namespace vesta::app {
 
-// The current model and its cameras. The training thread sets them, the threads that render read them. Thread-safe.
+// The current model and its cameras, set by the training thread and read by rendering threads. Thread-safe.
 class ShownModel {
  public:
   struct Shown {
     std::shared_ptr<const gs::SplatModel> model;  // null: none yet
-    // Changes of the training cameras relative to the scene, by camera refinement; null: not refined.
+    // Changes of the training cameras relative to the scene, by refinement; null: not refined.
     std::shared_ptr<const std::vector<gs::ViewUnknowns>> cameras;
     int version = 0;  // number of Put calls
   };
 
-  // Sets the model. cameras: as Shown::cameras; empty: not refined.
+  // cameras: as Shown::cameras; empty: not refined.
   void Put(std::shared_ptr<const gs::SplatModel> model, const std::vector<gs::ViewUnknowns>& cameras = {}) {
     auto moved = cameras.empty() ? nullptr : std::make_shared<const std::vector<gs::ViewUnknowns>>(cameras);
     const std::lock_guard lock(mutex_);
-    shown_.model.swap(model);  // the old model is freed after unlocking
+    shown_.model.swap(model);  // freed after unlocking
     shown_.cameras.swap(moved);
     ++shown_.version;
   }
-  // Returns the current model and records the time of the call.
+  // The current model. Records the time of the call.
   Shown Get() {
     looked_at_ = Clock::now().time_since_epoch().count();
     const std::lock_guard lock(mutex_);
     return shown_;
   }
-  // Whether Get was called within the last `within` seconds.
+  // Whether Get was called in the last `within` seconds.
   bool was_requested(std::chrono::duration<double> within) const {
     const Clock::time_point then{Clock::duration(looked_at_.load())};
     return then != Clock::time_point() && Clock::now() - then < within;
@@ -57,20 +56,19 @@ class ShownModel {
   std::atomic<Clock::rep> looked_at_{0};
 };
 
-// Provides the state of a training as JSON, and passes the commands of the pages to the training.
+// Provides the state of a training as JSON, and passes the pages' commands to it.
 class TrainingMonitor {
  public:
-  // model: receives the model of the training while a page is open; must outlive this object.
+  // model: receives the training's model while a page is open; must outlive this object.
   explicit TrainingMonitor(ShownModel& model) : model_(model) {}
 
-  // Adds functions of this object to the callbacks of a training; existing callbacks are called too. This object must
-  // outlive the training.
+  // Adds functions of this object to the callbacks; existing ones are called too. It must outlive the training.
   void Follow(gs::TrainCallbacks* callbacks);
   // Sets the status to over.
   void End();
 
-  // Commands of the pages. Thread-safe. They take effect after the current iteration. The time of a pause does not
-  // count as training time.
+  // Commands of the pages, which take effect after the current iteration. Thread-safe. A pause does not count as
+  // training time.
   void Pause();
   void Resume();
   void Stop();
@@ -98,11 +96,11 @@ class TrainingMonitor {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool is_paused_ = false, is_stopped_ = false, is_over_ = false, wants_checkpoint_ = false;
-  double shown_at_ = -1;  // when the model was last copied for the page; seconds of the steady clock
+  double shown_at_ = -1;  // last copy of the model for the page; seconds of the steady clock
   gs::TrainProgress progress_;
   TimeLeft time_left_;
   double seconds_left_ = 0;
-  int every_ = 1, since_ = 0;  // of every_ observed losses one is kept; since_: number observed after it
+  int every_ = 1, since_ = 0;  // one of every_ observed losses is kept; since_: observed after it
   Curve costs_, train_psnr_, test_psnr_;
   std::string message_;
 };

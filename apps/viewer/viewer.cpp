@@ -33,7 +33,7 @@ struct Place {
   double radius = 1;
 };
 
-// Median and radius of `count` points point(i). Uses a sample of large sets.
+// Median and radius of `count` points point(i), from a sample of large sets.
 template <class PointAt>
 Place PlaceOf(Index count, const PointAt& point) {
   constexpr Index kEnough = 20000;
@@ -70,7 +70,7 @@ Place PlaceOf(const gs::PointCloud& points) {
   });
 }
 
-// The mean up axis of the cameras; without cameras the up axis (0, -1, 0) of a camera with identity rotation.
+// Mean up axis of the cameras; without cameras (0, -1, 0), as for identity rotation.
 Point UpOf(const gs::Scene& scene) {
   Point up = gs::SumOfUps(scene.views);
   const double length = std::hypot(up[0], up[1], up[2]);

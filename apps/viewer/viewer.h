@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer: an HTTP server with a page that shows a splat or a running training. Parses its flags.
+// The viewer: an HTTP server with a page that shows a splat or a running training.
 #pragma once
 
 #include <array>
@@ -24,25 +24,25 @@ struct ViewerAddress {
 
 class Viewer {
  public:
-  // scene, model and training must outlive this object. scene may have no views. training: null without a training.
-  // background: colour, 0..1. Throws Error (one line with --bind) if it cannot listen on the address.
+  // scene, model and training must outlive this object. scene may have no views. training: may be null. background:
+  // 0..1. Throws Error (one line with --bind) if it cannot listen on the address.
   Viewer(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
          TrainingMonitor* training = nullptr);
 
-  // The link to open in a browser.
+  // The link for a browser.
   std::string link() const { return server_.link(); }
 
  private:
   std::vector<HttpRoute> Routes();
-  // The route of a command of the page to the training.
+  // The route of a page's command to the training.
   HttpRoute Command(const char* path, void (TrainingMonitor::*command)());
-  // The views of the scene, without images and with the cameras of the shown model.
+  // The scene's views, without images and with the cameras of the shown model.
   std::vector<gs::View> ViewsOf(const ShownModel::Shown& shown) const;
   // The replies to /state, /scene and /frame.
   HttpReply State();
   HttpReply Scene();
   HttpReply Frame(const HttpQuery& query);
-  // A frame of values per Gaussian. Shows the model of GaussianValues::Get, possibly an earlier one than `shown`.
+  // A frame of values per Gaussian, of the model of GaussianValues::Get, which may be earlier than `shown`.
   HttpReply FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown);
 
   const gs::Scene& scene_;
@@ -50,18 +50,18 @@ class Viewer {
   TrainingMonitor* training_;
   FrameRenderer renderer_;
   GaussianValues values_;
-  HttpServer server_;  // declared last, because it serves requests as long as it exists
+  HttpServer server_;  // declared last: serves as long as it exists
 };
 
-// The addresses from the flags of `vesta view` (--bind, --port) and of a training (--bind, --view). Throws UsageError
-// if the value of --view is not a port.
+// The flags are --bind and --port of `vesta view`, or --bind and --view of a training. Throws UsageError if the value
+// of --view is not a port.
 ViewerAddress AddressOfViewer(const Flags& flags);
 ViewerAddress AddressOfTrainingView(const Flags& flags);
 
 // The viewer of a running training, with its monitor.
 class TrainingView {
  public:
-  // The parameters and errors are the same as for Viewer.
+  // Parameters and errors are as for Viewer.
   TrainingView(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background)
       : viewer_(place, scene, background, model_, &monitor_) {}
 
@@ -74,15 +74,15 @@ class TrainingView {
   Viewer viewer_;
 };
 
-// Returns the scene for the page as JSON, in the frame of the scene: "pivot" (the centre for orbiting: median of the
-// points; without points, of the Gaussians), "radius" (their median distance from the pivot), "up" (unit vector, mean
-// of the cameras), and "views", a list in the order of the scene with "name", "role" (train, held_out or test),
-// "width", "height", "position", "rotation" (w,x,y,z; camera to world) and "focal" (in image heights). views: the views
-// of the scene with their current cameras.
+// The scene for the page as JSON, in the frame of the scene: "pivot" (the centre for orbiting: median of the points;
+// without points, of the Gaussians), "radius" (their median distance from the pivot), "up" (unit vector, mean of the
+// cameras), and "views", a list in the order of the scene with "name", "role" (train, held_out or test), "width",
+// "height", "position", "rotation" (w,x,y,z; camera to world) and "focal" (in image heights). views: with their current
+// cameras.
 std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views, const gs::SplatModel& model);
 
-// The median distance of the Gaussians from their median position. It serves as Scene::extent of a scene without views,
-// from which the near plane follows.
+// Median distance of the Gaussians from their median position: Scene::extent of a scene without views, which determines
+// the near plane.
 double ExtentOf(const gs::SplatModel& model);
 
 }  // namespace vesta::app

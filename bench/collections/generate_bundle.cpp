@@ -17,18 +17,18 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 // Metres.
 constexpr double kSide = 8;       // distance from the path to the facades
-constexpr double kSpacing = 0.5;  // distance of the cameras, unless the ring then has too few
+constexpr double kSpacing = 0.5;  // distance of the cameras, unless the ring has too few
 constexpr double kLargestSpacing = 1.5;
 constexpr double kSightRange = 40;  // largest distance of a visible point
 constexpr double kSmallestRing = 3 * kSide;
-// Cosine of the largest angle between line of sight and facade normal.
+// Cosine of the largest angle to the facade normal.
 constexpr double kGrazing = 0.26;
 // Pixels.
 constexpr double kFocal = 1000, kHalfWidth = 1000, kHalfHeight = 750;
 constexpr Index kGrain = 64;
 constexpr int kMaxAttempts = 50;
 
-// Keys of the random streams, one for each purpose: equal keys give equal streams.
+// Keys of the random streams; equal keys give equal streams.
 enum Purpose : std::uint64_t { kCameraTruth = 1, kPointTruth, kTrack, kPixel, kCameraStart, kPointStart };
 
 struct Vector3 {
@@ -39,8 +39,8 @@ double DistanceSquared(const Vector3& a, const Vector3& b) {
   return x * x + y * y + z * z;
 }
 
-// The path of the vehicle: straight along +x, then a circle; y points up. A place is `along` metres from the start and
-// `aside` metres to the left.
+// The path of the vehicle: along +x, then a circle; y points up. A place is `along` metres from the start and `aside`
+// metres to the left.
 class Way {
  public:
   explicit Way(Index cameras) : Way(cameras / 2, cameras - cameras / 2) {}
@@ -92,7 +92,7 @@ void PlaceCamera(const GenerateOptions& options, Index i, World& world) {
   const double along = world.way.spacing() * (static_cast<double>(i) + 0.5);
   // The cameras look left, right, and diagonally forward to either side, in turn.
   constexpr double kTurns[4] = {kPi / 2, -kPi / 2, kPi / 4, -kPi / 4};
-  // A camera with angle-axis (0, a, 0) looks along (sin a, 0, -cos a); heading h is the direction (cos h, 0, -sin h).
+  // Angle-axis (0, a, 0) looks along (sin a, 0, -cos a); heading h is the direction (cos h, 0, -sin h).
   const double look = world.way.Heading(along) + kTurns[i % 4];
   double* parameters = world.cameras.data() + kCameraSize * i;
   parameters[0] = 0.02 * random.Normal();
@@ -117,7 +117,7 @@ Facade RandomFacadePoint(const Way& way, CounterRandom& random) {
   Facade facade;
   facade.along = way.length() * random.Uniform();
   const double side = random.Uniform() < 0.5 ? -1 : 1;
-  // Random depth of up to 1 m, as of bays and balconies.
+  // Depth of up to 1 m, as of bays and balconies.
   const double aside = side * (kSide - random.Uniform()), height = -1.5 + 8 * random.Uniform();
   facade.point = way.Place(facade.along, aside, height);
   const Vector3 inward = way.Place(facade.along, aside - side, height);
@@ -137,7 +137,7 @@ bool Sees(const World& world, Index camera, const Facade& facade) {
          std::abs(at.predicted[1]) < kHalfHeight;
 }
 
-// Collects the cameras that could see a point, sorted along the path, including those beyond the closure of the ring.
+// The cameras that could see a point, sorted along the path, including those beyond the closure of the ring.
 void CollectSeeing(const World& world, const Facade& facade, std::vector<std::int32_t>& seeing) {
   seeing.clear();
   const Index cameras = static_cast<Index>(world.centres.size());
@@ -158,7 +158,7 @@ void CollectSeeing(const World& world, const Facade& facade, std::vector<std::in
   seeing.erase(std::unique(seeing.begin(), seeing.end()), seeing.end());
 }
 
-// Places the points and returns the cameras that could see each: at least two, unless all attempts failed.
+// Places the points. Returns the cameras that could see each: at least two, unless all attempts failed.
 std::vector<std::vector<std::int32_t>> PlacePoints(const GenerateOptions& options, World& world) {
   std::vector<std::vector<std::int32_t>> seeing(static_cast<std::size_t>(options.num_points));
   ParallelFor(options.num_points, kGrain, [&](Index p) {
@@ -173,8 +173,8 @@ std::vector<std::vector<std::int32_t>> PlacePoints(const GenerateOptions& option
   return seeing;
 }
 
-// Track lengths weight / sqrt(uniform), whose density falls with the cube of the length. Bisection finds the weight
-// that gives the requested mean.
+// Lengths weight / sqrt(uniform), whose density falls with the cube of the length. Bisection finds the weight for the
+// requested mean.
 std::vector<Index> TrackLengths(const GenerateOptions& options, const std::vector<std::vector<std::int32_t>>& seeing) {
   std::vector<double> tail(seeing.size());
   for (std::size_t p = 0; p < seeing.size(); ++p) {
@@ -219,7 +219,7 @@ void AddObservations(const GenerateOptions& options, const World& world,
   ParallelFor(options.num_points, kGrain, [&](Index p) {
     const auto k = static_cast<std::size_t>(p);
     CounterRandom random(options.seed, kTrack, static_cast<std::uint64_t>(p));
-    random.Bits();  // TrackLengths used the first number of this stream
+    random.Bits();  // used by TrackLengths
     const Index begin = random.Below(static_cast<Index>(seeing[k].size()) - lengths[k] + 1);
     for (Index i = 0; i < lengths[k]; ++i) {
       data.observations[static_cast<std::size_t>(first[k] + i)] =
@@ -229,8 +229,7 @@ void AddObservations(const GenerateOptions& options, const World& world,
 }
 
 // Bends the whole scene slowly, like the drift of visual odometry. Cameras and points move together, so reprojection
-// errors stay small and only the ends of the path are far from the truth. The ring stays closed at the end of the
-// street.
+// errors stay small and only the ends of the path are far from the truth. The ring stays closed.
 Vector3 Drifted(const GenerateOptions& options, const World& world, const Vector3& v) {
   const double length = world.way.length(), size = 0.01 * options.start_drift * length;
   const double phase = kPi * v.x / length;

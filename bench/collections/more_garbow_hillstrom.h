@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The problems of more_garbow_hillstrom_models.h as SmallProblem, in a table.
+// more_garbow_hillstrom_models.h as a table of SmallProblem.
 #pragma once
 
 #include <span>
@@ -15,10 +15,10 @@ struct Formula {
   std::string name;
   SmallProblem problem;
   std::span<const double> start;
-  double sum_of_squares;               // sum of squared residuals at the known minimum: twice vesta's cost
-  std::span<const double> stationary;  // the same at further minima that the paper lists
+  double sum_of_squares;               // at the known minimum: twice vesta's cost
+  std::span<const double> stationary;  // the same at further minima in the paper
   Box box;                             // bounds; empty: none
-  double bounded_sum_of_squares;       // the same at the known minimum within the bounds
+  double bounded_sum_of_squares;       // the same within the bounds
 
   bool bounded() const { return !box.lower.empty(); }
 };

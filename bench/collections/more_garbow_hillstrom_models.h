@@ -3,8 +3,7 @@
 // 1981) that Ceres's examples/more_garbow_hillstrom.cc contains: numbers 1 to 19, from the paper's standard starts.
 // Some also have the bounds of Gay (A trust-region approach to linearly constrained optimization, 1984).
 //
-// Each problem is a residual functor for vesta's ResidualBlocks and, converted by ToCeres, for Ceres. It has these
-// members:
+// Each problem is a residual functor for ResidualBlocks and, through ToCeres, for Ceres. Its members:
 //   kName, kStart                           name and standard start
 //   kSumOfSquares                           the known global minimum of sum r^2 (twice vesta's cost)
 //   kLower, kUpper, kBoundedSumOfSquares    optional: bounds, and the minimum within them
@@ -155,7 +154,7 @@ struct GaussianDensity {
   template <class T>
   void operator()(const T* x, T* r) const {
     using std::exp;
-    // The times run from 3.5 to -3.5, and the values are symmetric in time.
+    // The times run from 3.5 to -3.5; the values are symmetric.
     constexpr double kValues[] = {0.0009, 0.0044, 0.0175, 0.0540, 0.1295, 0.2420, 0.3521, 0.3989};
     for (int i = 0; i < 15; ++i) {
       const T offset = T(3.5 - 0.5 * i) - x[2];
@@ -164,7 +163,7 @@ struct GaussianDensity {
   }
 };
 
-// A problem that NIST adopted: the same model and the same observations.
+// A problem that NIST adopted, with the same model and observations.
 template <class Model, const nist::Problem& kData, int kObservations>
 struct NistRegression {
   static constexpr int kResiduals = kObservations, kParameters = Model::kParameters;
@@ -336,7 +335,7 @@ struct Osborne2 {
 };
 
 // Calls visit.operator()<F>(number) for each of the 19 problems; F is the functor, number its number in the paper.
-// Problem 11 has two functors: the printed form and the corrected one.
+// Problem 11 has two functors: as printed, and corrected.
 template <class Visitor>
 void ForEachProblem(const Visitor& visit) {
   visit.template operator()<RosenbrockValley>(1);
@@ -361,9 +360,8 @@ void ForEachProblem(const Visitor& visit) {
   visit.template operator()<Osborne2>(19);
 }
 
-// Returns the number of digits, 0..11, in which a sum of squares agrees with the known minimum. It follows from the
-// relative error, or from the absolute error if the minimum is 0. With 4 digits a problem counts as solved, as in
-// Ceres's example.
+// Digits, 0..11, in which a sum of squares agrees with the known minimum, from the relative error, or from the absolute
+// one if the minimum is 0. 4 digits count as solved, as in Ceres's example.
 inline double Digits(double sum_of_squares, double known) {
   const double error = std::abs(sum_of_squares - known) / (known > 0 ? known : 1);
   return error < 1 ? std::min(11.0, -std::log10(error)) : 0.0;

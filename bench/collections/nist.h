@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The NIST regressions (bench/collections/nist_data.h) as SmallProblem, in a table.
+// The NIST regressions (bench/collections/nist_data.h) as a table of SmallProblem.
 #pragma once
 
 #include <functional>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The 27 nonlinear regression problems of NIST's Statistical Reference Datasets (itl.nist.gov/div898/strd, public
-// domain), with their certified solutions. nist/ has the observations, one file per problem; nist_models.h has the
-// models.
+// domain), with certified solutions. nist/ has the observations, nist_models.h the models.
 #pragma once
 
 #include <algorithm>
@@ -10,21 +9,21 @@
 
 namespace vesta::nist {
 
-// Level of difficulty according to NIST.
+// According to NIST.
 enum class Difficulty { kLower, kAverage, kHigher };
 
 struct Problem {
   const char* name;
   Difficulty difficulty;
   int num_predictors;
-  std::span<const double> rows;            // per observation: response y, then the predictors x1, x2, ...
-  std::span<const double> start1, start2;  // NIST's two starting points
-  std::span<const double> certified;       // certified parameters
-  std::span<const double> deviation;       // certified standard deviations of the parameters
+  std::span<const double> rows;            // response y, then predictors x1, x2, ...
+  std::span<const double> start1, start2;  // NIST's
+  std::span<const double> certified;       // parameters
+  std::span<const double> deviation;       // certified, of the parameters
   double residual_sum_of_squares;          // certified
 };
 
-// Returns the number of digits, 0..11, in which all parameters agree with the certified ones. NIST lists 11 digits.
+// Digits, 0..11, in which all parameters agree with the certified ones. NIST lists 11.
 inline double Digits(std::span<const double> x, std::span<const double> certified) {
   double digits = 11;
   for (std::size_t k = 0; k < x.size(); ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The models of the NIST problems: Model::Predict(b, x), where b is of any scalar type.
+// The models of the NIST problems: Model::Predict(b, x), for any scalar type of b.
 #pragma once
 
 #include <cmath>
@@ -218,7 +218,7 @@ struct RoszmanModel {
   }
 };
 
-// Prediction minus response of one observation: a functor for ResidualBlocks and, through ToCeres, for Ceres.
+// Prediction minus response of one observation, for ResidualBlocks and, through ToCeres, for Ceres.
 template <class Model>
 struct Residual {
   static constexpr int kResiduals = 1;
@@ -244,7 +244,7 @@ std::vector<Residual<Model>> Residuals(const Problem& problem) {
   return residuals;
 }
 
-// Calls visit.operator()<Model>(problem) for each of the 27 problems with its model.
+// Calls visit.operator()<Model>(problem) for each of the 27 problems.
 template <class Visitor>
 void ForEachProblem(const Visitor& visit) {
   visit.template operator()<Saturation>(kMisra1a);

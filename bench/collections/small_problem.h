@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small problem for vesta and for Ceres, behind one type. So the code that solves and compares problems is compiled
-// once, instead of once for each of fifty residual functors.
+// A small problem for vesta and Ceres. With one type, the code that solves and compares problems is compiled once
+// instead of for each of fifty residual functors.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -18,14 +18,14 @@ namespace vesta {
 struct SmallProblem {
   using B = CpuBackend<double>;
   int num_parameters;
-  // Makes the problem for vesta. loss: robust loss of each functor, or null.
+  // loss: robust loss of each functor, or null.
   std::function<std::unique_ptr<Problem<B>>(std::shared_ptr<const Loss> loss)> make;
-  // Adds the residual blocks with the parameters x to a Ceres problem. loss: null, or a loss that `problem` then
+  // Adds the residual blocks to a Ceres problem with the parameters x. loss: null, or a loss that `problem` then
   // owns.
   std::function<void(ceres::Problem& problem, ceres::LossFunction* loss, double* x)> add_to;
 };
 
-// F: a residual functor for ResidualBlocks, such as nist::Residual. All functors have the same parameters.
+// F: a residual functor for ResidualBlocks, such as nist::Residual. All have the same parameters.
 template <class F>
 SmallProblem MakeSmallProblem(std::vector<F> functors) {
   const auto shared = std::make_shared<const std::vector<F>>(std::move(functors));

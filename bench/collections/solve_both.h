@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves a small problem with vesta and with Ceres, to compare the results.
+// Solves a small problem with vesta and with Ceres.
 #pragma once
 
 #include <memory>
@@ -18,19 +18,19 @@ struct BothResults {
   LmSummary summary;
   int iterations_ceres = 0;
 
-  // True if vesta's cost is at most 1.00000001 times Ceres's cost, plus 1e-14 times the starting cost.
+  // vesta's cost is at most 1.00000001 times Ceres's cost, plus 1e-14 times the starting cost.
   bool SameMinimum() const { return cost <= cost_ceres + 1e-8 * cost_ceres + 1e-14 * start_cost; }
 };
 
-// Options that solve small problems to the last digit: PCG iterates until only rounding errors remain.
+// Options for small problems, to the last digit: PCG iterates until only rounding errors remain.
 LmOptions ExactOptions(int num_parameters);
 
-// A lower and an upper bound for each parameter; empty: no bounds.
+// Bounds of each parameter; empty: none.
 struct Box {
   std::span<const double> lower, upper;
 };
 
-// loss, loss_ceres: the same robust loss for vesta and Ceres, which takes ownership; or null for both. A start outside
+// loss, loss_ceres: the same robust loss for vesta and for Ceres, which takes ownership; or both null. A start outside
 // the box is moved to its border.
 BothResults SolveBoth(const SmallProblem& problem, std::span<const double> start,
                       std::shared_ptr<const Loss> loss = nullptr, ceres::LossFunction* loss_ceres = nullptr,

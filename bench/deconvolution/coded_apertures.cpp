@@ -19,7 +19,7 @@ constexpr std::uint64_t kSeed = 1803;
 Code RandomCode(Index frame, Index axis) {
   CounterRandom random(kSeed, static_cast<std::uint64_t>(frame), static_cast<std::uint64_t>(axis));
   Code code;
-  // A high power makes few openings transmit most of the light. This one has the flattest
+  // A high power makes few openings transmit most of the light; this one has the flattest
   // spectrum of the powers tried.
   for (double& tap : code) tap = 0.02 + 0.98 * std::pow(random.Uniform(), 4.0);
   const double sum = std::accumulate(code.begin(), code.end(), 0.0);

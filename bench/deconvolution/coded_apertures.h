@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Separable coded apertures: point spread functions of 25 x 25 pixels that are the product of a column and a row of
+// Separable coded apertures: point spread functions of 25 x 25 pixels, the product of a column and a row of
 // transmissions, as in mask-based cameras (Asif et al., FlatCam: thin, lensless cameras using coded aperture and
-// computation, 2017). A defocused lens removes some spatial frequencies from the image. A pseudo-random code preserves
-// all of them, and several codes together preserve them well.
+// computation, 2017). Defocus removes some spatial frequencies from the image. A pseudo-random code preserves all of
+// them, and several codes together preserve them well.
 #pragma once
 
 #include <array>
@@ -13,8 +13,7 @@
 namespace vesta::deconvolution {
 
 inline constexpr int kTaps = 25;  // width and height of the point spread functions, pixels
-// A blurred image (frame) is wider and higher than the sharp one by this number of pixels, so that it contains all
-// light.
+// A blurred image (frame) is wider and higher than the sharp one by this many pixels, so that it contains all light.
 inline constexpr int kSpill = kTaps - 1;
 
 using Code = std::array<double, kTaps>;
@@ -25,13 +24,13 @@ struct Aperture {
   Code column, row;
 };
 
-// Returns random codes, one for each frame. The fixed seed was chosen for three frames. Throws Error for frames < 1.
+// Random codes, one per frame. The fixed seed was chosen for three frames. Throws Error for frames < 1.
 std::vector<Aperture> CodedApertures(int frames);
 
-// Returns bounds of the eigenvalues of sum_f A_f^T A_f for images of any size, where A_f is the blur by aperture f. The
+// Bounds of the eigenvalues of sum_f A_f^T A_f for images of any size, where A_f is the blur by aperture f. The
 // operator is a section of a convolution, whose Fourier transform (symbol) is sum_f |column_f(w1)|^2 |row_f(w2)|^2.
-// `least` is its minimum on a grid of 256 x 256 frequencies, which is accurate to a few percent. `greatest` is exactly
-// the number of frames.
+// `least` is its minimum on a grid of 256 x 256 frequencies, accurate to a few percent. `greatest` is the number of
+// frames.
 struct SymbolRange {
   double least, greatest;
 };

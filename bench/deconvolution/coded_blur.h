@@ -10,8 +10,8 @@
 
 namespace vesta::deconvolution {
 
-// The operators A_f, f = 0, 1, ...: A_f blurs an image by aperture f. Images have side x side values, frames (blurred
-// images) (side + kSpill) x (side + kSpill) values, row by row. Not thread-safe: the calls share memory.
+// A_f blurs an image by aperture f = 0, 1, .... Images have side x side values, frames (blurred images) (side + kSpill)
+// x (side + kSpill) values, row by row. Not thread-safe.
 class CodedBlur {
  public:
   // Throws Error unless side >= 1.
@@ -33,11 +33,11 @@ class CodedBlur {
   // Sets the frame for AddAdjoint and AddSquaredAdjoint: pixel i becomes value(i).
   template <class Value>
   void SetFrame(const Value& value);
-  // out += A_f^T frame, image_size() entries; if `first`, out is overwritten instead.
+  // out += A_f^T frame, image_size() entries; with `first`, out = A_f^T frame.
   void AddAdjoint(int frame, bool first, HostSpan<double> out) {
     Accumulate(apertures_[static_cast<std::size_t>(frame)], first, out);
   }
-  // The same with the squares of the entries of A_f; with a frame of ones, this gives the squared column norms of A_f.
+  // The same with the squared entries of A_f; a frame of ones gives the squared column norms of A_f.
   void AddSquaredAdjoint(int frame, bool first, HostSpan<double> out) {
     Accumulate(squared_[static_cast<std::size_t>(frame)], first, out);
   }

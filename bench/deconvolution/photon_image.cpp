@@ -18,7 +18,7 @@ double Transform(double counts) { return 2 * std::sqrt(counts + kAnscombe); }
 
 }  // namespace
 
-// J at one x. Uses the buffers of the problem, which must outlive it.
+// J at one x. Uses buffers of the problem, which must outlive it.
 class PhotonImage::AtX final : public Linearization<CpuBackend<double>>, public WithProductH<CpuBackend<double>> {
  public:
   AtX(PhotonImage& problem, ConstVectorView x)
@@ -65,7 +65,7 @@ class PhotonImage::AtX final : public Linearization<CpuBackend<double>>, public 
     }
     ParallelFor(d.size(), kGrain, [&](Index k) { d[k] *= light_[k] * light_[k]; });
   }
-  // Processes frame by frame, so that one frame is buffered instead of all residuals.
+  // Buffers one frame instead of all residuals.
   void ApplyH(ConstVectorView v, VectorView Hv) override {
     blur_.SetImage([&](Index k) { return light_[k] * v[k]; });
     for (int f = 0; f < blur_.num_frames(); ++f) {

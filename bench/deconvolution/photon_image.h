@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A least-squares problem: recovers an image from photon counts behind coded apertures (coded_apertures.h). The
-// Jacobian J is never stored: it has 625 entries per row and would take 88 GiB for 2048 x 2048 pixels and three frames.
+// Recovers an image from photon counts behind coded apertures (coded_apertures.h). The Jacobian J is never stored: with
+// 625 entries per row it would take 88 GiB for 2048 x 2048 pixels and three frames.
 //
 // The unknowns are x_k, the logarithm of the light of pixel k, so the image s = exp(x) is positive. Frame f has the
 // expected counts y = A_f s, where A_f is the blur by aperture f, and the measured counts b. The residual is the
@@ -26,12 +26,12 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
 
   const CodedBlur& blur() const { return blur_; }
   Index num_residuals() const { return counts_.size(); }
-  // Number of entries of J that can be nonzero: the light of a pixel falls on kTaps^2 pixels of each frame.
+  // Entries of J that can be nonzero: the light of a pixel falls on kTaps^2 pixels of each frame.
   Index jacobian_entries() const { return blur_.num_frames() * blur_.image_size() * kTaps * kTaps; }
   // Bytes of J in compressed-row storage: a double and a 32-bit column per entry, a 32-bit offset per row, as in Ceres.
   double stored_jacobian_bytes() const;
 
-  // Starting value for all x_k: a uniform image whose total light equals the total counts.
+  // Start for all x_k: a uniform image whose total light equals the total counts.
   double UniformStart() const;
 
   Index num_parameters() const override { return blur_.image_size(); }
@@ -46,15 +46,15 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
   HostBuffer<double> plane_;  // one frame
 };
 
-// Solver options that recover the light of every pixel from counts without noise, to a relative error of 1e-6: PCG,
-// which needs no stored Jacobian, and no function tolerance.
+// Options that recover every pixel from counts without noise, to a relative error of 1e-6: PCG and no function
+// tolerance.
 LmOptions PhotonImageOptions();
 
-// Returns the expected counts of all frames, concatenated, for an image with light s >= 0.
+// The expected counts of all frames, concatenated, for an image with light s >= 0.
 HostBuffer<double> Expose(Index side, const std::vector<Aperture>& apertures, HostSpan<const double> image);
 
-// Returns a synthetic image of side x side pixels with 20 to 400 counts each: a ramp, discs, gratings of all
-// directions, and points.
+// A synthetic image of side x side pixels with 20 to 400 counts each: a ramp, discs, gratings of all directions, and
+// points.
 HostBuffer<double> TestScene(Index side);
 
 }  // namespace vesta::deconvolution

@@ -11,11 +11,11 @@ using V = xsimd::batch<double>;
 
 constexpr Index kWidth = V::size;
 static_assert(kSpill % kWidth == 0 && kWidth <= kCorrelationSlack);
-// Rows processed together, so that several output rows use each loaded row; and columns processed together, so that the
-// intermediate values between the two passes fit into the L1 cache.
+// Rows processed together, which share each loaded row; columns processed together, whose intermediate values fit into
+// the L1 cache.
 constexpr int kRows = 4;
 constexpr Index kTile = 256;
-// Independent vectors in the first pass, to hide the latency of a fused multiply-add.
+// Independent vectors in the first pass, to hide the latency.
 constexpr int kBlock = 2;
 constexpr Index kScratch = kTile + kSpill + kBlock * kCorrelationSlack;
 

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the results of GPU and CPU (host) for a large workload (bench/kernel_times/workload.h).
+// Compares results of GPU and CPU (host) for a large workload (bench/kernel_times/workload.h).
 #pragma once
 
 #include "bench/kernel_times/workload.h"
 
 namespace vesta::bench {
 
-// How much GPU and CPU differ for the first view: its image, and the products J v and J^T u with its Jacobian J, for
-// random v and u.
+// Differences for the first view: its image, and the products J v and J^T u with its Jacobian J, for random v and u.
 struct HostComparison {
-  // Relative differences |GPU - CPU| / |CPU|, with Euclidean norms.
+  // |GPU - CPU| / |CPU|, with Euclidean norms.
   double image = 0, j_v = 0, jt_u = 0;
-  // Number of values, of all three, whose bits differ between two runs on the GPU.
+  // Values of all three whose bits differ between two runs on the GPU.
   Index differing = 0;
 
   // Bounds for arithmetic in float, where rounding may move an alpha across a threshold.
@@ -20,7 +19,7 @@ struct HostComparison {
   bool Agrees() const { return image < kImageGoal && j_v < kProductGoal && jt_u < kProductGoal && differing == 0; }
 };
 
-// Needs CPU memory for eight vectors of the size of the model.
+// Needs CPU memory for eight vectors of the model's size.
 HostComparison CompareWithHost(const Workload& workload);
 
 }  // namespace vesta::bench

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of the CUDA kernels on a large workload. Compares the results with the host, times whole iterations of Adam
-// and LM, and compares each pass with the limits of the device (roofline).
+// Benchmark of the CUDA kernels on a large workload. Compares the results with the host, times iterations of Adam and
+// LM, and compares each pass with the limits of the device (roofline).
 //
 //   gpu_kernels [--gaussians 1000000] [--pixels 1000000] [--views 100] [--overlap 40] [--repeats 20] [--json FILE]
 //   gpu_kernels --probe yes       prints the name of the GPU and runs a small kernel on it
 //
-// The JSON is written after each part, so that it is useful even if the program is stopped. Exit status: 1 if the
-// device disagrees with the host or between two runs, otherwise 0. Without a GPU it is 0, or 3 with
-// VESTA_REQUIRE_CUDA=1 or
+// The JSON is written after each part, so that it is useful if the program is stopped. Exit status: 1 if the device
+// disagrees with the host or between two runs, otherwise 0. Without a GPU it is 0, or 3 with VESTA_REQUIRE_CUDA=1 or
 // --probe.
 //
 // bytes: each input read once and each output written once. flops: operations of the formulas for all pixels that a
-// splat covers (docs/performance.md lists the instructions; each counts as two operations). Both ignore all other work.
+// splat covers (docs/performance.md lists the instructions; each counts as two). All other work is ignored.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -48,7 +47,7 @@ class GpuBench {
     std::fflush(stdout);
   }
 
-  // Times each pass over the first view. It keeps its buffers, so it must run after WholeSteps, which measures peak
+  // Times each pass over the first view. Keeps its buffers, so it must run after WholeSteps, which measures peak
   // memory.
   void Passes() {
     const Workload& workload = workload_;
@@ -110,7 +109,7 @@ class GpuBench {
     report_.AddTarget({"J^T u, of the nearer ceiling", share_["J^T u"], "%", 50, share_["J^T u"] >= 50});
   }
 
-  // Compares the results of device and host. Returns true if they agree.
+  // Returns true if device and host agree.
   bool Comparison() {
     const HostComparison found = CompareWithHost(workload_);
     const auto add = [&](const char* name, double value, double goal) {
@@ -132,8 +131,8 @@ class GpuBench {
   }
 
  private:
-  // Times products with the cached Jacobian, which has 8 bytes per entry. lists: bytes of the tile lists. The cache
-  // adds a mask and the offset of the entries for each pair.
+  // Products with the cached Jacobian, of 8 bytes per entry. lists: bytes of the tile lists. The cache adds a mask and
+  // the offset of the entries per pair.
   void CachedProducts(double lists, double visits, const float* image, const float* dx, float* d_image, float* g) {
     const auto pairs = static_cast<double>(view_.num_pairs());
     const double values = static_cast<double>(workload_.shape().NumValues()),
@@ -149,7 +148,7 @@ class GpuBench {
     Build();
   }
 
-  // Times Adam's step on all parameters, with a diagonal second moment and with a block one for the geometry.
+  // Adam's step on all parameters, with diagonal and with block second moments of the geometry.
   void AdamSteps(double n, DeviceBuffer<float>& gradient, DeviceBuffer<float>& x, DeviceBuffer<float>& first,
                  DeviceBuffer<float>& second) {
     const Index count = workload_.model.count;
@@ -168,7 +167,7 @@ class GpuBench {
     arrays.blocks.step = arrays.blocks.root_correction2 = 1;
     arrays.blocks.beta2 = gs::kAdamBeta2;
     gs::BlockBases<Device> bases;
-    // A step clears the gradient, and a step with a zero gradient does nothing. So fill the gradient before each step.
+    // A step clears the gradient, and does nothing with a zero gradient. So fill it before each step.
     const auto step = [&] {
       Gpu().Fill(1, gradient);
       gs::AdamSteps<Device>::Run(arrays, bases);
@@ -186,7 +185,7 @@ class GpuBench {
   splat::Model<float> Model() const { return {x_.data(), workload_.model.layout(), workload_.model.sh_degree}; }
   void Build() { view_.Build(Model(), workload_.views.front(), background_, workspace_); }
 
-  // kernel: name of the kernel whose register count is reported.
+  // kernel: for the register count.
   template <class Body>
   double Add(const std::string& pass, const std::string& kernel, double flops, double bytes, const Body& body) {
     const device::HostWork before = device::CountedHostWork();
@@ -221,7 +220,7 @@ class GpuBench {
                  {"GFLOP", flops / 1e9},
                  {"% of flops", of_flops},
                  {"registers", static_cast<double>(registers)}});
-    // Print at once: the program may be stopped before it prints the table.
+    // At once: the program may be stopped before the table.
     fmt::print("{}: {:.3f} ms, {:.0f} launches, {:.0f} waits\n", pass, ms, launches, waits);
     std::fflush(stdout);
   }

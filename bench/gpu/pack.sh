@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Copies bench/gpu/run.sh, the programs it runs and their shared libraries into a folder for another machine:
+# Copies bench/gpu/run.sh, its programs and their shared libraries into a folder for another machine:
 #   bench/gpu/pack.sh build/cuda FOLDER     then run on that machine: FOLDER/run.sh
 # The programs find the libraries relative to themselves ($ORIGIN/../lib, cmake/Cuda.cmake), so the folder can be moved.
-# The C library and the dynamic loader of the other machine are used.
+# They use the C library and dynamic loader of the other machine.
 set -euo pipefail
 build=${1:?usage: pack.sh BUILD FOLDER} folder=${2:?usage: pack.sh BUILD FOLDER}
 mkdir -p "$folder"/{tests,bench,lib}

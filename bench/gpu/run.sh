@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Tests and benchmarks the CUDA build on a machine with a GPU. Uses no network and does not change the GPU's settings.
+# Tests and benchmarks the CUDA build on a GPU. Uses no network and does not change the GPU's settings.
 #
 #   bench/gpu/run.sh [BUILD]      BUILD: a build folder of the preset cuda; it is built first if it has no programs.
 #                                 Default: build/cuda, or the folder of this script if bench/gpu/pack.sh made it
 #   bench/gpu/run.sh --list       lists the steps with their time limits in seconds
 #
-# The limits add up to at most 540 s, including the grace period of timeout(1). Three files in $OUT (default
-# gpu_results) are updated after each step: summary.json, table.txt and logs.tar.gz. Exit status: 0 if all steps passed,
-# 1 if one failed, 2 if there is nothing to run. No GPU is a failure unless VESTA_REQUIRE_CUDA=0. GAUSSIANS, PIXELS and
-# VIEWS change the workload of gpu_kernels.
+# The limits add up to at most 540 s, including the grace period of timeout(1). After each step, three files in $OUT
+# (default gpu_results) are updated: summary.json, table.txt and logs.tar.gz. Exit status: 0 if all steps passed, 1 if
+# one failed, 2 if there is nothing to run. No GPU is a failure unless VESTA_REQUIRE_CUDA=0. GAUSSIANS, PIXELS and VIEWS
+# change the workload of gpu_kernels.
 set -uo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -19,12 +19,12 @@ build=${1:-$build}
 out=${OUT:-gpu_results}
 export VESTA_REQUIRE_CUDA=${VESTA_REQUIRE_CUDA:-1}
 export PATH=$PATH:/usr/local/cuda/bin
-# Seconds between the limit of a step and its SIGKILL.
+# Seconds from a step's limit to its SIGKILL.
 grace=1
 
 kernels=$build/bench/gpu_kernels
 workload=(--gaussians "${GAUSSIANS:-1000000}" --pixels "${PIXELS:-1000000}" --views "${VIEWS:-100}")
-# each FUNCTION: calls FUNCTION with the name, limit in seconds and command of every step, most important steps first.
+# each FUNCTION: calls FUNCTION with the name, limit in seconds and command of every step, most important first.
 each() {
   "$1" gpu 15 "$kernels" --probe yes
   "$1" sanitizer 20 compute-sanitizer --tool memcheck --error-exitcode 9 "$kernels" --probe yes
@@ -35,7 +35,7 @@ each() {
   "$1" training 30 "$build/tests/cuda_training_test"
   "$1" gpu_kernels 150 "$kernels" "${workload[@]}" --json "$work/gpu_kernels.json"
   local tool
-  # The training test is left out: it launches the same kernels, and would take minutes under these tools.
+  # Without the training test, which launches the same kernels but takes minutes under these tools.
   for tool in memcheck racecheck synccheck; do
     "$1" "$tool.splat" 60 compute-sanitizer --tool "$tool" --error-exitcode 9 "$build/tests/cuda_splat_test"
     "$1" "$tool.backend" 20 compute-sanitizer --tool "$tool" --error-exitcode 9 "$build/tests/cuda_backend_test"
@@ -99,7 +99,7 @@ json() {
   printf '],\n "gpu_kernels": %s}\n' "$kernels"
 }
 
-# Writes all results so far. Each file is replaced atomically.
+# Replaces each file atomically.
 write_results() {
   table >"$out/.part" && mv -f "$out/.part" "$out/table.txt"
   json >"$out/.part" && mv -f "$out/.part" "$out/summary.json"
@@ -112,7 +112,7 @@ note() {
   printf '%-18s %-40s %4d s\n' "$1" "$3" "$2"
 }
 
-# step NAME LIMIT COMMAND...: runs the command with its own log file, and records the result.
+# step NAME LIMIT COMMAND...: runs the command with its own log, and records the result.
 step() {
   local name=$1 limit=$2 begin=$SECONDS status=0 verdict log=$work/logs/$1.log
   shift 2
@@ -140,7 +140,7 @@ step() {
       fi
       ;;
     sanitizer)
-      # The tool may exist but not work. Its summary at the end shows that it worked.
+      # The tool may exist but not work. Its final summary shows that it worked.
       if ((status != 0)) || ! grep -q 'ERROR SUMMARY: 0 errors' "$log"; then
         has_sanitizer=0 verdict="does not work here ($status)" status=0
       fi

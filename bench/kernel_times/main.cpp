@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures each splatting pass, the loss and a whole iteration of Adam, and compares them with the lower bounds that
-// docs/performance.md derives:
+// Measures each splatting pass, the loss and an iteration of Adam, and compares them with the lower bounds of
+// docs/performance.md:
 //
 //   kernels [SCENE PLY] [--threads 1,2] [--repeats N] [--scaling yes] [--json FILE]
 //
-// SCENE and PLY give a real workload; the default is a synthetic one. --scaling yes adds series in which the pixels,
-// Gaussians or views double, up to a million Gaussians and a million pixels.
+// SCENE and PLY give a real workload; the default is synthetic. --scaling yes adds series in which pixels, Gaussians or
+// views double, up to a million Gaussians and pixels.
 #include <fmt/format.h>
 
 #include "bench/kernel_times/vector_rate.h"
@@ -26,10 +26,10 @@
 namespace vesta::bench {
 namespace {
 
-// Vector instructions of the formulas (docs/performance.md) per vector of pixels that a splat covers.
+// Vector instructions of the formulas (docs/performance.md) per covered vector of pixels.
 constexpr double kForward = 18, kTangent = 28, kBoth = 32, kAdjoint = 38, kGram = 88;
 
-// Times all passes over one workload.
+// Passes over one workload.
 class Bench {
  public:
   Bench(const Workload& workload, int threads, int repeats, double rate, Report& report)
@@ -100,8 +100,7 @@ class Bench {
     });
   }
 
-  // Times an iteration as in training: one view at full resolution, a step for every Gaussian it sees; the views in
-  // turn.
+  // As in training: one view at full resolution, a step for every Gaussian it sees; the views in turn.
   double AdamIteration() {
     const ImageShape shape = workload_.shape();
     HostBuffer<float> image(shape.NumValues()), u(shape.NumValues());
@@ -124,8 +123,8 @@ class Bench {
       view_.AddJT(x, image.data(), u.data(), gradient.data(), workspace_);
       adam.Step(trained, parameters, gradient.data(), attributes, 1e-3);
     });
-    // A step clears the gradient, and a step with a zero gradient does nothing. So each timed call first copies the
-    // gradient of the last view.
+    // A step clears the gradient, and does nothing with a zero gradient. So each timed call first copies the gradient
+    // of the last view.
     const std::size_t k = next % workload_.views.size();
     view_.Build(gs::ToKernelModel(trained), workload_.views[k], background_, workspace_);
     HostBuffer<float> last(gradient.size());
@@ -137,7 +136,7 @@ class Bench {
     return ms;
   }
 
-  // Times LM's work on all views at one x: linearisation and one product with H.
+  // LM's work on all views at one x: linearisation and one product with H.
   double LmProduct() {
     std::vector<gs::TargetView<CpuBackend<float>>> targets;
     for (std::size_t v = 0; v < workload_.views.size(); ++v) {
@@ -159,7 +158,7 @@ class Bench {
  private:
   splat::Model<float> model() const { return gs::ToKernelModel(workload_.model); }
 
-  // instructions: lower bound of the vector instructions per useful vector; 0: no bound.
+  // instructions: lower bound per useful vector; 0: none.
   template <class Body>
   double Add(const std::string& pass, double instructions, const Body& body) {
     const double ms = MedianMilliseconds(repeats_, body);

@@ -4,8 +4,8 @@
 namespace vesta::bench {
 inline namespace VESTA_ISA {
 
-// Runs `count` multiply-adds in each of twelve independent chains, enough to hide the latency. Returns a value that
-// depends on all of them, so that the compiler keeps them.
+// `count` multiply-adds in each of twelve independent chains, enough to hide the latency. The result depends on all of
+// them, so that the compiler keeps them.
 float MultiplyAdds(long count) {
   constexpr int kSums = 12;
   FloatLanes sum[kSums];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs of the kernel benchmarks: a model, cameras, and photographs to compare with.
+// Inputs of the kernel benchmarks: a model, cameras, and photographs.
 #pragma once
 
 #include <string>
@@ -17,17 +17,17 @@ struct Workload {
   gs::SplatModel model;
   double extent = 1;  // as Scene::extent
   std::vector<splat::PosedCamera> views;
-  std::vector<std::vector<float>> photographs;  // one per view: three planes (red, green, blue)
+  std::vector<std::vector<float>> photographs;  // per view: three planes (red, green, blue)
 
   ImageShape shape() const { return {views.front().width, views.front().height}; }
 };
 
-// Reads a scene and a splat (.ply) of it. All photographs must have the same size.
+// Reads a scene and its splat (.ply). All photographs must have the same size.
 Workload RealWorkload(const std::string& scene, const std::string& ply);
 
-// Returns a synthetic input: round Gaussians with opacity 0.5 and SH degree 3, all inside the image and equally large
-// there. They are so large that on average `overlap` of them cover a pixel. The images have about `pixels` pixels, the
-// aspect ratio 4:3 and noise as photographs. The camera moves slightly from view to view.
+// Round Gaussians with opacity 0.5 and SH degree 3, all inside the image and equally large there. On average `overlap`
+// of them cover a pixel. The images have about `pixels` pixels, the aspect ratio 4:3 and noise as photographs. The
+// camera moves slightly from view to view.
 Workload SyntheticWorkload(Index gaussians, Index pixels, double overlap, int views = 1);
 
 }  // namespace vesta::bench

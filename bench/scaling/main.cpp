@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the products and LM steps of a distributed problem in an MPI process, and the data it receives from others.
+// Measures products and LM steps of a distributed problem in an MPI process, and the data received from others.
 //
 //   mpirun -n P scaling bal [--cameras 200] [--points 100000] [--track 8] [--threads 1] [--repeats 5] [--parts 64]
 //                           [--plain yes] [--json FILE]
@@ -7,9 +7,9 @@
 //
 // bal: a generated bundle adjustment. splats: the LM problem of a splat on all training views of a scene, or the first
 // N.
-// --plain: the single-process problem without parts. Rank 0 reports one row: medians in milliseconds; the number of
-// exchanges and the MiB it receives in one product, measured (in total and all-gathered) and predicted; its peak
-// memory. bench/scaling.py runs this program for several P.
+// --plain: the single-process problem without parts. Rank 0 reports one row: medians in milliseconds; exchanges and MiB
+// that it receives in one product, measured (in total and all-gathered) and predicted; its peak memory.
+// bench/scaling.py runs this program for several P.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ namespace {
 
 constexpr double kMib = 1 << 20;
 
-// Data that a process receives in one call of body.
+// Received in one call of body.
 struct Received {
   double exchanges = 0, mib = 0, gathered_mib = 0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibration of one camera from views of a flat target: few parameters, and each residual depends on twelve of them.
+// Calibration of one camera from views of a flat target: each residual depends on twelve of few parameters.
 #include <ceres/rotation.h>
 
 #include <array>
@@ -36,7 +36,7 @@ struct Calibration {
   std::array<double, kIntrinsics> intrinsics;
   std::vector<std::array<double, 6>> poses;
   std::vector<std::vector<Corner>> corners;  // by view
-  // Observations have errors of up to 0.2 pixels, and the start is a guess. Sines replace random numbers.
+  // Errors of up to 0.2 pixels, and a guess as the start. Sines replace random numbers.
   Calibration(int views, int corners_each) : intrinsics{800, 800, 320, 240, 0, 0}, corners(Size(views)) {
     const std::array<double, kIntrinsics> truth{870, 860, 331, 236, -0.21, 0.08};
     for (int i = 0; i < views; ++i) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose graphs as ceres::Problem. The residuals are implemented independently of problems/pose_graph, with Eigen's
-// rotations.
+// Pose graphs as ceres::Problem, independent of problems/pose_graph, with Eigen's rotations.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -23,7 +22,7 @@ Eigen::Matrix<double, D, D> RootInformation(const double* upper) {
   return factor.matrixL();
 }
 
-// The residual of an edge in 2D: poses and measurement m are (x, y, yaw).
+// The residual in 2D: poses and measurement m are (x, y, yaw).
 struct CeresEdge2 {
   static constexpr int kPose = 3, kTangent = 3;
   const double* m;
@@ -41,7 +40,7 @@ struct CeresEdge2 {
   }
 };
 
-// The residual of an edge in 3D: poses and measurement m are position and quaternion (w, x, y, z).
+// The residual in 3D: poses and measurement m are position and quaternion (w, x, y, z).
 struct CeresEdge3 {
   static constexpr int kPose = 7, kTangent = 6;
   const double* m;
@@ -60,9 +59,9 @@ struct CeresEdge3 {
   }
 };
 
-// Adds all poses and edges of the graph to `problem`; the first pose is constant. `poses` (PoseSize values per pose)
-// contains the parameter blocks and must outlive the problem. loss: null or the robust loss of each edge; the problem
-// takes ownership.
+// Adds all poses and edges to `problem`; the first pose is constant. `poses` (PoseSize values each) contains the
+// parameter blocks and must outlive the problem. loss: null or the robust loss of each edge; the problem takes
+// ownership.
 template <class Edge>
 void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, ceres::LossFunction* loss, std::vector<double>& poses,
                          ceres::Problem& problem) {
@@ -97,7 +96,7 @@ inline void BuildCeresPoseGraph(const pose_graph::PoseGraph& graph, ceres::LossF
   }
 }
 
-// Solves the graph with Ceres from its poses as start. Writes the solution to `poses` and returns the final cost.
+// Solves the graph with Ceres from its poses. Writes the solution to `poses` and returns the final cost.
 inline double CeresPoseGraphCost(const pose_graph::PoseGraph& graph, ceres::LossFunction* loss,
                                  std::vector<double>* poses) {
   *poses = graph.poses;

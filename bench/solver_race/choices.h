@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Combinations of the solver options for linear systems: solver with preconditioner, tolerance, and precision.
+// Combinations of options for linear systems: solver with preconditioner, tolerance, and precision.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace vesta::bench {
 
-// The tolerance at which the linear solver stops its iterations (inner iterations).
+// The tolerance of the linear solver's iterations (inner iterations).
 struct InnerTolerance {
   // "1e-4": relative residual; "model 0.1": relative decrease of the quadratic model; "-": no inner iterations.
   std::string name;
@@ -20,8 +20,7 @@ struct InnerTolerance {
   void Apply(NormalSystemOptions& options) const;
 };
 
-// A linear solver with a preconditioner. iterates: whether it has inner iterations, so that the tolerance has an
-// effect.
+// iterates: it has inner iterations, so the tolerance matters.
 struct InnerSolver {
   std::string name;
   LinearSolverKind kind;
@@ -29,15 +28,15 @@ struct InnerSolver {
   bool iterates = true;
 };
 
-// One combination, and the solver that uses it.
+// One combination and its solver.
 struct Choice {
   std::string solver, tolerance, precision;
   Contender contender;
 };
 
-// Makes a contender (race.h) with this name and these options.
+// A contender (race.h) with this name and these options.
 using MakeContender = std::function<Contender(const std::string& name, const LmOptions& lm)>;
-// Appends a choice for each solver and tolerance to `choices`. All other options are those of `lm`.
+// Appends a choice for each solver and tolerance, otherwise with the options of `lm`.
 void AddChoices(const std::vector<InnerSolver>& solvers, const LmOptions& lm, const std::string& precision,
                 const MakeContender& make, std::vector<Choice>& choices);
 
@@ -47,14 +46,13 @@ std::vector<Choice> BundleChoices(const std::string& path, const RaceOptions& ra
 // Choices for the pose graph in the file `path`, in double.
 std::vector<Choice> PoseGraphChoices(const std::string& path, const RaceOptions& race);
 
-// A small problem with one of its starting points.
+// A small problem with a start.
 struct SmallRace {
   std::string problem;
   double known = 0;  // lowest known cost
   std::vector<Choice> choices;
 };
-// The NIST regressions (bench/collections/nist.h) from their starting point 1 or 2. Choices in double, and with all
-// arithmetic in float.
+// The NIST regressions (bench/collections/nist.h) from start 1 or 2, in double, and with all arithmetic in float.
 std::vector<SmallRace> NistChoices(int start, const RaceOptions& race);
 
 }  // namespace vesta::bench

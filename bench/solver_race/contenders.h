@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The solvers to compare on a problem (contenders): vesta with its own problem class (native), vesta through the bridge
-// from a ceres::Problem (bridged), and Ceres.
+// The solvers to compare (contenders): vesta with its own problem class (native), vesta through the bridge from a
+// ceres::Problem (bridged), and Ceres.
 #pragma once
 
 #include <functional>
@@ -16,10 +16,10 @@ namespace vesta::bench {
 
 struct RaceOptions {
   int threads = 1;
-  double seconds = 60;  // limit of one solve
+  double seconds = 60;  // of one solve
 };
 
-// vesta on a bundle adjustment. `data` returns the problem; it is called in the child process that solves.
+// vesta on a bundle adjustment. `data` returns the problem, in the child process.
 Contender NativeBundle(const std::string& name, const std::function<bundle::BundleData()>& data,
                        const bundle::BundleProblemOptions& problem, const LmOptions& lm, const RaceOptions& race);
 Contender BridgedBundle(const std::string& name, const std::function<bundle::BundleData()>& data, const LmOptions& lm,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs vesta or Ceres on a problem with the same limits, and records time and cost after each iteration.
+// Runs vesta or Ceres with the same limits, and records time and cost after each iteration.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -24,16 +24,15 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Limits of both: a solve ends when the relative change of the cost is below kFunctionTolerance, after kMaxIterations
-// iterations, or at the time limit RaceOptions::seconds.
+// A solve ends when the relative change of the cost is below kFunctionTolerance, after kMaxIterations iterations, or at
+// the time limit RaceOptions::seconds.
 inline constexpr double kFunctionTolerance = 1e-9;
 inline constexpr int kMaxIterations = 500;
 
-// Records a Moment (race.h) after each LM iteration. Its time starts when it is constructed.
+// Records a Moment (race.h) after each LM iteration. Its time starts at construction.
 class Recorder {
  public:
-  // cost: after this iteration; it may be higher than before. Returns the new Moment, so that the caller can add to
-  // `inner`.
+  // cost: after this iteration; may rise. Returns the new Moment, so that the caller can add to `inner`.
   Moment& Add(double cost) {
     const Moment last = moments_.empty() ? Moment{0, cost, 0} : moments_.back();
     moments_.push_back({clock_.Seconds(), std::min(last.cost, cost), last.inner});
@@ -62,8 +61,8 @@ inline LmOptions Limited(LmOptions options, const RaceOptions& race) {
   return options;
 }
 
-// Solves with vesta. `make` makes the problem, an object with the interface vesta::Problem; its time counts. `start`
-// returns the starting point of a problem.
+// `make` makes the problem, an object with the interface vesta::Problem; its time counts. `start` returns the starting
+// point of a problem.
 template <class Make, class Start>
 std::vector<Moment> SolveNatively(const Make& make, const Start& start, const LmOptions& options,
                                   const RaceOptions& race) {
@@ -77,7 +76,7 @@ std::vector<Moment> SolveNatively(const Make& make, const Start& start, const Lm
   return recorder.Take();
 }
 
-// Solves a Ceres problem with vesta through the bridge. The time of the conversion counts.
+// vesta through the bridge. The time of the conversion counts.
 inline std::vector<Moment> SolveByBridge(LmOptions options, ceres::Problem& problem, const RaceOptions& race) {
   SetNumThreads(race.threads);
   Recorder recorder;
@@ -85,7 +84,7 @@ inline std::vector<Moment> SolveByBridge(LmOptions options, ceres::Problem& prob
   return recorder.Take();
 }
 
-// Options of Ceres with the same names.
+// Options of the same names in Ceres.
 struct CeresSolver {
   ceres::LinearSolverType solver;
   ceres::PreconditionerType preconditioner = ceres::JACOBI;
@@ -93,7 +92,7 @@ struct CeresSolver {
   double eta = 0.1;
 };
 
-// Solves with Ceres. ordering: the groups to eliminate; the call takes ownership; null: Ceres chooses.
+// ordering: the groups to eliminate; takes ownership; null: Ceres chooses.
 inline std::vector<Moment> SolveByCeres(const CeresSolver& solver, ceres::Problem& problem, const RaceOptions& race,
                                         ceres::ParameterBlockOrdering* ordering = nullptr) {
   struct Record final : ceres::IterationCallback {

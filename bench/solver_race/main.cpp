@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares vesta with Ceres on bundle adjustments and pose graphs: the time until each solver is within 0.1 % of the
-// best cost that any of them finds. Each solve runs in its own process; the solvers of a problem take turns.
+// best cost of all. Each solve runs in its own process; the solvers of a problem take turns.
 //
 //   solver_vs_ceres [--data DIR_OF_BAL_FILES] [--pose_graphs DIR] [--generated CAMERASxPOINTSxTRACK,...]
 //                   [--calibration VIEWSxCORNERS,...]
@@ -8,8 +8,8 @@
 //                   [--json FILE] [--curves FILE]
 //                   [--times N]
 //
-// --times: a process solves N times (default 1) and the last solve is timed. For a small problem the first solve is
-// slowed down by page faults and symbol lookup.
+// --times: a process solves N times (default 1) and the last solve is timed. Page faults and symbol lookup slow down
+// the first solve of a small problem.
 // --curves writes CSV for bench/solver_race/plot.py: problem, threads, solver, seconds, cost and inner iterations of
 // each moment.
 #include <fmt/format.h>
@@ -42,7 +42,7 @@ bundle::GenerateOptions Generated(const std::string& text) {
   return options;
 }
 
-// The shortest time to this cost among the solvers whose name passes.
+// The shortest time to this cost of the solvers whose name passes.
 template <class Passes>
 double Fastest(const std::vector<Outcome>& outcomes, double cost, const Passes& passes) {
   double best = std::numeric_limits<double>::infinity();
@@ -52,7 +52,7 @@ double Fastest(const std::vector<Outcome>& outcomes, double cost, const Passes& 
   return best;
 }
 
-// Kinds of problems, which have different targets.
+// Kinds of problems, with different targets.
 enum class Sort { kBundle, kPoses, kCalibration };
 
 void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, double limit, Report& report,
@@ -86,7 +86,7 @@ void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, dou
     };
     if (!races(theirs) || !races(mine)) return;
     const double their_time = Fastest(outcomes, goal, theirs), my_time = Fastest(outcomes, goal, mine);
-    // A solver that did not reach the goal counts with the time limit. If neither reached it, the ratio is unknown.
+    // A solver that did not reach the goal counts with the time limit. If neither did, the ratio is unknown.
     if (std::isinf(my_time) && std::isinf(their_time)) return;
     const double ratio = std::min(their_time, limit) / std::min(my_time, limit);
     report.AddTarget(

@@ -23,8 +23,7 @@ std::unique_ptr<Problem<CpuBackend<Scalar>>> Make(const nist::Regression& regres
   }
 }
 
-// Solves with this scalar type. The recorded costs are recomputed in double, because a float cost may round to a value
-// below the minimum.
+// Costs are recomputed in double, because a float cost may round to a value below the minimum.
 template <class Scalar>
 std::vector<Moment> SolveAndJudge(const nist::Regression& regression, std::span<const double> from, const LmOptions& lm,
                                   const RaceOptions& race) {
@@ -72,7 +71,7 @@ Contender Bridged(const std::string& name, const nist::Regression& regression, s
 
 std::vector<Choice> Choices(const nist::Regression& regression, std::span<const double> from, const RaceOptions& race) {
   using Kind = LinearSolverKind;
-  // Column scaling for parameters of very different sizes (bench/collections/solve_both.h).
+  // For parameters of very different sizes (bench/collections/solve_both.h).
   LmOptions lm;
   lm.column_scaling = ColumnScaling::kOnePlusInverse;
   const std::vector<InnerSolver> solvers{{"dense QR", Kind::kDenseQr, PreconditionerKind::kAuto, false},

@@ -37,7 +37,7 @@ def main():
         best = min(cost for moments in solvers.values() for _, cost in moments)
         for solver, moments in solvers.items():
             color = colors.setdefault(solver, f"C{len(colors) % 10}")
-            # The first moment is at time 0, which a logarithmic axis cannot show.
+            # The first moment has time 0; the axis is logarithmic.
             points = [(max(t, 1e-4), max(c / best - 1, 1e-9)) for t, c in moments]
             axis.plot(*zip(*points), label=solver, color=color, lw=2 if solver.startswith("vesta") else 1,
                       ls="-" if solver.startswith("vesta") else "--")

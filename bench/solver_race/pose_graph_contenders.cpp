@@ -11,7 +11,7 @@ namespace {
 // The same as in Ceres's pose-graph example, so that costs are comparable with published ones.
 constexpr pose_graph::EdgeError kError = pose_graph::EdgeError::kCeres;
 
-// solve: solves the graph as a ceres::Problem. The time excludes building that problem.
+// solve: solves the graph as a ceres::Problem. Building that is not timed.
 template <class Solve>
 Contender WithCeres(const std::string& name, const std::string& path, const Solve& solve) {
   return {name, [=] {

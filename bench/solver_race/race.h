@@ -18,7 +18,7 @@ struct Moment {
 // The result of a contender.
 struct Run {
   std::vector<Moment> moments;
-  double peak_mib = 0;  // peak memory of the child process, including the data of the problem
+  double peak_mib = 0;  // including the data of the problem
   bool failed = false;
 
   double FinalCost() const { return moments.empty() ? 0 : moments.back().cost; }
@@ -31,13 +31,12 @@ struct Run {
 // A solver applied to a problem.
 struct Contender {
   std::string name;
-  // Reads or generates the data, then starts the clock and solves. Returns one moment per iteration.
+  // Reads or generates the data, then starts the clock and solves. One moment per iteration.
   std::function<std::vector<Moment>()> run;
 };
 
-// Runs the contender `times` times in one child process and returns the last run. With times > 1, the time does not
-// include work that only the first solve of a process does. The calling process must not have started threads before
-// (child_process.h).
+// Runs the contender `times` times in one child process and returns the last run, which excludes work of a process's
+// first solve if times > 1. The calling process must not have started threads (child_process.h).
 Run RunAlone(const Contender& contender, int times = 1);
 
 }  // namespace vesta::bench

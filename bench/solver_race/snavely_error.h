@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reprojection error of a BAL camera, written with Ceres's functions. A reference for
+// The reprojection error of a BAL camera with Ceres's functions: a reference for
 // problems/bundle_adjustment/projection.h.
 #pragma once
 

@@ -8,9 +8,9 @@
 //                   [--solvers PART_OF_NAME,...] [--json FILE] [--all_json FILE]
 //
 // --nist: starts of the regressions, 1 or 2 or both. --json writes the printed table: one row per choice and sort of
-// problem. A row has the number of problems for which the choice reached each level, and the geometric mean of its time
-// divided by the fastest choice's time on those problems. --all_json writes one row per choice and problem. --times: a
-// process solves N times (default 1) and the last solve is timed; small problems need several.
+// problem, with the number of problems for which it reached each level, and the geometric mean of its time divided by
+// the fastest choice's time on those problems. --all_json writes one row per choice and problem. --times: a process
+// solves N times (default 1) and the last solve is timed; small problems need several.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ namespace {
 
 constexpr double kWithin[] = {1.01, 1.001, 1.00001};
 
-// Lowest known costs of problems for which possibly no choice finds the minimum.
+// Lowest known costs of problems whose minimum possibly no choice finds.
 double KnownCost(const std::string& problem) {
   static const std::map<std::string, double> known{{"problem-49-7776-pre", 1.334425e4},
                                                    {"problem-21-11315-pre", 3.037864e4},
@@ -40,12 +40,12 @@ double KnownCost(const std::string& problem) {
   return found == known.end() ? std::numeric_limits<double>::infinity() : found->second;
 }
 
-// Statistics of one choice over all problems of a sort.
+// One choice over all problems of a sort.
 struct Tally {
   // For each of kWithin.
   struct Level {
     int reached = 0;
-    double log_ratio = 0;  // sum of the logs of its time divided by the fastest time
+    double log_ratio = 0;  // sum of the logs of its time / the fastest time
   };
   Row choice;
   int problems = 0;
@@ -84,7 +84,7 @@ class Tradeoff {
       Row row{{"sort", sort}, {"problem", problem}, {"threads", static_cast<double>(race_.threads)}};
       row.insert(row.end(), choice.begin(), choice.end());
       for (auto& figure : Figures(outcomes[i], goals)) row.push_back(std::move(figure));
-      // A count, which does not depend on the load of the machine.
+      // Does not depend on the load of the machine.
       const Moment* reached = outcomes[i].runs.front().FirstWithin(goals.Within(kWithin[1]));
       row.push_back({"inner to 1.001", reached ? reached->inner : std::numeric_limits<double>::infinity()});
       all_.Add(std::move(row));
@@ -126,7 +126,7 @@ class Tradeoff {
       double fastest = seconds;
       for (const Outcome& outcome : outcomes) fastest = std::min(fastest, outcome.MedianSecondsTo(goal));
       ++tally->within[k].reached;
-      // The starting cost may already be good enough, which gives the time 0.
+      // If the starting cost is good enough, the time is 0.
       if (fastest > 0) tally->within[k].log_ratio += std::log(seconds / fastest);
     }
   }

@@ -20,7 +20,7 @@ Curve MedianCurve(const std::vector<Curve>& repeats) {
   for (std::size_t i = 0; i < median.size(); ++i) {
     for (std::size_t r = 0; r < repeats.size(); ++r) {
       const gs::HistoryRow& row = repeats[r][i];
-      // The row at the time limit has a different iteration in each repeat.
+      // The row at the time limit has another iteration in each repeat.
       if (row.iteration != median[i].iteration && i + 1 == median.size()) {
         median.resize(i);
         return median;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares Levenberg-Marquardt with Adam on one scene from the same start: the time to reach Adam's best test quality.
+// Compares Levenberg-Marquardt with Adam on one scene from the same start: the time to Adam's best test quality.
 //
 //   lm_vs_adam SCENE [--methods ours,paper,adam] [--lengths N,...] [--rate_factors X,...]
 //              [--repeats N] [--evaluations N] [--json FILE] [--curves FILE]
@@ -7,11 +7,11 @@
 //
 // The flags after "--" set the options of the method `ours` and the number of threads; the other methods share its
 // start (methods.h). Each training runs in its own process. Repeats alternate between the methods, so that noise of the
-// machine affects all equally. Runs of one method differ only in their times; the median is used. After the
-// first round an Adam schedule is dropped if it does not reach the target, or takes at least twice as long as the
-// fastest. Seconds exclude loading and evaluation. --evaluations: number of evenly spaced rows in each Adam stage; an
-// LM stage has one row per iteration. --curves writes all rows as CSV for bench/training_race/plot.py, in which the
-// method "target" is the quality to reach. The flag --time_limit of `vesta train` applies to each method.
+// machine affects all equally. The median of their times is used. After the
+// first round an Adam schedule is dropped if it misses the target, or takes at least twice as long as the fastest.
+// Seconds exclude loading and evaluation. --evaluations: evenly spaced rows in each Adam stage; an LM stage has one row
+// per iteration. --curves writes all rows as CSV for bench/training_race/plot.py, with the quality to reach as method
+// "target". The flag --time_limit of `vesta train` applies to each method.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,19 +30,19 @@
 namespace vesta::bench {
 namespace {
 
-// Goals for the ratio of vesta's figure to the other method's.
+// Goals for vesta's figure divided by the other method's.
 constexpr double kGoalAgainstAdam = 1.0;           // time to Adam's best quality; 0.7 for the mean over scenes
 constexpr double kGoalAgainstPublished = 1.0 / 3;  // time to the final cost of the published LM
-constexpr double kGoalMemory = 1.3;                // peak memory, compared with Adam alone
+constexpr double kGoalMemory = 1.3;                // peak memory, relative to Adam alone
 
 struct Outcome {
   Method method;
   std::vector<Curve> repeats;
-  bool is_settled = false;           // true if no further repeat is needed
-  std::vector<double> stage_starts;  // for each repeat, seconds at which the LM stage began
+  bool is_settled = false;           // no further repeat is needed
+  std::vector<double> stage_starts;  // seconds, per repeat
   double peak_mib = 0;               // minimum over the repeats
   double adam_peak_mib = 0;          // the same for the Adam stage
-  Curve curve;                       // median of the repeats
+  Curve curve;                       // median
 };
 
 double LmStageStart(const Curve& curve) {
@@ -53,7 +53,7 @@ double LmStageStart(const Curve& curve) {
   return seconds;
 }
 
-// Runs every method once. `start` is the model of the method `ours` at the begin of its LM stage.
+// Runs every method once. `start`: the model of `ours` at the begin of its LM stage.
 void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
   gs::SplatModel start;
   double start_seconds = 0;
@@ -71,7 +71,7 @@ void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
       start = std::move(run.lm_start);
       start_seconds = LmStageStart(run.curve);
     } else if (!starts_at_lm) {
-      start = {};  // no longer needed; memory of this process would count as memory of its children
+      start = {};  // memory of this process would count as memory of its children
     }
     const bool is_first = outcome.repeats.empty();
     outcome.peak_mib = is_first ? run.peak_mib : std::min(outcome.peak_mib, run.peak_mib);
@@ -99,7 +99,7 @@ double FastestTo(const QualityTarget& target, const std::vector<const Curve*>& c
   return seconds;
 }
 
-// Drops the Adam schedules that are so slow that noise cannot make them the fastest.
+// Drops Adam schedules too slow to be the fastest by noise.
 void SettleSlowAdam(std::vector<Outcome>* outcomes) {
   const std::vector<const Curve*> curves = AdamCurves(*outcomes);
   if (curves.empty()) return;
@@ -116,7 +116,7 @@ const Outcome* Find(const std::vector<Outcome>& outcomes, const std::string& nam
   return found == outcomes.end() ? nullptr : &*found;
 }
 
-// The Adam-only method with the same schedule as the method `ours`.
+// Adam only, with the schedule of `ours`.
 const Outcome* SameAdam(const std::vector<Outcome>& outcomes, const Outcome& ours) {
   for (const Outcome& outcome : outcomes) {
     if (outcome.method.kind == MethodKind::kAdam &&
@@ -128,7 +128,7 @@ const Outcome* SameAdam(const std::vector<Outcome>& outcomes, const Outcome& our
   return nullptr;
 }
 
-// Seconds from the begin of the LM stage until the cost is at most `cost`.
+// Seconds from the begin of the LM stage to this cost.
 double StageSecondsTo(const Outcome& outcome, double cost) {
   Curve stage = outcome.curve;
   std::erase_if(stage, [](const gs::HistoryRow& row) { return row.stage != gs::Stage::kLm; });
@@ -227,7 +227,7 @@ int Main(int argc, char** argv) {
 
   Report report("lm_vs_adam");
   Tell(setup.scene_name, outcomes, &report, curves.is_open() ? &curves : nullptr);
-  SetNumThreads(setup.threads);  // for the report, which prints the number of threads
+  SetNumThreads(setup.threads);  // printed by the report
   report.Finish(setup.arguments.Flag("json", ""));
   return 0;
 }

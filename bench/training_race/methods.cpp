@@ -11,7 +11,7 @@
 namespace vesta::bench {
 namespace {
 
-constexpr int kEpochs = 16;  // least epochs of the default schedules
+constexpr int kEpochs = 16;  // at least, in the default schedules
 
 std::vector<int> Counts(const Arguments& arguments, const std::string& flag, const std::vector<int>& fallback) {
   const std::vector<std::string> texts = SplitAtCommas(arguments.Flag(flag, ""));
@@ -35,7 +35,7 @@ std::vector<double> RateFactors(const Arguments& arguments, double ours) {
   return factors;
 }
 
-// Adam alone, for comparison with LM: diagonal second moments, and full resolution from the start.
+// Adam alone, for comparison: diagonal second moments, and full resolution from the start.
 Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
   Method method{fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, ours};
   method.options.lm.iterations = 0;
@@ -47,8 +47,8 @@ Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
   return method;
 }
 
-// The LM stages are compared by the time to a given cost. So this one runs all iterations with the options that lower
-// the cost fastest near a minimum, without the options that raise it for better test views.
+// LM stages are compared by the time to a given cost. So this one runs all iterations with the options that lower the
+// cost fastest near a minimum, without options that raise it for better test views.
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   gs::LmStageOptions& lm = method.options.lm;

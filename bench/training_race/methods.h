@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The training methods that the benchmark lm_vs_adam compares.
+// The training methods of the benchmark lm_vs_adam.
 #pragma once
 
 #include <string>
@@ -11,15 +11,15 @@
 namespace vesta::bench {
 
 enum class MethodKind {
-  kOurs,  // `ours`: Adam, then LM, with the options after "--" on the command line
-  // vesta's LM stage alone, from the splat with which the LM stage of `ours` starts. It runs all iterations:
+  kOurs,  // Adam, then LM, with the options after "--" on the command line
+  // vesta's LM stage alone, from the splat with which the one of `ours` starts. It runs all iterations:
   // function_tolerance and gradient_shrinkage are 0
   kOurLm,
-  kPublishedLm,  // a published LM stage (3DGS-LM), from the same splat
+  kPublishedLm,  // published (3DGS-LM), from the same splat
   kAdam,         // Adam alone, one view per iteration
 };
 
-// True if the method is only an LM stage, without Adam.
+// Only an LM stage, without Adam.
 inline bool StartsAtLm(MethodKind kind) { return kind == MethodKind::kOurLm || kind == MethodKind::kPublishedLm; }
 
 struct Method {
@@ -28,14 +28,14 @@ struct Method {
   gs::TrainOptions options;
 };
 
-// Returns the methods of the groups in --methods (ours, paper, adam), `ours` first. All use the initialisation,
-// densification, maximum number of Gaussians, background and seed of `ours`.
+// The methods of the groups in --methods (ours, paper, adam), `ours` first. All use the initialisation, densification,
+// maximum number of Gaussians, background and seed of `ours`.
 //
 // * paper: LM stages only: vesta's (kOurLm), and the presets of the 3DGS-LM paper and of its released code.
 // * adam: Adam only, at full resolution and with diagonal second moments: each number of iterations in --lengths with
 //   each factor on the learning rates in --rate_factors, and the schedule of `ours`. The default lengths are N, 2 N and
-//   4 N. N is the number of iterations of `ours`, but at least 16 epochs (passes over the training views). The default
-//   factors are 1/2, 1 and 2 times the factor of `ours`.
+//   4 N, where N is the number of iterations of `ours`, but at least 16 epochs (passes over the training views). The
+//   default factors are 1/2, 1 and 2 times the factor of `ours`.
 // Throws Error for an invalid flag.
 std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views);
 

@@ -38,7 +38,7 @@ QualityTarget BestQuality(const std::vector<const Curve*>& curves) {
     target.best_psnr = std::max(target.best_psnr, BestPsnr(*curve).test.psnr);
     target.best_ssim = std::max(target.best_ssim, BestSsim(*curve).test.ssim);
   }
-  // Smallest factor on both tolerances with which some row reaches both targets.
+  // Smallest factor on both tolerances with which a row reaches both targets.
   double least = std::numeric_limits<double>::infinity();
   for (const Curve* curve : curves) {
     for (const gs::HistoryRow& row : *curve) {

@@ -18,7 +18,7 @@
 namespace vesta::bench {
 namespace {
 
-// Parses the flags like `vesta train SCENE FLAGS`.
+// Parses `vesta train SCENE FLAGS`.
 app::CommandLine CommandLineOf(const std::string& scene, const std::vector<std::string>& flags) {
   // train requires --out.
   std::vector<std::string> words = {"train", scene, "--out=."};
@@ -48,7 +48,7 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   if (setup.options.downscale > 1) setup.scene_name += fmt::format("/{}", setup.options.downscale);
   setup.scene = gs::LoadScene(path, app::SceneOptions(line.flags, setup.options));
   setup.options = gs::FitToScene(setup.options, gs::NumTrainingViews(setup.scene));
-  // These benchmarks are about LM, so the LM stage must not be empty.
+  // For benchmarks of LM, the LM stage must not be empty.
   constexpr int kLmIterations = 8;
   if (setup.options.lm.iterations == 0) setup.options.lm.iterations = kLmIterations;
   return setup;

@@ -13,20 +13,20 @@
 namespace vesta::bench {
 
 struct RaceSetup {
-  Arguments arguments;       // SCENE and the flags of the benchmark
-  gs::TrainOptions options;  // of the method `ours`: the preset, changed by the flags after "--"
+  Arguments arguments;       // SCENE and the benchmark's flags
+  gs::TrainOptions options;  // of `ours`: the preset, changed by the flags after "--"
   std::string scene_name;
   gs::Scene scene;
-  // For trainings. This process uses one thread, because trainings run in child processes (child_process.h).
+  // For trainings, which run in child processes (child_process.h). This process uses one thread.
   int threads = 0;
 };
 
-// known: names of the flags of the benchmark. If the options have no LM stage, it gets 8 iterations. Throws Error or
-// UsageError (one line) for an invalid command line, and Error for a scene that cannot be read.
+// known: the benchmark's flags. Without an LM stage, the options get 8 iterations. Throws Error or UsageError (one
+// line) for an invalid command line, and Error for a scene that cannot be read.
 RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known);
 
-// Opens the file of --curves and writes the CSV header (curve.h). Without the flag, returns a stream that is not open.
-// Throws Error if the file cannot be written.
+// Writes the CSV header (curve.h) to the file of --curves. Without the flag, the stream is not open. Throws Error if
+// the file cannot be written.
 std::ofstream OpenCurves(const Arguments& arguments);
 
 }  // namespace vesta::bench

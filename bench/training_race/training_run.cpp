@@ -13,12 +13,12 @@
 namespace vesta::bench {
 namespace {
 
-// The child sends one message per history row: a Head, followed by the values of the model if the Head announces one.
-// Messages are sent immediately, so that they do not count as memory of the training.
+// The child sends one message per history row: a Head, and the values of the model that it announces. Messages are sent
+// at once, so that they do not count as memory of the training.
 struct Head {
   gs::HistoryRow row;
-  double peak_mib = 0;        // of the process so far
-  splat::ModelLayout layout;  // of the model that follows; no model follows if it has no Gaussians
+  double peak_mib = 0;        // so far
+  splat::ModelLayout layout;  // of the model that follows; none without Gaussians
 };
 static_assert(std::is_trivially_copyable_v<Head>);
 

@@ -12,20 +12,20 @@ namespace vesta::bench {
 struct TrainingJob {
   std::string name;
   gs::TrainOptions options;
-  // Null: train from the points of the scene. Otherwise run only the LM stage, starting with this model, whose training
-  // took seconds_before.
+  // Null: train from the points of the scene. Otherwise run only the LM stage from this model, whose training took
+  // seconds_before.
   const gs::SplatModel* start = nullptr;
   double seconds_before = 0;
 };
 
 struct TrainingRun {
-  Curve curve;               // its seconds start with seconds_before at the first iteration and exclude evaluations
-  gs::SplatModel lm_start;   // the model at LM iteration 0; without an LM stage the final model
-  double peak_mib = 0;       // peak memory of the child process, including the photographs and job.start
-  double adam_peak_mib = 0;  // peak memory until the last row of the Adam stage
+  Curve curve;               // starts with seconds_before at the first iteration; without evaluations
+  gs::SplatModel lm_start;   // at LM iteration 0; without an LM stage the final model
+  double peak_mib = 0;       // of the child process, including photographs and job.start
+  double adam_peak_mib = 0;  // until the last row of the Adam stage
 };
 
-// Trains with `threads` threads. Throws Error if that fails. The parent must not have started threads before.
+// Throws Error if the training fails. The parent must not have started threads.
 TrainingRun TrainAlone(const gs::Scene& scene, const TrainingJob& job, int threads);
 
 }  // namespace vesta::bench

@@ -19,8 +19,7 @@ View LookAt(const Vec3& position, const Vec3& target, int width, int height) {
   return view;
 }
 
-// Point at this height above the floor, and at this angle and distance from the vertical axis through the scene's
-// centre.
+// Point at this height above the floor, at this angle and distance from the scene's vertical axis.
 Vec3 Around(double angle, double radius, double height) {
   return {radius * std::cos(angle), -height, radius * std::sin(angle)};
 }

@@ -8,13 +8,13 @@
 
 namespace vesta::demo {
 
-// Returns `count` views of width x height pixels, evenly spaced over 360 degrees around the scene. All look at its
-// centre. The cameras are on a low and a high ring; they alternate such that the test views, every eighth view, are low
-// and high in turn.
+// `count` views of width x height pixels, evenly spaced over 360 degrees around the scene, towards its centre. The
+// cameras are on a low and a high ring; they alternate such that the test views, every eighth view, are low and high in
+// turn.
 std::vector<View> CameraPath(int count, int width, int height);
 
-// Returns `count` views along a smooth path once around the scene, as filmed by a walking person: height, distance and
-// viewing direction vary smoothly.
+// `count` views along a smooth path once around the scene, as filmed by a walking person: height, distance and viewing
+// direction vary smoothly.
 std::vector<View> Walk(int count, int width, int height);
 
 }  // namespace vesta::demo

@@ -69,7 +69,7 @@ double Distance(const Object& object, const Vec3& point) {
 }
 
 Hit Intersect(const Scene& scene, const Vec3& origin, const Vec3& direction) {
-  // The room: from inside, the ray hits the wall (a cylinder around the y axis), the floor or the ceiling.
+  // From inside, the ray hits the wall (a cylinder around the y axis), the floor or the ceiling.
   const double a = direction.x * direction.x + direction.z * direction.z;
   const double b = origin.x * direction.x + origin.z * direction.z;
   const double c = origin.x * origin.x + origin.z * origin.z - scene.room_radius * scene.room_radius;

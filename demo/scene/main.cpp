@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta_demo_scene --out FOLDER: renders the demo scene and writes it as a COLMAP scene.
+// vesta_demo_scene --out FOLDER: renders the demo as a COLMAP scene.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 

@@ -8,11 +8,11 @@
 namespace vesta::demo {
 namespace {
 
-// Outline of a person: an ellipse each for body and head. Units: image height, from the upper left corner.
+// Outline of a person: ellipses for body and head. Units: image height, from the upper left corner.
 struct Figure {
   double x = 0;
 
-  // True if (u, v) is inside the outline enlarged by `margin`.
+  // Whether (u, v) is inside the outline enlarged by `margin`.
   bool Covers(double u, double v, double margin) const {
     const auto in_ellipse = [&](double y, double half_width, double half_height) {
       return std::hypot((u - x) / (half_width + margin), (v - y) / (half_height + margin)) <= 1;
@@ -33,7 +33,7 @@ gs::Image PaintPasserBy(gs::Image* image, std::uint64_t stream) {
     for (int i = 0; i < image->width; ++i) {
       const double u = (i + 0.5) / height, v = (j + 0.5) / height;
       const std::size_t pixel = static_cast<std::size_t>(j) * static_cast<std::size_t>(image->width) + i;
-      // Striped clothes, so that the figure has features to detect.
+      // Stripes give the figure features to detect.
       const double cloth = 0.6 + 0.4 * std::sin(60 * v + 20 * u);
       for (int c = 0; c < 3; ++c) {
         if (figure.Covers(u, v, 0)) image->plane(c)[pixel] = static_cast<float>(cloth * draw(1 + c));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paints a person into an image: something that moves between photographs and must be masked.
+// Paints a person into an image, which moves between photographs and must be masked.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace vesta::demo {
 
-// Paints a person at a random position in random colours, which depend only on `stream` (random.h). Returns the mask,
-// an image of the same size: black at the person and up to 1/60 of the image width around, white elsewhere.
+// Position and colours are random and depend only on `stream` (random.h). Returns the mask, of the same size: black at
+// the person and up to 1/60 of the image width around, white elsewhere.
 gs::Image PaintPasserBy(gs::Image* image, std::uint64_t stream);
 
 }  // namespace vesta::demo

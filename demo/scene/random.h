@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counter-based random numbers: each number is a function of its indices, so images do not depend on the order in which
-// pixels are computed.
+// Counter-based random numbers: functions of indices, so images do not depend on the order of pixels.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +8,12 @@
 
 namespace vesta::demo {
 
-// A 64-bit hash of a seed or earlier hash, `state`, and an index. For several indices, call it once per index.
+// A 64-bit hash of a seed or earlier hash, `state`, and an index. Call it once per index.
 inline std::uint64_t Hash(std::uint64_t state, std::uint64_t index) {
   return MixBits(state + index * 0x9e3779b97f4a7c15ULL);
 }
 
-// Converts a hash to a number that is uniform in [0, 1).
+// A number in [0, 1), uniform for random hashes.
 inline double Uniform(std::uint64_t hash) { return static_cast<double>(hash >> 11) * 0x1.0p-53; }
 
 }  // namespace vesta::demo

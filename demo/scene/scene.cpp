@@ -7,7 +7,7 @@
 namespace vesta::demo {
 namespace {
 
-// Frame of an object rotated by `yaw` degrees about the vertical, then by `tilt` degrees about its x axis.
+// Frame rotated by `yaw` degrees about the vertical, then by `tilt` degrees about its x axis.
 Frame Turned(double yaw, double tilt = 0) {
   const double a = yaw * std::numbers::pi / 180, b = tilt * std::numbers::pi / 180;
   const Vec3 x{std::cos(a), 0, std::sin(a)}, z{-std::sin(a), 0, std::cos(a)}, y{0, 1, 0};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The demo scene: objects on a rug in a round, panelled room. Lengths are metres. In world coordinates y points down,
-// as in a camera: the floor is at y = 0, and points above it have negative y.
+// as in a camera: the floor is at y = 0, points above it have negative y.
 #pragma once
 
 #include <vector>
@@ -33,10 +33,10 @@ struct Object {
   Vec3 size{};
   double rounding = 0;
   Material material{};
-  double bounding_radius = 0;  // radius of a sphere around `centre` that contains the object; MakeScene sets it
+  double bounding_radius = 0;  // radius of a sphere around `centre` with the whole object; set by MakeScene
 };
 
-// Signed distance from a world point to the surface, negative inside.
+// Signed distance from a world point, negative inside.
 double Distance(const Object& object, const Vec3& point);
 
 struct Scene {
@@ -44,7 +44,7 @@ struct Scene {
   double room_radius = 5, room_height = 4.2;
   double rug_radius = 1.68;
   Material floor, rug, wall, ceiling;
-  // A square lamp that shines downwards, uniformly over its area.
+  // A square lamp that shines downwards, uniformly.
   Vec3 light_centre;
   double light_half_size = 0;
   Vec3 light_power;
@@ -56,15 +56,15 @@ Scene MakeScene();
 struct Hit {
   double distance = 0;  // from the origin of the ray
   Vec3 point, normal;
-  Vec3 local;  // the point in the frame of the object; input of Albedo
+  Vec3 local;  // the point in the object's frame; for Albedo
   const Material* material = nullptr;
 };
 
-// Returns the first surface along a ray from `origin`, a point in the room. `direction` is a unit vector. The room is
-// closed, so every ray meets a surface.
+// The first surface along a ray from `origin`, a point in the room. `direction` is a unit vector. The room is closed,
+// so every ray meets a surface.
 Hit Intersect(const Scene& scene, const Vec3& origin, const Vec3& direction);
 
-// Start of secondary rays (shadows, reflections): a millimetre off the surface, so that they do not meet it again.
+// Start of secondary rays (shadows, reflections): a millimetre off the surface, to not meet it again.
 inline Vec3 LeavingPoint(const Hit& hit) { return hit.point + 1e-3 * hit.normal; }
 
 // Whether an object, other than floor, walls and ceiling, lies between the two points.

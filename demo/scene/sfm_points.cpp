@@ -8,7 +8,7 @@
 namespace vesta::demo {
 namespace {
 
-// Computes two independent standard normal numbers from two uniform ones, u in (0, 1] (Box and Muller, 1958).
+// Two independent standard normal numbers from two uniform ones, u in (0, 1] (Box and Muller, 1958).
 void NormalPair(double u, double v, double* a, double* b) {
   const double radius = std::sqrt(-2 * std::log(u)), angle = 2 * std::numbers::pi * v;
   *a = radius * std::cos(angle);

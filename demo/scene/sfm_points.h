@@ -14,11 +14,11 @@ struct SurfacePoint {
   std::uint8_t color[3] = {0, 0, 0};  // red, green, blue
 };
 
-// Standard deviation of the error of a position along each axis, relative to the distance from the camera.
+// Standard deviation of the error along each axis, relative to the distance from the camera.
 inline constexpr double kPointNoise = 0.003;
 
 // Samples `count` points: the surface point at the centre of a random pixel of a random view, plus Gaussian noise along
-// each axis, with the colour of the pixel. images[k] is the image of views[k]. `seed` determines the random numbers.
+// each axis, with the pixel's colour. images[k] is the image of views[k]. `seed` determines the random numbers.
 std::vector<SurfacePoint> SampleSurface(const Scene& scene, const std::vector<View>& views,
                                         const std::vector<gs::Image>& images, int count, std::uint64_t seed);
 

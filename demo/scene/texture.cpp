@@ -29,12 +29,12 @@ std::int64_t Floor(double x) {
 
 double Fraction(double x) { return x - static_cast<double>(Floor(x)); }
 
-// A random number in [0, 1) for each lattice point.
+// Random in [0, 1) for each lattice point.
 double LatticeValue(std::int64_t x, std::int64_t y, std::int64_t z) {
   return Uniform(Hash(0, static_cast<std::uint64_t>((x * 0x1fffff + y) * 0x1fffff + z)));
 }
 
-// Smooth noise in [0, 1] with features of size 1: values at lattice points, interpolated.
+// Smooth noise in [0, 1] with features of size 1: interpolated lattice values.
 double ValueNoise(const Vec3& p) {
   const std::int64_t x = Floor(p.x), y = Floor(p.y), z = Floor(p.z);
   const double fx = SmoothStep(0, 1, p.x - x), fy = SmoothStep(0, 1, p.y - y), fz = SmoothStep(0, 1, p.z - z);
@@ -47,7 +47,7 @@ double ValueNoise(const Vec3& p) {
   return Mix(layer[0], layer[1], fz);
 }
 
-// Sum of octaves of noise, each with half the feature size and weight of the one before; about [0, 1].
+// Octaves of noise, each with half the feature size and weight of the one before; about [0, 1].
 double FractalNoise(const Vec3& p, int octaves) {
   double sum = 0, weight = 0.5, frequency = 1;
   for (int i = 0; i < octaves; ++i) {
@@ -107,7 +107,7 @@ Vec3 Rug(const Vec3& p) {
   return (0.72 + 0.5 * FractalNoise(24.0 * p, 2)) * colour;
 }
 
-// Painted panels below, wallpaper above; p is on a cylinder around the vertical axis, and y points down.
+// Painted panels below, wallpaper above; p is on a cylinder around the vertical axis; y points down.
 Vec3 Wall(const Vec3& p) {
   const double height = -p.y, angle = std::atan2(p.z, p.x) / (2 * pi);
   const double mottle = 0.85 + 0.35 * FractalNoise(2.5 * p, 3);
@@ -134,7 +134,7 @@ Vec3 Marble(const Vec3& tint, const Vec3& p) {
   return Mix(Mix({0.86, 0.84, 0.80}, {0.70, 0.70, 0.70}, cloud), tint, std::pow(vein, 3.0));
 }
 
-// Bands that wind around the tube of a torus in the x-z plane.
+// Bands around the tube of a torus in the x-z plane.
 Vec3 Stripes(const Vec3& tint, const Vec3& p) {
   const double around = std::atan2(p.z, p.x) / (2 * pi);
   const double tube = std::atan2(p.y, Length(p.x, p.z) - kStripesRingRadius) / (2 * pi);
@@ -150,7 +150,7 @@ Vec3 Patchwork(const Vec3& p) {
   const Vec3 q = (1 / 0.21) * p + Vec3{0.5, 0.5, 0.5};
   const double pick = LatticeValue(Floor(q.x), Floor(q.y), Floor(q.z));
   const Vec3 colour = kColours[static_cast<int>(5 * pick)];
-  // A face is perpendicular to one axis. It has seams near the lattice planes of the other two axes.
+  // A face is perpendicular to one axis, with seams near the lattice planes of the other two.
   const double s[3] = {Line(q.x, 0.03, 0.03), Line(q.y, 0.03, 0.03), Line(q.z, 0.03, 0.03)};
   const double seam = std::max(std::max(s[0], s[1]), s[2]);
   return (0.85 + 0.3 * FractalNoise(9.0 * p, 2)) * Mix(colour, {0.9, 0.86, 0.78}, 0.8 * seam);
@@ -162,7 +162,7 @@ Vec3 Spiral(const Vec3& tint, const Vec3& p) {
   return (0.8 + 0.4 * FractalNoise(7.0 * p, 3)) * Mix({0.80, 0.72, 0.55}, tint, band);
 }
 
-// Ceramic glaze: the tint with darker and lighter flecks.
+// Ceramic glaze: the tint with flecks.
 Vec3 Speckle(const Vec3& tint, const Vec3& p) {
   const double fleck = SmoothStep(0.62, 0.72, ValueNoise(24.0 * p));
   const double cloud = FractalNoise(5.0 * p, 3);

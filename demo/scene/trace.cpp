@@ -15,12 +15,12 @@ constexpr int kGrid = 4;
 constexpr Vec3 kSkyLight{0.23, 0.26, 0.33}, kBounceLight{0.24, 0.19, 0.14};
 constexpr double kExposure = 0.82;
 
-// Ambient occlusion: approximate fraction of the surroundings that is visible from a surface point. Compares the
-// distance to the nearest surface with the height, at a few heights above the point; the lowest heights count most.
+// Ambient occlusion: approximate visible fraction of a surface point's surroundings. Compares the distance to the
+// nearest surface with the height, at a few heights above the point; the lowest count most.
 double Openness(const Scene& scene, const Hit& hit) {
   constexpr int kHeights = 4;
   constexpr double kHeight[kHeights] = {0.04, 0.11, 0.24, 0.45}, kWeight[kHeights] = {0.55, 0.41, 0.31, 0.23};
-  constexpr double kReach = 2 * kHeight[kHeights - 1];  // farther objects have no influence
+  constexpr double kReach = 2 * kHeight[kHeights - 1];  // farther objects do not count
   Vec3 above[kHeights];
   double clear[kHeights];
   for (int k = 0; k < kHeights; ++k) {
@@ -72,8 +72,7 @@ Vec3 Shade(const Scene& scene, const Hit& hit, const Vec3& direction, double lam
   return radiance + highlight;
 }
 
-// Converts a linear value to a display value: exposure, filmic tone curve (K. Narkowicz, ACES Filmic Tone Mapping
-// Curve, 2015), sRGB.
+// From linear to display value: exposure, filmic tone curve (K. Narkowicz, ACES Filmic Tone Mapping Curve, 2015), sRGB.
 float Tone(double linear) {
   const double x = kExposure * linear;
   const double y = std::min(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1.0);
@@ -83,7 +82,7 @@ float Tone(double linear) {
 
 Vec3 Pixel(const Scene& scene, const View& view, int i, int j, std::uint64_t stream) {
   constexpr int kSamples = kGrid * kGrid;
-  // Each pixel visits the 16 cells of the lamp in a different order: an odd stride permutes them.
+  // Each pixel visits the 16 cells of the lamp in another order: an odd stride permutes them.
   const std::uint64_t order = Hash(stream, 0);
   const std::uint64_t stride = (order >> 8) | 1;
   Vec3 sum;
@@ -96,7 +95,7 @@ Vec3 Pixel(const Scene& scene, const View& view, int i, int j, std::uint64_t str
     const double lamp_u = 2 * in_cell(cell % kGrid, 3) - 1, lamp_v = 2 * in_cell(cell / kGrid, 4) - 1;
     const Hit hit = Intersect(scene, view.position, direction);
     const Vec3 radiance = Shade(scene, hit, direction, lamp_u, lamp_v, true);
-    // Clamp the radiance, because a few bright rays of a highlight would dominate the pixel and flicker.
+    // A few bright rays of a highlight would dominate the pixel and flicker, so they are clamped.
     sum = sum + Vec3{std::min(radiance.x, 4.0), std::min(radiance.y, 4.0), std::min(radiance.z, 4.0)};
   }
   return (1.0 / kSamples) * sum;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders images of the scene by ray tracing.
+// Ray tracing of the scene.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@
 
 namespace vesta::demo {
 
-// A camera with its pose. In image coordinates, pixel (i, j) has its centre at (i + 0.5, j + 0.5). A world point p has
-// the camera coordinates Rotate(cam_from_world, p - position): x points right, y down, z forward.
+// A camera with its pose. Pixel (i, j) has its centre at (i + 0.5, j + 0.5). A world point p has the camera coordinates
+// Rotate(cam_from_world, p - position): x right, y down, z forward.
 struct View {
   int width = 0, height = 0;
-  double focal = 0;  // pixels; the principal point is the centre of the image
+  double focal = 0;  // pixels; the principal point is the image centre
   Frame cam_from_world;
-  Vec3 position;             // of the camera, in the world
+  Vec3 position;             // in the world
   gs::Distortion lens = {};  // must be invertible on the image
 };
 
-// Returns the unit vector, in world coordinates, of the ray through image position (u, v), in pixels. Throws Error if
-// the distortion is not invertible there.
+// Unit vector, in world coordinates, of the ray through image position (u, v), in pixels. Throws Error if the
+// distortion is not invertible there.
 Vec3 RayDirection(const View& view, double u, double v);
 
-// Renders the image of a view. A pixel is the mean of 16 rays, one through each cell of a 4 x 4 grid on the pixel. Each
-// ray uses one random point of the lamp for light and shadow; the 16 points are in different cells of a 4 x 4 grid on
-// the lamp. `seed` determines the random numbers. The image does not depend on the number of threads.
+// A pixel is the mean of 16 rays, one through each cell of a 4 x 4 grid on the pixel. Each ray uses one random point of
+// the lamp for light and shadow, each in another cell of a 4 x 4 grid on the lamp. `seed` determines the random
+// numbers. The image does not depend on the number of threads.
 gs::Image Render(const Scene& scene, const View& view, std::uint64_t seed);
 
 }  // namespace vesta::demo

@@ -20,14 +20,14 @@ inline Vec3 Cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline double Length(const Vec3& a) { return std::sqrt(Dot(a, a)); }
-// Length of the 2D vector (a, b). std::hypot would be much slower, because it prevents overflow.
+// Length of (a, b). std::hypot, which prevents overflow, is much slower.
 inline double Length(double a, double b) { return std::sqrt(a * a + b * b); }
 inline Vec3 Normalized(const Vec3& a) { return (1.0 / Length(a)) * a; }
 inline double Mix(double a, double b, double t) { return a + t * (b - a); }
 inline Vec3 Mix(const Vec3& a, const Vec3& b, double t) { return a + t * (b - a); }
 
-// A rotation matrix. Its rows are the axes of a frame in world coordinates. Rotate transforms a vector from the world
-// to the frame, Unrotate from the frame to the world.
+// A rotation matrix. Its rows are the axes of a frame in world coordinates. Rotate transforms from the world to the
+// frame, Unrotate back.
 struct Frame {
   Vec3 row[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };

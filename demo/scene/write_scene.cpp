@@ -37,7 +37,7 @@ gs::ColmapImage ModelImage(const View& view, std::uint32_t id, std::string name)
           .name = std::move(name)};
 }
 
-// COLMAP's camera model with the fewest parameters that has these coefficients.
+// COLMAP's camera model with the fewest parameters for these coefficients.
 gs::ColmapCameraModel ModelOf(const gs::Distortion& lens) {
   using enum gs::ColmapCameraModel;
   if (lens.is_none()) return kSimplePinhole;
@@ -88,7 +88,7 @@ void WriteDemoScene(const DemoOptions& options, const std::string& folder) {
                           .lens = {.fx = focal, .fy = focal, .cx = 0.5 * options.width, .cy = 0.5 * options.height}};
   gs::ColmapModel model;
   model.cameras.push_back({.id = 1, .model = ModelOf(options.lens), .camera = camera, .distortion = options.lens});
-  std::vector<gs::Image> images;  // without passers-by, because they supply the colours of the points
+  std::vector<gs::Image> images;  // without passers-by: for the colours of the points
   for (std::size_t k = 0; k < views.size(); ++k) {
     const std::string name = fmt::format("view_{:04}.png", k);
     images.push_back(Render(scene, views[k], Hash(options.seed, k)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders the demo scene and writes it in COLMAP's folder layout, as if photographs had been reconstructed.
+// Writes the demo scene in COLMAP's folder layout, as if reconstructed from photographs.
 #pragma once
 
 #include <cstdint>
@@ -22,12 +22,12 @@ struct DemoOptions {
   std::uint64_t seed = 0;
   Round round = Round::kRings;
   gs::Distortion lens = {};  // only k1, k2, p1 and p2 may differ from 0; must be invertible on the image
-  int passer_by_every = 0;   // paints a person into every Nth image, 0..9999; 0: no person
+  int passer_by_every = 0;   // a person in every Nth image, 0..9999; 0: none
 };
 
-// Renders the images and writes FOLDER/images/view_NNNN.png and the binary COLMAP model FOLDER/sparse/0. For images
-// with a person it also writes masks, FOLDER/masks/view_NNNN.png.png, which are black at the person and white
-// elsewhere. Throws Error if an option is out of range or the folder cannot be written.
+// Writes FOLDER/images/view_NNNN.png and the binary COLMAP model FOLDER/sparse/0. Images with a person also have masks,
+// FOLDER/masks/view_NNNN.png.png, black at the person and white elsewhere. Throws Error if an option is out of range or
+// the folder cannot be written.
 void WriteDemoScene(const DemoOptions& options, const std::string& folder);
 
 }  // namespace vesta::demo

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Serialisation: writes the members of an object as bytes, and reads them back. An object lists its members once, for
-// both directions:
+// Serialisation of objects as bytes. An object lists its members once, for writing and reading:
 //
 //   template <class Archive>
 //   void Visit(Archive& archive) { archive(count_, values_, name_); }
 //
-// A member may be of a trivially copyable type, a string, a vector, a Buffer, or an object with Visit. Strings, vectors
+// A member has a trivially copyable type, or is a string, a vector, a Buffer, or an object with Visit. Strings, vectors
 // and buffers are stored as their number of elements (8 bytes), then the elements. Numbers are stored as in memory
-// (little-endian). The archive has no type, version or checksum; the caller adds them.
-// An ArchiveWriter passes the bytes of each member to a function, so the object is never copied as a whole. An
-// ArchiveReader reads from memory and throws Error if the bytes end too early.
+// (little-endian). The caller adds any type, version or checksum.
+// An ArchiveWriter passes the bytes of each member to a function. An ArchiveReader reads from memory and throws Error
+// if the bytes end too early.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +27,7 @@ namespace vesta {
 
 class ArchiveWriter {
  public:
-  // For Visit: whether the archive reads the members.
+  // Whether the archive reads the members.
   static constexpr bool kReads = false;
   explicit ArchiveWriter(std::function<void(std::string_view)> sink) : sink_(std::move(sink)) {}
 
@@ -36,7 +35,7 @@ class ArchiveWriter {
   void operator()(Ts&... values) {
     (Write(values), ...);
   }
-  // Writes only the bytes; their count is not stored.
+  // Writes the bytes without their count.
   void Bytes(const void* data, std::size_t size) { sink_({static_cast<const char*>(data), size}); }
 
  private:
@@ -95,11 +94,11 @@ class ArchiveReader {
     if (size > 0) std::memcpy(data, rest_.data(), size);
     rest_.remove_prefix(size);
   }
-  // The bytes that are not read yet.
+  // The bytes not read yet.
   std::string_view rest() const { return rest_; }
 
  private:
-  // Reads the number of elements, each of which has at least `element` bytes. Throws Error if fewer bytes follow.
+  // Reads the number of elements of at least `element` bytes each. Throws Error if fewer bytes follow.
   Index ReadSize(std::size_t element) {
     Index size = 0;
     Bytes(&size, sizeof(size));
@@ -126,7 +125,7 @@ class ArchiveReader {
     Read(copy);
     buffer.CopyFrom(HostSpan<const T>(copy.data(), static_cast<Index>(copy.size())));
   }
-  // Every byte except 0 is read as true.
+  // Every byte except 0 means true.
   void Read(bool& value) {
     std::uint8_t byte = 0;
     Bytes(&byte, sizeof(byte));

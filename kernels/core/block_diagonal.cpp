@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block-diagonal matrices on the host. Sixteen blocks are processed together, one in each SIMD lane: every inner loop
-// below runs over the lanes. A group of 11 x 11 blocks then takes no longer than its memory traffic.
+// Block-diagonal matrices on the host. Each SIMD lane processes one of sixteen blocks, and every inner loop runs over
+// the lanes. A group of 11 x 11 blocks then takes no longer than its memory traffic.
 #include "kernels/core/block_diagonal.inl"
 
 #include "kernels/core/block_lanes.h"
@@ -17,7 +17,7 @@ constexpr Index kGrain = 64 * kLanes;
 template <class S>
 using Lanes16 = BlockLanes<S, kLanes>;
 
-// Calls body(first_block, lanes_in_use, scratch) for each set of sixteen blocks of a group, on all threads. scratch has
+// Calls body(first_block, lanes_in_use, scratch) for each set of sixteen blocks, on all threads. scratch has
 // `scratch_size` elements.
 template <class S, class Body>
 void ForEachLanes(Index count, int scratch_size, const Body& body) {

@@ -10,7 +10,7 @@ namespace {
 template <class S>
 using Lane = BlockLanes<S, 1>;
 
-// Common orders of blocks (scalars, points, cameras, Gaussians) are compile-time constants, so that a block stays in
+// The common orders (scalars, points, cameras, Gaussians) are compile-time constants, so that a block stays in
 // registers. -n stands for any order up to n; the block is then an array of capacity n in local memory.
 template <int kOrder>
 constexpr int kCapacity = kOrder > 0 ? kOrder : -kOrder;
@@ -26,7 +26,7 @@ __device__ void Load(const BlockGroup& group, int order, Index block, const S* v
 template <int kOrder>
 constexpr int kPacked = PackedSize(kCapacity<kOrder>);
 
-// Calls kernel<order>(). The order is a compile-time constant for the common block sizes.
+// Calls kernel<order>().
 template <class Call>
 void WithOrder(const BlockGroup& group, const Call& call) {
   switch (group.size) {
@@ -78,7 +78,7 @@ struct Factorize {
     const int packed = PackedLower(order, 0);
 #pragma unroll
     for (int k = 0; k < packed; ++k) values[k * group.count + block] = a[k].lane[0];
-    // Integers: the sum does not depend on the order of the threads.
+    // Integers, so the sum does not depend on the order of the threads.
     if (count.lane[0] > 0) atomicAdd(num_replaced, static_cast<unsigned long long>(count.lane[0]));
   }
 };

@@ -12,8 +12,8 @@ namespace vesta {
 
 // `count` square blocks of order `size`. Component c of block i is parameter
 //   offset + c * component_stride + i * block_stride,
-// The strides describe both common layouts of a parameter vector: structure of arrays (component_stride = count,
-// block_stride = 1) and array of structures (component_stride = 1, block_stride = size).
+// Structure of arrays: component_stride = count, block_stride = 1. Array of structures: component_stride = 1,
+// block_stride = size.
 struct BlockGroup {
   int size = 1;
   Index count = 0;
@@ -29,9 +29,8 @@ struct BlockGroup {
 };
 
 // A symmetric block-diagonal matrix over the parameters 0..num_parameters-1. The groups must cover each parameter
-// exactly once. Element (row, col) of block i of group g is values(g)[PackedLower(row, col) * count + i]. The block
-// index runs fastest, so that 16 blocks can be factorised side by side in vector registers. B is a vector backend
-// (vector_backend.h).
+// exactly once. Element (row, col) of block i of group g is values(g)[PackedLower(row, col) * count + i], so 16 blocks
+// can be factorised side by side in vector registers. B is a vector backend (vector_backend.h).
 template <class B>
 class BlockDiagonal {
  public:
@@ -45,7 +44,7 @@ class BlockDiagonal {
   typename B::ConstVectorView values(int group) const;
   typename B::VectorView all_values();
 
-  // this += scale * other. Both matrices must have the same groups.
+  // this += scale * other. Both must have the same groups.
   void Add(double scale, const BlockDiagonal& other);
   // this(k, k) += scale * d[k].
   void AddToDiagonal(double scale, typename B::ConstVectorView d);
@@ -54,11 +53,10 @@ class BlockDiagonal {
   // y = this x.
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) const;
 
-  // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal. Solve may be called
-  // afterwards. If a diagonal entry is not positive, its row and column are num_replaced as zero, and Solve returns 0
-  // there. A pivot below 1e-6 (in double: 1e-13) times its diagonal entry is raised to that value: a preconditioner
-  // must be positive definite but need not be exact. Returns the number of replaced or raised pivots. Finite input
-  // always gives finite output.
+  // Replaces every block by its Cholesky factor L, with 1 / L_kk on the diagonal. Must precede Solve. If a diagonal
+  // entry is not positive, its row and column are treated as zero, and Solve returns 0 there. A pivot below 1e-6 (in
+  // double: 1e-13) times its diagonal entry is raised to that value: a preconditioner must be positive definite but
+  // need not be exact. Returns the number of replaced or raised pivots. Finite input always gives finite output.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
@@ -74,14 +72,14 @@ class BlockDiagonal {
 
 namespace vesta::device {
 
-// GPU versions of the functions above for one group, defined in block_diagonal.cu. Each thread processes one block;
-// neighbouring threads read neighbouring values.
+// GPU versions for one group, defined in block_diagonal.cu. Each thread processes one block; neighbouring threads read
+// neighbouring values.
 //
-// Largest order of a block; each thread keeps its block in local memory.
+// Largest order of a block, which a thread keeps in local memory.
 inline constexpr int kMaxBlockOrder = 32;
 
-// All pointers are to GPU memory. values: the NumValues() values of the group. num_replaced: one counter, to which the
-// number of replaced or raised pivots is added.
+// All pointers are to GPU memory. values: the NumValues() values of the group. num_replaced: counter that Factorize
+// increases by the number of replaced or raised pivots.
 template <class S>
 void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values);
 template <class S>

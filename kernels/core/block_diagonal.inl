@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Members of BlockDiagonal (block_diagonal.h) that are the same in every memory space.
+// Members of BlockDiagonal (block_diagonal.h) that all memory spaces share.
 #pragma once
 
 #include <algorithm>

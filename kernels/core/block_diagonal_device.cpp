@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block-diagonal matrices on a GPU: the loop over the groups. The kernels for the blocks of a group are in
-// block_diagonal.cu.
+// Block-diagonal matrices on a GPU: the loop over the groups. Kernels: block_diagonal.cu.
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/block_diagonal.inl"
 #include "kernels/core/cuda_backend.h"

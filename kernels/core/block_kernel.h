@@ -8,22 +8,21 @@
 //
 // The code accesses the GPU only through these functions of Block:
 //
-//   int thread(), Index id()     index of the thread in its block, index of the block in the grid
+//   int thread(), Index id()     index of the thread in its block, of the block in the grid
 //   void Sync()                  a barrier: waits until all threads of the block have called it
 //   int Count(bool)              a barrier that also returns the number of threads that passed true
 //
 // launch.cuh runs a block kernel on a device. Tests run the same struct on the host, with one fiber per thread and in
-// several orders (tests/support/emulated_block.h). Without a GPU they thus find missing barriers, indices out of range,
-// and barriers that some threads never reach.
+// several orders (tests/support/emulated_block.h). They find missing barriers, indices out of range, and barriers that
+// some threads never reach.
 #pragma once
 
 #include "kernels/core/span.h"
 
 namespace vesta {
 
-// Combines the values of all threads with `add`, in a fixed order. Every thread must call it. Only thread 0 gets the
-// result; the other threads get their own value back. lanes: array of kThreads values in shared memory. kThreads must
-// be a power of two.
+// Combines the values of all threads with `add`, in a fixed order. Every thread must call it. Thread 0 gets the result,
+// the others their own value. lanes: kThreads values in shared memory. kThreads must be a power of two.
 template <int kThreads, class Block, class T, class Add>
 VESTA_HD inline T ReduceBlock(Block& block, T* lanes, const T& value, const Add& add) {
   static_assert((kThreads & (kThreads - 1)) == 0);
@@ -51,9 +50,9 @@ struct LargestOrNaN {
   }
 };
 
-// Each block of threads combines term(i) with `add` over one chunk of [0, size), and stores the result in
-// result[block]. All chunks have `chunk` indices, except perhaps the last (ChunkSize). The result therefore does not
-// depend on the GPU. term: VESTA_HD double(Index). add: `add(0, x)` must be x.
+// Each block of threads combines term(i) with `add` over one chunk of [0, size) into result[block]. Chunks have `chunk`
+// indices (ChunkSize), the last one perhaps fewer, so the result does not depend on the GPU. term: VESTA_HD
+// double(Index). add: `add(0, x)` must be x.
 template <class Term, class Add>
 struct ReduceChunks {
   static constexpr int kThreads = 256;
@@ -76,7 +75,7 @@ struct ReduceChunks {
 };
 
 // Each block of threads computes kSums sums over one chunk of [0, size): result[kSums * block + k] is the sum of term
-// k. term: VESTA_HD void(Index i, double sums[kSums]), which adds its terms for index i to sums.
+// k. term: VESTA_HD void(Index i, double sums[kSums]), which adds the terms of index i to sums.
 template <int kSums, class Term>
 struct SumChunks {
   static constexpr int kThreads = 256;
@@ -99,8 +98,8 @@ struct SumChunks {
   }
 };
 
-// Number of indices per chunk in a reduction of `size` terms. There are at most kMaxChunks chunks. Each chunk except
-// the last has at least 4096 indices: launching a shorter one would cost more than its sum.
+// Number of indices per chunk in a reduction of `size` terms. There are at most kMaxChunks chunks. Each one except the
+// last has at least 4096 indices: launching a shorter one costs more than its sum.
 inline constexpr Index kMaxChunks = 2048;
 constexpr Index ChunkSize(Index size) {
   constexpr Index kShortest = 4096, kStep = 256;

@@ -19,18 +19,18 @@ struct alignas(kLanes == 1 ? alignof(S) : 64) BlockLanes {
 
 namespace block_internal {
 
-// Smallest pivot of a block that is scaled to a unit diagonal. Smaller pivots are raised to it.
+// Smallest pivot of a block scaled to a unit diagonal. Smaller pivots are raised to it.
 template <class S>
 inline constexpr S kSmallestPivot = sizeof(S) == sizeof(float) ? S(1e-6) : S(1e-13);
 }  // namespace block_internal
 
-// Cholesky factorisation of kLanes blocks of order `size`, in place. a: the packed lower triangles (packed.h). On
-// return it contains L below the diagonal and 1 / L_kk on the diagonal. Adds the number of replaced or raised pivots of
-// each lane to `num_replaced`. root, scale and left are scratch arrays of `size` elements.
+// Cholesky factorisation of kLanes blocks of order `size`, in place. a: the packed lower triangles (packed.h), replaced
+// by L with 1 / L_kk on the diagonal. Adds the number of replaced or raised pivots of each lane to `num_replaced`.
+// root, scale and left are scratch arrays of `size` elements.
 //
 // The blocks are first scaled to a unit diagonal. The squares of row i of L sum to diagonal entry i. The square of an
-// entry is therefore at most this diagonal entry minus the squares of the entries before it in its row. Clamping every
-// entry to this bound keeps all numbers finite for any input.
+// entry is therefore at most this diagonal entry minus the squares of the entries before it in its row. Clamping to
+// this bound keeps all numbers finite for any input.
 template <int kLanes, class S>
 VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLanes<S, kLanes>* root,
                                     BlockLanes<S, kLanes>* scale, BlockLanes<S, kLanes>* left,
@@ -83,7 +83,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
     }
     a[PackedLower(j, j)] = inverse;
   }
-  // Undo the scaling. The diagonal holds reciprocals, or 0 for rows and columns that were treated as 0.
+  // Undo the scaling. The diagonal holds reciprocals, or 0 for rows and columns treated as 0.
   for (int i = 0; i < size; ++i) {
     const BlockLanes<S, kLanes> row = root[i], inverse = scale[i];
     for (int j = 0; j <= i; ++j) {

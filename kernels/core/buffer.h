@@ -21,7 +21,7 @@ class Buffer;
 inline void* AllocateAligned(std::size_t bytes) {
   constexpr std::size_t kAlignment = 64;
   auto* const start = static_cast<std::byte*>(::operator new(bytes + kAlignment));
-  // The distance is 1 to 64, so there is always a byte before the result. It stores the distance.
+  // The distance, 1 to 64, is stored in the byte before the result.
   const std::size_t distance = kAlignment - reinterpret_cast<std::uintptr_t>(start) % kAlignment;
   start[distance - 1] = static_cast<std::byte>(distance);
   return start + distance;
@@ -31,8 +31,8 @@ inline void FreeAligned(void* memory) noexcept {
   ::operator delete(aligned - static_cast<std::size_t>(aligned[-1]));
 }
 
-// Host array of trivially copyable elements, aligned to 64 bytes, move-only (copies are explicit: CopyFrom). Elements
-// are zero after construction and Resize.
+// Host array of trivially copyable elements, aligned to 64 bytes. Move-only; CopyFrom copies. Elements are zero after
+// construction and Resize.
 template <class T>
 class Buffer<T, Host> {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -51,8 +51,8 @@ class Buffer<T, Host> {
     return *this;
   }
 
-  // Discards the contents and sets all elements to T{}. Reuses the memory if it is large enough, as the functions below
-  // do.
+  // Discards the contents and sets all elements to T{}. Reuses the memory if it is large enough, like the functions
+  // below.
   void Resize(Index size) {
     ResizeForOverwrite(size);
     std::fill_n(data_.get(), size_, T{});
@@ -73,7 +73,7 @@ class Buffer<T, Host> {
   }
 
   Index size() const { return size_; }
-  // Number of elements that fit into the allocated memory.
+  // Number of elements that fit into the allocation.
   Index capacity() const { return capacity_; }
   bool empty() const { return size_ == 0; }
   T* data() { return data_.get(); }

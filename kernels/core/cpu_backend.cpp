@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector algebra on the host. All operations are memory-bound; long vectors are split among all threads.
+// Vector algebra on the host. All operations are memory-bound and split long vectors among all threads.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +11,7 @@
 namespace vesta {
 namespace {
 
-// Elements per task, and per partial sum of a reduction. It is constant, so sums do not depend on the thread count.
+// Elements per task, and per partial sum of a reduction. Constant, so sums do not depend on the thread count.
 constexpr Index kGrain = 8192;
 // Partial sums kept side by side within a chunk, one SIMD lane each.
 constexpr int kLanes = 8;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selects the SIMD instruction set of this process, and the versions of functions that were compiled for it.
+// Selects the SIMD instruction set of this process, and the functions compiled for it.
 #pragma once
 
 namespace vesta {
@@ -7,8 +7,8 @@ namespace vesta {
 enum class Isa { kBaseline, kAvx2, kAvx512 };
 
 // The best instruction set that this CPU supports and vesta was compiled for. The environment variable
-// VESTA_SIMD=sse2|avx2|avx512 overrides the choice; throws Error if its value is unknown or the CPU lacks that set.
-// Decided once per process.
+// VESTA_SIMD=sse2|avx2|avx512 overrides it; throws Error if its value is unknown or the CPU lacks that set. Decided
+// once per process.
 Isa ActiveIsa();
 // Whether this CPU supports the instruction set.
 bool IsaAvailable(Isa isa);
@@ -17,14 +17,14 @@ const char* IsaName(Isa isa);
 }  // namespace vesta
 
 // VESTA_DECLARE_PER_ISA declares a function that a *.simd.cpp file defines once per instruction set. VESTA_OF_ISA
-// selects one of its versions. The ordinary .cpp file that needs the function uses both macros:
+// selects one of its versions. The ordinary.cpp file uses both:
 //
 //   VESTA_DECLARE_PER_ISA(const RowKernels& CompiledRowKernels();)
 //   const RowKernels& RowKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRowKernels)(); }
 //
-// Both lines must be in the namespace that encloses `inline namespace VESTA_ISA` in the *.simd.cpp file. Do not put
-// them into a header that the *.simd.cpp file includes: the macro makes `baseline` the inline namespace, but there
-// VESTA_ISA must be the inline one.
+// Both lines must be in the namespace that encloses `inline namespace VESTA_ISA` in the *.simd.cpp file. The *.simd.cpp
+// file must not include them: the macro makes `baseline` the inline namespace, but there VESTA_ISA must be the inline
+// one.
 #if defined(__x86_64__)
 #define VESTA_DECLARE_PER_ISA(...) \
   inline namespace baseline {      \
@@ -36,7 +36,7 @@ const char* IsaName(Isa isa);
   namespace avx512 {               \
   __VA_ARGS__                      \
   }
-// The version of the function that was compiled for `isa`. The CPU must support `isa`.
+// The version compiled for `isa`, which the CPU must support.
 #define VESTA_OF_ISA(isa, ...) ::vesta::PickOfIsa(isa, &baseline::__VA_ARGS__, &avx2::__VA_ARGS__, &avx512::__VA_ARGS__)
 #else
 #define VESTA_DECLARE_PER_ISA(...) \

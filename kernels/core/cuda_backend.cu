@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector algebra on the GPU. All operations are memory-bound. Each thread processes one element, and neighbouring
-// threads process neighbouring elements.
+// Vector algebra on the GPU. All operations are memory-bound. Neighbouring threads process neighbouring elements.
 #include <limits>
 
 #include "kernels/core/cuda_backend.h"
@@ -17,8 +16,8 @@ void CheckSizes(const X& x, const Y& y) {
   }
 }
 
-// Partial results of reductions, and one final result for the host. A host thread's reductions run one after the other
-// in the stream, so they share this memory.
+// Partial results of reductions, and one final result for the host. The reductions of a host thread run in stream
+// order, so they share this memory.
 double* Partials() {
   thread_local DeviceBuffer<double> buffer(kMaxChunks + 1);
   return buffer.data();

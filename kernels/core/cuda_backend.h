@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector algebra in the memory of a GPU. It is implemented in cuda_backend.cu; programs link vesta::core_cuda.
+// Vector algebra in GPU memory (cuda_backend.cu); programs link vesta::core_cuda.
 #pragma once
 
 #include "kernels/core/device_buffer.h"

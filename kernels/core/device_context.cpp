@@ -33,7 +33,7 @@ constexpr std::size_t kMaxReadings = 16;
 
 struct Context {
   cudaStream_t stream = nullptr;
-  // Pinned host memory; the value of reading i is copied to landing[i].
+  // Pinned host memory; reading i is copied to landing[i].
   double* landing = nullptr;
   cudaMemPool_t pool = nullptr;
   std::array<LaggedReading, kMaxReadings> readings{};
@@ -50,14 +50,14 @@ struct Context {
     for (LaggedReading& reading : readings) {
       CheckCuda(cudaEventCreateWithFlags(&reading.arrived, cudaEventDisableTiming), "cudaEventCreate");
     }
-    // Freed memory stays in the pool: linearizations are freed and allocated again in every step, with the same sizes.
+    // Freed memory stays in the pool: every step frees and allocates linearizations of the same sizes.
     CheckCuda(cudaDeviceGetDefaultMemPool(&pool, kDevice), "cudaDeviceGetDefaultMemPool");
     std::uint64_t keep = std::numeric_limits<std::uint64_t>::max();
     CheckCuda(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "cudaMemPoolSetAttribute");
   }
 };
 
-// Never destroyed: static buffers may be freed after it. The driver releases everything at exit.
+// Never destroyed: static buffers may be freed later. The driver releases everything at exit.
 Context& TheContext() {
   static Context* context = new Context;
   return *context;
@@ -85,7 +85,7 @@ void* Allocate(std::size_t bytes) {
   const auto allocate = [&] { return FoundMemory(cudaMallocAsync(&memory, bytes, context.stream), "cudaMallocAsync"); };
   bool found = allocate();
   if (!found) {
-    // The pool may hold enough memory, but in fragments that are each too small.
+    // The pool may hold enough memory, but in small fragments.
     TrimPool();
     found = allocate();
   }
@@ -108,7 +108,7 @@ void Free(void* memory) noexcept {
     context.in_use -= found->second;
     context.sizes.erase(found);
   }
-  // An error returned here comes from an earlier call. The next call that may throw reports it.
+  // An error returned here comes from an earlier call; the next call that may throw reports it.
   static_cast<void>(cudaFreeAsync(memory, context.stream));
 }
 

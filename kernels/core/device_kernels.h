@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GPU kernels, for host code: whether they can run, how they are launched, and how many registers and bytes each uses.
+// GPU kernels, for host code: whether they can run, how they are launched, and their registers and bytes.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,18 @@
 
 namespace vesta::device {
 
-// Compiler statistics of one kernel.
+// Compiler statistics.
 struct KernelStatistics {
   std::string name;  // as in error messages
   int registers = 0;
   std::size_t local_bytes = 0, shared_bytes = 0;  // per thread (arrays and spills); per block
 };
-// One element per launched kernel, in the order of the first launches. Kernels that are instances of the same template
-// can have the same name.
+// One element per launched kernel, in the order of the first launches. Instances of one template can have the same
+// name.
 std::vector<KernelStatistics> KernelTable();
 
-// Counters of one host thread since its start: launched kernels, and waits for the device. A sort or a running sum
-// counts as one launch. ReadLagged counts as a wait if its previous copy may still be running.
+// Counters of one host thread since its start. A sort or a running sum counts as one launch. ReadLagged counts as a
+// wait if its previous copy may still be running.
 struct HostWork {
   std::int64_t launches = 0, waits = 0;
 };
@@ -31,24 +31,23 @@ inline HostWork& CountedHostWork() {
   return work;
 }
 
-// Registers a kernel for KernelTable. launch.cuh calls it once per kernel.
+// Called once per kernel by launch.cuh, for KernelTable.
 void RegisterKernel(const char* name, const void* kernel);
 
-// Returns an empty string if the GPU in use can run this program's kernels. Otherwise returns CUDA's error message, for
-// example that the program has no machine code for this GPU, or that its PTX is too new for the driver.
+// Returns an empty string if the GPU can run this program's kernels, otherwise CUDA's error message, for example that
+// the program has no machine code for this GPU, or that its PTX is too new for the driver.
 std::string UnsupportedReason();
 
-// The error message for a GPU that cannot run the kernels, with advice. reason: from UnsupportedReason. capability: 10
-// major + minor.
+// The error message for a GPU that cannot run the kernels. reason: from UnsupportedReason. capability: 10 major +
+// minor.
 inline std::string NoCodeMessage(const std::string& gpu, int capability, const std::string& reason) {
   return gpu + " has compute capability " + std::to_string(capability / 10) + "." + std::to_string(capability % 10) +
          ", for which this program has no code; build it with CMAKE_CUDA_ARCHITECTURES=" + std::to_string(capability) +
          " (CUDA: " + reason + ")";
 }
 
-// Calls launch(), which launches a kernel and returns false if memory ran out. In that case returns the unused memory
-// of the pool to the driver and calls launch() again. If this fails too, throws OutOfDeviceMemory with the kernel's
-// name.
+// Calls launch(), which launches a kernel and returns false if memory ran out. In that case returns the pool's unused
+// memory to the driver and tries again. If this fails too, throws OutOfDeviceMemory with the kernel's name.
 template <class Launch>
 void LaunchOrThrow(const Launch& launch, const char* name) {
   ++CountedHostWork().launches;

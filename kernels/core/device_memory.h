@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// GPU memory and the library's CUDA stream, for host code that does not include CUDA's headers. Implemented in
-// vesta::core_cuda.
+// GPU memory and the library's CUDA stream, for host code without CUDA's headers. Implemented in vesta::core_cuda.
 //
-// All work runs in one stream, in the order of the calls, so calls need no synchronisation among each other. All calls
-// must come from the host thread that made the first call.
+// All work runs in one stream, in the order of the calls, so calls need no synchronisation. All calls must come from
+// the host thread that made the first call.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +12,7 @@
 
 namespace vesta {
 
-// An allocation failed because GPU memory is full. The failed call changes nothing, so the caller may retry with
-// smaller batches.
+// GPU memory is full. The failed call changes nothing, so the caller may retry with smaller batches.
 class OutOfDeviceMemory : public Error {
  public:
   explicit OutOfDeviceMemory(const std::string& message) : Error(kOutOfMemory, message) {}
@@ -23,13 +21,13 @@ class OutOfDeviceMemory : public Error {
 // Properties of the GPU.
 struct DeviceInfo {
   bool present = false;    // a GPU exists
-  bool usable = false;     // it exists and can run this program's code
-  std::string name;        // name of the GPU, or the reason why it cannot be used
+  bool usable = false;     // it can run this program's code
+  std::string name;        // of the GPU, or the reason why it cannot be used
   std::size_t memory = 0;  // bytes
   int multiprocessors = 0;
   int capability = 0;  // 10 major + minor
 };
-// Properties of the first GPU, which vesta uses. Queried once per process. Never throws; see `usable`.
+// Properties of the first GPU, which vesta uses. Queried once per process. Never throws.
 const DeviceInfo& QueryDevice();
 
 namespace device {
@@ -38,7 +36,7 @@ namespace device {
 // bytes.
 void* Allocate(std::size_t bytes);
 void Free(void* memory) noexcept;
-// Returns the pool's unused memory to the driver, so that fragments can be merged. Waits for all work.
+// Returns the pool's unused memory to the driver, which can merge fragments. Waits for all work.
 void TrimPool();
 // These run in stream order. Copies to and from the host wait until they are complete.
 void SetZero(void* memory, std::size_t bytes);
@@ -49,15 +47,15 @@ void CopyToHost(void* to, const void* from, std::size_t bytes);
 void Synchronize();
 
 // Returns the value that `scalar` had at the previous call with the same pointer; 0 at the first call. Starts a copy
-// for the next call. Waits only if the copy of the previous call is not complete yet. If more than 16 scalars are read,
-// the oldest one starts again with 0.
+// for the next call. Waits only for the previous copy. If more than 16 scalars are read, the oldest one starts again
+// with 0.
 double ReadLagged(const double* scalar);
-// Discards the copies of the scalars first[0 .. count - 1]. Their next ReadLagged returns 0.
+// Discards the copies of first[0 .. count - 1]. Their next ReadLagged returns 0.
 void DiscardLagged(const double* first, std::size_t count);
 
 // Bytes that can be allocated now: free device memory plus unused memory of the pool.
 std::size_t FreeBytes();
-// Bytes allocated now, and the maximum since the last call of ResetPeak.
+// Bytes allocated now, and the maximum since ResetPeak.
 std::size_t BytesInUse();
 std::size_t PeakBytes();
 void ResetPeak();

@@ -9,9 +9,8 @@
 
 namespace vesta::device {
 
-// Stable sort of (key, value) pairs by the lowest `bits` bits of the keys. The results are in keys and values. The
-// buffers other_keys and other_values must have the same sizes as keys and values. They and `temporary` are scratch
-// memory.
+// Stable sort of (key, value) pairs by the lowest `bits` bits of the keys, in place. other_keys and other_values, of
+// the same sizes, and `temporary` are scratch memory.
 void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values,
                DeviceBuffer<std::uint32_t>& other_keys, DeviceBuffer<std::uint32_t>& other_values, Index count,
                int bits, DeviceBuffer<unsigned char>& temporary);
@@ -23,8 +22,7 @@ void RunningSum(const Index* counts, Index* sums, Index size, DeviceBuffer<unsig
 
 namespace vesta {
 
-// The same interface as Sorting<Host>. RunningSum waits for its result and needs at least one count; ByKey does not
-// wait.
+// Same interface as Sorting<Host>. RunningSum waits for its result and needs at least one count; ByKey does not wait.
 template <>
 struct Sorting<Device> {
   static void ByKey(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values) {

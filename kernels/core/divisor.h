@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Division of indices by a divisor that is constant during a kernel. A 64-bit division on a GPU takes about a hundred
-// instructions, which doubles the work of a memory-bound thread. This class multiplies by the reciprocal instead, which
-// takes a few instructions.
+// instructions; multiplying by the reciprocal takes a few.
 #pragma once
 
 #include <cstdint>
@@ -27,14 +26,14 @@ struct Division {
 
 class Divisor {
  public:
-  // divisor >= 0. A divisor of 0 (no data) is allowed if Divide is never called.
+  // divisor >= 0. With 0 (no data) Divide must not be called.
   constexpr explicit Divisor(Index divisor)
       : divisor_(divisor > 0 ? divisor : 1), reciprocal_(~std::uint64_t{0} / static_cast<std::uint64_t>(divisor_)) {}
 
   // x >= 0.
   VESTA_HD Division Divide(Index x) const {
     // The reciprocal has 64 fractional bits and is too small by less than divisor / 2^64. For x < 2^63 the quotient is
-    // therefore too small by at most 1.
+    // therefore at most 1 too small.
     Index quotient = static_cast<Index>(MultiplyHigh(static_cast<std::uint64_t>(x), reciprocal_)),
           rest = x - quotient * divisor_;
     if (rest >= divisor_) ++quotient, rest -= divisor_;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The library's exception type. This header does not include fmt, so that nvcc can compile it. Sources that nvcc does
-// not compile include check.h instead.
+// The library's exception type. Without fmt, so that nvcc can compile it. Other sources include check.h instead.
 #pragma once
 
 #include <stdexcept>
@@ -9,10 +8,10 @@
 namespace vesta {
 
 enum class ErrorCode {
-  kBadArgument,  // an option, flag or argument is out of range, contradicts another, or does not fit the data
+  kBadArgument,  // an option or argument is out of range, contradicts another, or does not fit the data
   kNotFound,     // a file, folder or view is missing or cannot be opened
   kBadFile,      // a file is damaged, truncated, of another format, or contradicts itself
-  kUnsupported,  // vesta does not support this combination of options or this variant of a format
+  kUnsupported,  // an unsupported combination of options or variant of a format
   kOutOfMemory,  // a memory limit or the device's memory is exceeded
   kCannotWrite,  // an output cannot be created or written
   kUnavailable,  // a GPU, another process, a program, a library or a system resource is missing or has failed

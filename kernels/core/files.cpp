@@ -89,7 +89,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns "out.ply" for "out.ply.1234.tmp", the form of temporary names; otherwise an empty string.
+// Returns "out.ply" for the temporary name "out.ply.1234.tmp"; otherwise an empty string.
 std::string NameOfTemporary(const std::string& name) {
   constexpr std::string_view kEnd = ".tmp";
   if (!name.ends_with(kEnd)) return {};
@@ -100,7 +100,7 @@ std::string NameOfTemporary(const std::string& name) {
   return has_number ? rest.substr(0, dot) : std::string();
 }
 
-// Removes a temporary unless a process still writes it. The writer holds a lock on it, which ends with the process.
+// Removes a temporary unless a process still writes it. The writer's lock on it ends with the process.
 void RemoveUnlessWritten(const std::string& temporary) {
   const int descriptor = ::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
   if (descriptor < 0) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading of whole files, parsing of text, and writing to a temporary file that is renamed when complete.
+// Reading of files, parsing of text, and writing to a temporary file that is renamed when complete.
 #pragma once
 
 #include <cstdint>
@@ -12,34 +12,32 @@
 namespace vesta {
 
 // Whether a file or folder exists at this path; whether it is a folder. Both are also false if the path cannot be
-// looked up (no permission, or the name is too long).
+// looked up (no permission, name too long).
 bool FileExists(const std::string& path);
 bool FolderExists(const std::string& path);
 
 // Returns the whole file. Throws Error if it is missing, not a regular file, or cannot be read.
 std::string ReadFile(const std::string& path);
 
-// Parses a whole word as a number, including nan and inf. Returns false if it is not a number or out of range.
+// Parses a whole word as a number, including nan and inf. Returns false if it is none or out of range.
 bool ParseNumber(std::string_view word, double* value);
 bool ParseNumber(std::string_view word, Index* value);
 
-// Removes the first line from `text` and stores it in `line` without its '\n'. The last line need not end with '\n'.
-// Returns false if `text` is empty.
+// Moves the first line from `text` to `line`, without its '\n'. The last line need not end with '\n'. Returns false if
+// `text` is empty.
 bool NextLine(std::string_view* text, std::string_view* line);
-// Returns the text without leading and trailing white space.
+// Removes leading and trailing white space.
 std::string_view Trimmed(std::string_view line);
 
-// Removes the next word and the white space before it from `text`, and returns the word. Returns an empty word at the
-// end.
+// Removes the next word and the white space before it from `text`, and returns the word; at the end an empty one.
 std::string_view NextWord(std::string_view* text);
 
-// Prepares text of a file for an error message: returns its first 60 bytes, with '?' for each byte that is not
-// printable ASCII.
+// Text for an error message: the first 60 bytes, with '?' for each byte that is not printable ASCII.
 std::string Printable(std::string_view text);
 
 // Writes to a temporary file beside `path`, named path.PROCESS.tmp; Commit renames it to `path`. Without Commit, the
-// destructor removes the temporary file, and an existing file at `path` stays unchanged. Every member throws Error with
-// `path` in its message if the folder cannot be written or the disk is full.
+// destructor removes it, and an existing file at `path` stays unchanged. Every member throws Error with `path` in its
+// message if the folder cannot be written or the disk is full.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);
@@ -48,12 +46,12 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   const std::string& path() const { return path_; }
-  // Path of the temporary file. Instead of calls of Write, another program may write this file before Finish is called.
+  // Path of the temporary file. Another program may write it before Finish, instead of calls of Write.
   const std::string& temporary() const { return temporary_; }
-  // Reserves this many bytes of disk space. May only be called before the first Write.
+  // Reserves disk space, only before the first Write.
   void Reserve(std::int64_t bytes);
   void Write(std::string_view bytes);
-  // Writes all data to the disk and closes the file, but does not rename it.
+  // Writes all data to the disk and closes the file, without renaming it.
   void Finish();
   // Calls Finish and renames the file. `path` must not be a folder.
   void Commit();
@@ -69,8 +67,8 @@ class AtomicFile {
 
 void WriteFileAtomically(const std::string& path, std::string_view bytes);
 
-// Removes temporary files of AtomicFile that killed processes left in the folder. It keeps files that a process still
-// writes, and files for which is_removable(name without .PROCESS.tmp) is false.
+// Removes temporary files of AtomicFile that killed processes left in the folder. Keeps files still being written, and
+// files for which is_removable(name without .PROCESS.tmp) is false.
 void RemoveAbandonedTemporaries(const std::string& folder,
                                 const std::function<bool(const std::string& name)>& is_removable);
 

@@ -15,16 +15,16 @@ struct ForEachIn<Host, F> {
   static void Run(Index count, Index grain, const F& f) { ParallelFor(count, grain, f); }
 };
 
-// The macro VESTA_DEVICE_FOR_EACH (kernels/core/for_each.cuh) defines Run. Use it in the .cu file that needs F.
+// Defined by VESTA_DEVICE_FOR_EACH (kernels/core/for_each.cuh) in the .cu file that needs F.
 template <class F>
 struct ForEachIn<Device, F> {
   static void Run(Index count, Index grain, const F& f);
 };
 
-// Calls f(i) for each i in [0, count), in parallel, on the host or on a device (Space). The data that f reads and
-// writes must be in the memory of Space. F is a named functor that is cheap to copy. Its operator() is VESTA_HD, and
-// calls with different i must not write the same data. grain: number of indices per task on the host. On a device,
-// ForEach returns before the calls have finished.
+// Calls f(i) for each i in [0, count), in parallel, on the host or on a device (Space). The data that f accesses must
+// be in the memory of Space. F is a named functor, cheap to copy. Its operator() is VESTA_HD, and calls with different
+// i must not write the same data. grain: number of indices per task on the host. On a device, ForEach does not wait for
+// the calls.
 template <class Space, class F>
 void ForEach(Index count, Index grain, const F& f) {
   ForEachIn<Space, F>::Run(count, grain, f);

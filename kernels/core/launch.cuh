@@ -33,12 +33,10 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
   kernel(block, shared);
 }
 
-// Threads per block of ForEach. The number is small, so that functions with many registers still occupy most of a
-// multiprocessor.
+// Threads per block of ForEach: few, so that functions with many registers still occupy most of a multiprocessor.
 inline constexpr int kForEachThreads = 128;
 // F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor at once. With 1 the
-// compiler may use all registers. Without kMinBlocks (0) the compiler decides, and may store some values in memory to
-// fit one more block.
+// compiler may use all registers. Without kMinBlocks (0) it may spill values to memory to fit one more block.
 template <class F>
 constexpr int MinBlocks() {
   if constexpr (requires { F::kMinBlocks; }) {
@@ -54,7 +52,7 @@ __global__ void __launch_bounds__(kForEachThreads, MinBlocks<F>()) RunForEach(In
   for (Index i = Index{kForEachThreads} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
 }
 
-// Launches `blocks` blocks of a block kernel. name: its name in reports.
+// name: the kernel's name in reports.
 template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);

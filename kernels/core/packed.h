@@ -8,7 +8,7 @@ namespace vesta {
 
 // Index of element (row, col), row >= col, in the packed array.
 VESTA_HD constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
-// Number of elements of a matrix of that order.
+// Number of elements.
 VESTA_HD constexpr int PackedSize(int order) { return PackedLower(order, 0); }
 
 }  // namespace vesta

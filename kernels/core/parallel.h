@@ -15,8 +15,7 @@
 
 namespace vesta {
 
-// Sets the number of threads of all parallel loops, including the calling thread; 0 means one per core. Throws Error if
-// it is negative.
+// Sets the number of threads, including the calling one; 0 means one per core. Throws Error if it is negative.
 void SetNumThreads(int num_threads);
 int NumThreads();
 // The check of SetNumThreads.
@@ -26,8 +25,8 @@ inline void CheckNumThreads(int num_threads) {
 }
 
 // Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, count), on all threads, in any order.
-// Chunk boundaries are multiples of grain for any number of threads. An exception thrown by body is rethrown by this
-// function. body may call it again.
+// Chunk boundaries are multiples of grain for any number of threads. Exceptions of body are rethrown. body may call
+// this function.
 void ParallelForChunks(Index count, Index grain, const std::function<void(Index begin, Index end)>& body);
 
 // Calls body(i) for each i in [0, count), with `grain` indices per task.
@@ -38,8 +37,7 @@ void ParallelFor(Index count, Index grain, const Body& body) {
   });
 }
 
-// Returns the sum of body(begin, end) over all chunks of `grain` indices, added in the order of the chunks. T{} must be
-// zero.
+// Returns the sum of body(begin, end) over all chunks of `grain` indices, in the order of the chunks. T{} must be zero.
 template <class T, class Body>
 T ParallelSum(Index count, Index grain, const Body& body) {
   T sum{};
@@ -64,11 +62,11 @@ struct Largest {
   }
 };
 
-// A background thread that runs tasks one after the other, in the order of the calls. It starts with the first task.
+// A background thread that runs tasks in the order of the calls. It starts with the first task.
 class Background {
  public:
   Background();
-  // Waits for the running task and drops the tasks that have not started.
+  // Waits for the running task and drops the others.
   ~Background();
   Background(const Background&) = delete;
   Background& operator=(const Background&) = delete;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops on std::thread. This version lets the thread sanitizer see every access. (Debian's oneTBB is not
-// instrumented, so the sanitizer would report false races.)
+// Parallel loops on std::thread, for the thread sanitizer. (Debian's oneTBB is not instrumented, so the sanitizer would
+// report false races.)
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -20,8 +20,8 @@ namespace {
 int g_num_threads = 0;
 thread_local bool t_inside = false;  // nested loops run on the thread they are called from
 
-// A worker thread that serves one caller, loop after loop: under the sanitizer, starting a new thread takes longer than
-// most loops. Each worker has its own lock. A shared lock would order the work of two workers and hide their races from
+// A worker thread that serves one caller, loop after loop: under the sanitizer, starting a thread takes longer than
+// most loops. Each worker has its own lock: a shared one would order the work of two workers and hide their races from
 // the sanitizer.
 class Helper {
  public:
@@ -33,7 +33,7 @@ class Helper {
   Helper(const Helper&) = delete;
   Helper& operator=(const Helper&) = delete;
 
-  // `work` must not throw, and must exist until Wait returns.
+  // `work` must not throw, and must outlive Wait.
   void Start(const std::function<void()>& work) { Set(&work, false); }
   void Wait() {
     std::unique_lock lock(mutex_);
@@ -96,7 +96,7 @@ void ParallelForChunks(Index count, Index grain, const std::function<void(Index,
   const std::function<void()> work = [&] {
     const bool outer = std::exchange(t_inside, true);
     try {
-      // Relaxed: stronger ordering would hide races between chunks from the sanitizer.
+      // Relaxed: stronger ordering would hide races between chunks.
       const auto claim = [&] { return next.fetch_add(1, std::memory_order_relaxed); };
       for (Index c = claim(); c < chunks; c = claim()) body(c * grain, std::min(count, (c + 1) * grain));
     } catch (...) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops on oneTBB. (parallel_std.cpp has the same interface on std::thread, for the thread sanitizer.)
+// Parallel loops on oneTBB. (parallel_std.cpp: the same for the thread sanitizer.)
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>

@@ -17,14 +17,14 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
 
-// Returns the number at the start of a file, or `otherwise` if it starts with something else, such as "max".
+// Returns the number at the start of a file, or `otherwise` for text such as "max".
 double NumberIn(const char* path, double otherwise) {
   std::ifstream file(path);
   double number = otherwise;
   return file >> number ? number : otherwise;
 }
 
-// Returns the number after `name` in a file with a name and a number in each line.
+// Returns the number after `name` in a file with one name and number per line.
 double NumberNamed(const std::string& name, const char* path, double otherwise) {
   std::ifstream file(path);
   std::string word, rest;
@@ -57,7 +57,7 @@ double MemoryMib() {
 }
 
 double AvailableMemoryMib() {
-  // Cached pages of files are not counted: the kernel drops them when needed.
+  // Without cached pages of files, which the kernel drops when needed.
   const double used =
       NumberIn("/sys/fs/cgroup/memory.current", 0) - NumberNamed("inactive_file", "/sys/fs/cgroup/memory.stat", 0);
   const double in_group = std::max(0.0, NumberIn("/sys/fs/cgroup/memory.max", kUnknown) - used);

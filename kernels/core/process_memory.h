@@ -4,17 +4,15 @@
 
 namespace vesta {
 
-// After this call each buffer of 1 MiB or more goes back to the system as soon as it is freed. By default glibc's
-// allocator keeps more and more of them: a training with a growing number of Gaussians occupied 20 % more memory than
-// it used. Programs call it at their start. It has no effect without glibc.
+// Makes glibc return each buffer of 1 MiB or more to the system as soon as it is freed. By default it keeps more and
+// more of them while the sizes grow. Programs call it at their start. No effect without glibc.
 void ReturnFreedMemoryToSystem();
 
 // Peak resident memory so far, MiB.
 double PeakMemoryMib();
 // Resident memory now, MiB; 0 if /proc is missing.
 double MemoryMib();
-// Memory that the process can still allocate before the machine or its control group is full, MiB. Infinity if the
-// system does not report it.
+// Memory that the process can still allocate before the machine or its control group is full, MiB. Infinity if unknown.
 double AvailableMemoryMib();
 
 }  // namespace vesta

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Profiler: wall and CPU seconds of named phases of a run (`--profile`, LmOptions::profile).
 //
-// A phase that begins within another one is its child. Every second belongs to exactly one open phase, the innermost
-// one, so the phases add up to the whole. The profile belongs to the thread (ProfileScope) instead of being passed to
-// functions, because phases begin deep in the kernels, dozens of function calls below the program. Threads without a
-// profile, which decode photographs or serve the viewer, record no phases. Their CPU seconds are added to the phase
-// that is open at that time. Phases begin on the main thread of the run, never in the body of a parallel loop.
+// A phase that begins within another one is its child. Every second belongs to exactly one phase, the innermost open
+// one, so the phases add up to the whole. The profile belongs to the thread (ProfileScope), because phases begin deep
+// in the kernels. Threads without a profile, which decode photographs or serve the viewer, record no phases. Their CPU
+// seconds are added to the phase open at that time. Phases begin on the main thread of the run, never in the body of a
+// parallel loop.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace vesta {
 
-// Clock readings, or differences of them, in seconds. cpu: the sum over all threads of the process.
+// Clock readings, or their differences, in seconds. cpu: sum over all threads of the process.
 struct PhaseSeconds {
   double wall = 0, cpu = 0;
   PhaseSeconds& operator+=(const PhaseSeconds& other) {
@@ -29,14 +29,14 @@ struct PhaseSeconds {
   }
 };
 PhaseSeconds ReadClocks();
-// Reads the clocks for work in a memory space. On a GPU it first waits for pending work, so that a phase contains the
-// time of its kernels. This slows the run down.
+// Reads the clocks for work in a memory space. On a GPU it first waits for pending work, so that a phase includes its
+// kernels. This slows the run down.
 template <class Space>
 PhaseSeconds ReadClocksOf() {
   if constexpr (std::is_same_v<Space, Device>) {
     try {
       device::Synchronize();
-    } catch (const Error&) {  // the next call that waits for the GPU reports it
+    } catch (const Error&) {  // reported by the next call that waits for the GPU
     }
   }
   return ReadClocks();
@@ -44,7 +44,7 @@ PhaseSeconds ReadClocksOf() {
 
 struct PhaseRow {
   std::string name;
-  int depth = 0;           // 0: the whole run; rows of depth d + 1 below a row of depth d add up to it
+  int depth = 0;           // 0: the whole run; the rows of depth d + 1 below a row of depth d add up to it
   std::int64_t calls = 0;  // 0: the row "other", time of the parent outside its listed phases
   PhaseSeconds seconds;    // including its child phases
 };
@@ -57,12 +57,12 @@ class Profile {
   // The profile of the calling thread; null without one.
   static Profile* Current() { return current_; }
 
-  // Begins a phase within the open one, or continues it if it exists. name: must be a string literal.
+  // Begins a phase within the open one, or continues it. name: a string literal.
   void Begin(const char* name);
   // Ends the open phase; its parent is open again.
   void End();
   // Returns the times until now. Each parent precedes its child phases, which are sorted by decreasing wall time.
-  // Phases with less than the fraction least_share of the total wall time are combined in "other".
+  // Phases below the fraction least_share of the total wall time are combined in "other".
   std::vector<PhaseRow> Rows(double least_share = 0.005);
 
  private:
@@ -86,8 +86,8 @@ class Profile {
 // Formats the rows as a table, one line each.
 std::string ProfileTable(const std::vector<PhaseRow>& rows);
 
-// During the lifetime of this object, `profile` is the profile of the current thread, and its phase "total" is open. If
-// `profile` is null, nothing changes: a profile that the thread already has continues.
+// While this object exists, `profile` is the profile of the current thread, and its phase "total" is open. If `profile`
+// is null, the thread's existing profile continues.
 class ProfileScope {
  public:
   explicit ProfileScope(Profile* profile) : profile_(profile), before_(Profile::current_) {
@@ -103,7 +103,7 @@ class ProfileScope {
   Profile *profile_, *before_;
 };
 
-// A phase that ends with the lifetime of this object. If the thread has no profile, it does nothing.
+// A phase that ends with this object. Does nothing if the thread has no profile.
 class ScopedPhase {
  public:
   explicit ScopedPhase(const char* name) : profile_(Profile::Current()) {
@@ -114,7 +114,7 @@ class ScopedPhase {
   }
   ScopedPhase(const ScopedPhase&) = delete;
   ScopedPhase& operator=(const ScopedPhase&) = delete;
-  // Ends the phase and begins another one in its place.
+  // Ends the phase and begins another one.
   void Next(const char* name) {
     if (profile_) profile_->End(), profile_->Begin(name);
   }

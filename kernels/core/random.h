@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counter-based random numbers. Each number is a function of a key and a counter, so it does not depend on the order in
-// which threads run.
+// Counter-based random numbers: functions of a key and a counter, so they do not depend on the order of threads.
 #pragma once
 
 #include <cmath>
@@ -20,7 +19,7 @@ constexpr std::uint64_t MixBits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-// Stream of numbers keyed by (seed, a, b): for instance (seed, iteration, Gaussian). Equal keys give equal streams.
+// Stream of numbers keyed by (seed, a, b), for instance (seed, iteration, Gaussian). Equal keys give equal streams.
 class CounterRandom {
  public:
   constexpr CounterRandom(std::uint64_t seed, std::uint64_t a, std::uint64_t b = 0)

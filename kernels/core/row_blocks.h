@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with a Jacobian J that stores one small dense block per residual block. All residual blocks have the same
-// shape. GPU solvers use these products for problems that store their Jacobian. Each step is a functor of an index; it
-// may be called for the indices in any order.
+// Products with a Jacobian J that stores one dense block per residual block, all of the same shape. GPU solvers use
+// them for problems that store their Jacobian. Each step is a functor of an index and may run in any order.
 #pragma once
 
 #include <algorithm>
@@ -28,9 +27,9 @@ struct RowBlocks {
 // The transpose: for each parameter, the list of its columns in the blocks. Column c of block b is listed as c * blocks
 // + b. The list of parameter p is entries[first_entry[p]] .. entries[first_entry[p + 1] - 1], ascending in b.
 //
-// Each list is split into segments of at most kSegmentEntries entries, so that several threads share a parameter with
-// many blocks. Segment s has the entries segments[s] .. segment_end[s] - 1. Parameter p has the segments
-// first_segment[p] .. first_segment[p + 1] - 1.
+// Lists are split into segments of at most kSegmentEntries entries, so that several threads share a parameter with many
+// blocks. Segment s has the entries segments[s] .. segment_end[s] - 1. Parameter p has the segments first_segment[p] ..
+// first_segment[p + 1] - 1.
 struct RowBlocksTranspose {
   const Index *entries, *first_entry, *segments, *segment_end, *first_segment;
 };
@@ -87,8 +86,8 @@ struct SumSegments {
   }
 };
 
-// For i = packed * group.count + g: element `packed` of the packed lower triangle of diagonal block g of J^T J. If a
-// residual block has a parameter of a diagonal block, it must have all of them, in adjacent columns and in order.
+// For i = packed * group.count + g: element `packed` of the packed lower triangle of diagonal block g of J^T J. A
+// residual block with one parameter of a diagonal block must have all of them, in adjacent columns and in order.
 template <class S>
 struct GramOfRows {
   static constexpr int kMinBlocks = 1;
@@ -150,7 +149,7 @@ struct HostRowTranspose {
 
 namespace vesta::device {
 
-// Launches the steps above on a GPU. All pointers are to device memory. No function waits for its result.
+// Launch the steps above on a GPU, without waiting. All pointers are to device memory.
 template <class S>
 void ApplyRows(const RowBlocks<S>& rows, const S* v, S* u);
 // If u is null, computes diag(J^T J). partial: one value per segment.

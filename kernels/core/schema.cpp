@@ -11,7 +11,7 @@
 namespace vesta::schema {
 namespace {
 
-// Levenshtein distance: insertions, deletions and substitutions that turn one string into the other.
+// Levenshtein distance: fewest insertions, deletions and substitutions.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

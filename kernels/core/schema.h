@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of options. A table lists the name, allowed values and help text of each field of a struct. Command-line
-// flags, help, checks, configuration files and the options of benchmarks are generated from the table.
+// Tables of options: name, allowed values and help text of each field of a struct. Command-line flags, help, checks,
+// configuration files and the options of benchmarks are generated from them.
 #pragma once
 
 #include <algorithm>
@@ -32,43 +32,43 @@ struct Choice {
   const char* name;
 };
 
-// A field with any non-empty text. placeholder: the word that stands for the text in the help, such as FILE.
+// A field with any non-empty text. placeholder: its word in the help, such as FILE.
 struct Words {
   const char* placeholder;
 };
 
-// Kind of the values of a field. kWhole: integer. kSwitch: true or false. kWords: any text.
+// Kind of value. kWhole: integer. kSwitch: true or false. kWords: any text.
 enum class Kind { kWhole, kNumber, kSwitch, kChoice, kColor, kWords };
 
-// Description of a field, independent of the type of the struct.
+// Description of a field, independent of the struct's type.
 struct FieldInfo {
   std::string name;  // name within the struct; "part.name" for a nested struct
   Kind kind;
   const char* help;
-  const char* flag = nullptr;             // name of a dedicated command-line flag, if any
+  const char* flag = nullptr;             // dedicated command-line flag, if any
   Range range = {};                       // kWhole, kNumber, and each channel of kColor
   std::vector<const char*> choices = {};  // kChoice
   const char* placeholder = "";           // kWords
   bool may_be_auto = false;               // whether "auto" is valid too: the value is then chosen from the data
 
-  // Describes the allowed values: "from 0 to 1".
+  // The allowed values: "from 0 to 1".
   std::string Allowed() const;
-  // The same as part of an error message: "it must be from 0 to 1".
+  // For an error message: "it must be from 0 to 1".
   std::string Requirement() const;
-  // The placeholder for the value in the help: N, X, a|b, R,G,B.
+  // The value in the help: N, X, a|b, R,G,B.
   std::string Placeholder() const;
 };
 
-// Formats a number so that parsing the text gives the same value.
+// Formats a number so that parsing gives the same value.
 std::string Print(double value);
 std::string Print(Index value);
 std::vector<std::string> SplitAt(const std::string& text, char separator);
 
-// Returns at most max_count names with the smallest edit distance, nearest first. Very different names are omitted.
+// Returns at most max_count names with the smallest edit distance, nearest first, without very different ones.
 std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names,
                                  std::size_t max_count = 3);
 
-// Whether no two choices have the same value or the same name.
+// Whether all choices have distinct values and names.
 template <class E, std::size_t N>
 constexpr bool AreDistinct(const Choice<E> (&choices)[N]) {
   for (std::size_t i = 0; i < N; ++i) {
@@ -89,8 +89,8 @@ constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_
   return "?";
 }
 
-// Prints values of type V, and parses and checks them. FromText returns false and leaves `value` unchanged if the text
-// is not a number or not in the range.
+// Prints, parses and checks values of type V. FromText returns false and leaves `value` unchanged if the text is not a
+// number or out of range.
 template <class V>
 struct Numbers {
   using Wide = std::conditional_t<std::is_floating_point_v<V>, double, Index>;
@@ -239,7 +239,7 @@ class Field : public FieldInfo {
   }
 
   std::string Text(const O& options) const { return print_(options); }
-  // Parses `text` into the field. Returns false and leaves `options` unchanged if the text is not a valid value.
+  // Returns false and leaves `options` unchanged if the text is not a valid value.
   bool Set(const std::string& text, O& options) const { return parse_(text, options); }
   // Whether the value in `options` is valid for this field.
   bool IsValid(const O& options) const {

@@ -15,8 +15,8 @@ struct KeyValue {
   std::uint32_t value;
 };
 
-// Stable sort of items by key. It is a least-significant-digit radix sort with three passes of 11 bits. A pass is
-// skipped if all keys have the same digit. scratch is resized as needed; its contents are unspecified afterwards.
+// Stable least-significant-digit radix sort with three passes of 11 bits. A pass is skipped if all keys have the same
+// digit. scratch is resized as needed; its contents are unspecified afterwards.
 inline void RadixSort(HostBuffer<KeyValue>& items, HostBuffer<KeyValue>& scratch) {
   constexpr int kBits = 11, kBuckets = 1 << kBits, kPasses = 3;
   const Index n = items.size();
@@ -38,14 +38,14 @@ inline void RadixSort(HostBuffer<KeyValue>& items, HostBuffer<KeyValue>& scratch
   }
 }
 
-// Sorting and running sums with the same interface for all memory spaces. device_sort.h has the GPU version. Results
-// depend only on the input.
+// Sorting and running sums with the same interface for all memory spaces (GPU: device_sort.h). Results depend only on
+// the input.
 template <class Space>
 struct Sorting;
 
 template <>
 struct Sorting<Host> {
-  // Sorts the values by their keys with a stable sort. The keys are unspecified afterwards.
+  // Stable sort of the values by their keys. The keys are unspecified afterwards.
   static void ByKey(HostBuffer<std::uint32_t>& keys, HostBuffer<std::uint32_t>& values) {
     HostBuffer<KeyValue> items, scratch;
     items.ResizeForOverwrite(keys.size());

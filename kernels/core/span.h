@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory spaces and views. The memory space is part of the type, so host code cannot receive a device pointer.
+// Memory spaces and views. The space is part of the type, so host code cannot receive a device pointer.
 #pragma once
 
 #include <cstddef>

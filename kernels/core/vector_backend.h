@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine's vector algebra, declared once for all memory spaces. The host implementation is in cpu_backend.cpp; a
-// device implements the same members in its own file. The engine is therefore one template for both.
+// The engine's vector algebra, declared once for all memory spaces: on the host in cpu_backend.cpp, on a device in its
+// own file. The engine is one template for both.
 #pragma once
 
 #include <cmath>
@@ -12,10 +12,9 @@
 
 namespace vesta {
 
-// The scalar part of preconditioned conjugate gradients (PCG) for A x = b: step lengths, stop tests and breakdown.
-// Notation: r = b - A x is the residual, z = M^-1 r the preconditioned residual, and p the search direction. The scalar
-// part runs where the scalars are stored. On a device it is a kernel of one thread, so the host need not wait within an
-// iteration.
+// The scalar part of preconditioned conjugate gradients (PCG) for A x = b: step lengths, stop tests and breakdown. r =
+// b - A x is the residual, z = M^-1 r the preconditioned residual, p the search direction. On a device the scalar part
+// is a kernel of one thread, so the host need not wait within an iteration.
 //
 // Indices in the array of scalars. The host writes the inputs before the first phase.
 enum PcgScalar : int {
@@ -43,7 +42,7 @@ enum PcgScalar : int {
 // that is not finite.
 enum class PcgStop : int { kConverged, kModelConverged, kIndefinite, kNonFinite };
 
-// Points of an iteration at which UpdatePcgScalars runs, each after the named values were computed.
+// Points of an iteration at which UpdatePcgScalars runs, after the named values were computed.
 enum class PcgPhase : int {
   kBegin,      // after |b|^2, |r|^2, r^T z
   kStep,       // after p^T A p: forms alpha
@@ -64,8 +63,8 @@ VESTA_HD inline bool SmallResidual(const double* s) {
 }
 }  // namespace pcg_internal
 
-// Advances the scalars by one phase. After a stop, alpha and beta are 0 and nothing changes. Iterations that the host
-// launched before it saw the stop flag therefore do not change the iterate.
+// Advances the scalars by one phase. After a stop, alpha and beta are 0 and nothing changes: iterations that the host
+// launched before it saw the stop do not change the iterate.
 VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
   using pcg_internal::IsFinite;
   using pcg_internal::Stop;
@@ -108,16 +107,16 @@ VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
   }
 }
 
-// Pointer to one double in memory space Space. Reductions write their result to a slot, and vector updates read their
-// factor from a slot, so an inner loop need not wait for the host.
+// Pointer to one double in memory space Space. Reductions write to a slot and vector updates read their factor from
+// one, so an inner loop need not wait for the host.
 template <class Space>
 struct Slot {
   double* value = nullptr;
 };
 
 // Operations on vectors of scalars S in memory space Space. Cheap to construct. All vectors of one call must have the
-// same size. y may be the same memory as x unless stated otherwise. The operators .* and ./ work element by element.
-// Reductions add chunks of fixed size in double in a fixed order, so results do not depend on the number of threads.
+// same size. y may be the same memory as x unless stated otherwise. .* and ./ are elementwise. Reductions add chunks of
+// fixed size in double in a fixed order, so results do not depend on the number of threads.
 template <class S, class SpaceTag>
 class VectorBackend {
  public:
@@ -158,7 +157,7 @@ class VectorBackend {
   void Dot(ConstVectorView x, ConstVectorView y, Slot slot);
   // slot = sum_k w_k x_k y_k.
   void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, Slot slot);
-  // The same sums as return values. On a device these functions wait, so do not use them in inner loops.
+  // The same sums as return values. On a device they wait: do not use them in inner loops.
   double Dot(ConstVectorView x, ConstVectorView y);
   double WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y);
   // max_k |x_k|; 0 for an empty vector, NaN if any element is NaN.
@@ -167,8 +166,8 @@ class VectorBackend {
   // Number of elements that are not > 0.
   Index CountNonPositive(ConstVectorView x);
 
-  // x += alpha p, r -= alpha q, with alpha from a slot. If alpha is 0, does not read or write any vector. The vectors
-  // must not overlap.
+  // x += alpha p, r -= alpha q, with alpha from a slot. If alpha is 0, no vector is read or written. The vectors must
+  // not overlap.
   void CgStep(Slot alpha, ConstVectorView p, ConstVectorView q, VectorView x, VectorView r);
   // p = z + beta p, with beta from a slot. If beta is 0, p is not read.
   void CgDirection(ConstVectorView z, Slot beta, VectorView p);
@@ -180,17 +179,17 @@ class VectorBackend {
   // Waits for pending work and returns the values.
   double Read(Slot slot);
   std::vector<double> Read(const Slots& slots);
-  // On the host, returns the value of the slot. On a device, returns its value at the previous call with this slot (0
-  // at the first call), and waits only for the copy that the previous call started.
+  // On the host, the value of the slot. On a device, its value at the previous call with this slot (0 at the first
+  // call); waits only for the copy that the previous call started.
   double ReadLagged(Slot slot);
   Slot SlotOf(Slots& slots, int i) { return {slots.data() + i}; }
 
-  // Copy between host memory and this space, and wait for the result.
+  // Copy between host memory and this space, and wait.
   void FromHost(HostSpan<const S> x, VectorView y);
   void ToHost(ConstVectorView x, HostSpan<S> y);
 };
 
-// The requirement of the engine: a VectorBackend of some scalar and memory space.
+// The engine's requirement: a VectorBackend of some scalar and memory space.
 template <class B>
 concept Backend = std::default_initializable<B> &&
     std::same_as<B, VectorBackend<typename B::Scalar, typename B::Space>> && std::floating_point<typename B::Scalar>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Loads, stores and transposition of blocks of pixels. A block has a few rows, and as many columns as a SIMD vector has
-// lanes. Blocks at the right and lower image edges may be incomplete. Included by image_kernels.simd.cpp.
+// lanes. Blocks at the right and lower image edges may be incomplete. For image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/core/span.h"
@@ -64,13 +64,12 @@ class PartialVector<float> {
 };
 #endif
 
-// Rows of a block: 4, or the number of lanes if a vector has fewer than 4 lanes. The number of lanes is therefore a
-// multiple of kBlockRows, as Transposed requires.
+// Rows of a block: 4, or the number of lanes if smaller. Transposed requires that the number of lanes is a multiple of
+// kBlockRows.
 template <class S>
 inline constexpr int kBlockRows = xsimd::batch<S>::size < 4 ? static_cast<int>(xsimd::batch<S>::size) : 4;
 
-// Access to a complete block of kRows rows. Rows are `stride` values apart. The type T of a block has one vector per
-// row.
+// Access to a complete block of kRows rows, `stride` values apart. A block (type T) has one vector per row.
 template <class S, int kRows>
 class WholeBlockAccess {
  public:
@@ -93,8 +92,8 @@ class WholeBlockAccess {
   Index stride_;
 };
 
-// Access to a block at the right or lower edge of the image. Only its first `rows` rows and the first `pixels` pixels
-// of each row exist. Load and ZeroOutside set the other pixels to zero; Store does not write them.
+// Access to a block at the right or lower edge of the image. Only its first `rows` rows and their first `pixels` pixels
+// exist. Load and ZeroOutside set the others to zero; Store does not write them.
 template <class S, int kRows>
 class EdgeBlockAccess {
  public:
@@ -129,9 +128,9 @@ class EdgeBlockAccess {
   PartialVector<S> part_;
 };
 
-// Calls f(column, access) for the blocks of one strip of kRows rows of an image, from left to right. `width` is the
-// width of the image, in pixels. Only the first `rows` rows of the strip are in the image. column: the first column of
-// the block. access: a WholeBlockAccess or an EdgeBlockAccess.
+// Calls f(column, access) for the blocks of one strip of kRows rows, from left to right. `width`: width of the image.
+// Only the first `rows` rows of the strip are in the image. column: the first of the block. access: a
+// WholeBlockAccess or an EdgeBlockAccess.
 template <class S, int kRows, class F>
 inline void ForBlocks(int width, int rows, const F& f) {
   constexpr int kLanes = static_cast<int>(xsimd::batch<S>::size);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Type Several: a few SIMD vectors of pixels, used as one scalar of the formulas. image_kernels.simd.cpp includes this
-// header before the formulas, which call the functions declared here.
+// Several: a few SIMD vectors of pixels as one scalar of the formulas. image_kernels.simd.cpp includes this header
+// before the formulas, which call its functions.
 #pragma once
 
 #include <type_traits>
@@ -39,7 +39,7 @@ struct Elementary<DoubleLanes> {
 inline DoubleLanes Reciprocal(const DoubleLanes& x) { return DoubleLanes(1) / x; }
 
 // kCount vectors as one scalar. The formula of an SSIM window is a chain of about thirty dependent operations. With
-// several vectors the processor computes several independent chains at once; with one it would mostly wait.
+// several vectors the processor computes independent chains at once instead of waiting.
 template <class V, int kCount>
 struct Several {
   V v[kCount];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Operators of the photometric loss on a GPU, as block kernels (kernels/core/block_kernel.h). A field is an array with
-// one value per pixel and colour channel, computed from the images. Each block of threads processes 32 x 16 pixels of
-// one channel. It loads the fields of an operator in these pixels and in a border of five pixels, blurs them with the
-// SSIM window, and passes the blurred values to the operator. The formulas and symbols (e, p, q, s, the blur G) are in
-// photometric_formula.h. Products of fields are elementwise.
+// one value per pixel and colour channel. Each block of threads processes 32 x 16 pixels of one channel. It loads the
+// fields of an operator in these pixels and a border of five pixels, blurs them with the SSIM window, and passes the
+// result to the operator. The formulas and symbols (e, p, q, s, the blur G) are in photometric_formula.h. Products of
+// fields are elementwise.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -34,13 +34,13 @@ struct PixelFields {
   S f[N];
 };
 
-// Blurs the fields of an Operator, which must have these members:
+// Blurs the fields of an Operator with these members:
 //
 //   kFields, kSums
 //   Load(i) -> PixelFields<kFields>      returns the fields before the blur, at index i of the image
 //   Store(i, blurred, sums)              processes the blurred fields, and adds the terms of the pixel to kSums sums
 //
-// partial_sums: the kSums sums of each block of threads, in double.
+// partial_sums: the kSums sums of each block of threads.
 template <class S, class Operator>
 struct BlurBlock {
   static constexpr int kThreads = 256, kWidth = 32, kHeight = 16;
@@ -49,7 +49,7 @@ struct BlurBlock {
   struct Shared {
     union {
       S field[kFields][kPaddedHeight][kPaddedWidth];
-      double lanes[kThreads];  // for the reductions, after the fields are no longer needed
+      double lanes[kThreads];  // for the reductions, after the last use of the fields
     };
     S column[kFields][kHeight][kPaddedWidth];  // blurred along the columns
   };
@@ -142,7 +142,7 @@ struct LossSumsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
-  // Null if not wanted. p, q and s are either all null, and then curvature too, or all set.
+  // Null if not wanted: curvature alone, or all four.
   S *p, *q, *s, *curvature;
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
@@ -182,8 +182,8 @@ struct GradientOperator {
   }
 };
 
-// For SsimLinearization::kRootCenter (loss_options.h): computes the sums of LossSumsOperator, the gradient, and the
-// diagonal of the curvature operator W (diagonal may be null).
+// For SsimLinearization::kRootCenter (loss_options.h): the sums of LossSumsOperator, the gradient, and the diagonal of
+// the curvature operator W (may be null).
 template <class S>
 struct CenterOperator {
   static constexpr int kFields = 4, kSums = 3;
@@ -241,8 +241,7 @@ struct BlurAddOperator {
 
 namespace vesta::device_image {
 
-// Kernel launches of DevicePhotometricLoss, compiled by nvcc. All pointers are to GPU memory. No function waits for its
-// result.
+// Kernel launches of DevicePhotometricLoss, compiled by nvcc. All pointers are to GPU memory. No function waits.
 //
 // Number of elements of partial_sums for LossSums and Center.
 Index NumPartialSums(const ImageShape& shape);

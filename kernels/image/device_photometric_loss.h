@@ -16,15 +16,15 @@ struct DevicePhotometricLinearization {
   DeviceBuffer<float> diagonal, curvature;
 };
 
-// GPU version of PhotometricLoss. Functions that return a value wait for the device; the others do not.
+// GPU version of PhotometricLoss. Functions that return a value wait for the device.
 class DevicePhotometricLoss {
  public:
   using VectorView = Span<float, Device>;
   using ConstVectorView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
-  // Memory of one object in bytes, for images with this number of pixels. Gradients need three images of slopes;
-  // products with W need one more image.
+  // Bytes of one object for images of this many pixels. Gradients need three images of slopes, products with W one
+  // more.
   static double GradientBytes(SsimLinearization structure, double pixels) {
     return structure == SsimLinearization::kRootCenter ? 0 : 3 * ImageShape::kChannels * sizeof(float) * pixels;
   }
@@ -62,7 +62,7 @@ class DevicePhotometricLoss {
   DeviceBuffer<double> partial_sums_, sums_;
 };
 
-// GPU version of ImageQualityMeter (metrics.h). Measure quantises both images in place and waits for the device.
+// GPU version of ImageQualityMeter (metrics.h). Measure quantises both images in place and waits.
 class DeviceImageQualityMeter {
  public:
   static double Bytes(double /*pixels*/) { return 0; }

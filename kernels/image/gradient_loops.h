@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Row loops for the gradient of the loss and for products with its curvature operator W. image_kernels.h describes the
-// arguments. Included by image_kernels.simd.cpp.
+// Row loops for the gradient of the loss and for products with its curvature operator W (arguments: image_kernels.h).
+// For image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/image/window_loops.h"
@@ -18,8 +18,8 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   WindowBlur<3, 3, S> slopes(rows, scratch);
   const int begin = slopes.InputBegin(rows.begin), end = slopes.InputEnd(rows.end);
 
-  // Computes the slopes of all windows that contain a pixel of the range. Sums and stored fields cover only the range's
-  // own windows.
+  // Computes the slopes of all windows that contain a pixel of the range. Sums and stored fields cover only its own
+  // windows.
   RowSums<S> dissimilarity;
   const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;

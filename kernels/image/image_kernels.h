@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over image rows, compiled once per instruction set. They take plain pointers, and are called only by the
-// classes of photometric_loss.h, which own the memory and use all threads.
+// Loops over image rows, compiled once per instruction set. Only the classes of photometric_loss.h call them; these own
+// the memory and use all threads.
 //
-// Images have planes of height * width values, one after the other (image_shape.h). Each function processes rows
-// begin..end of one plane and writes only these rows of its outputs. The result is bit-identical for any division of
-// the rows into ranges. Outputs must not overlap inputs.
+// Images have planes of height * width values (image_shape.h). Each function processes rows begin..end of one plane and
+// writes only these rows of its outputs. The result is bit-identical for any division of the rows into ranges. Outputs
+// must not overlap inputs.
 //
-// G is the blur with the SSIM window; pixels outside the image count as zero. `o` is the elementwise product. The other
-// symbols are in photometric_formula.h.
+// G is the blur with the SSIM window, with zeros outside the image; `o` is the elementwise product. Other symbols:
+// photometric_formula.h.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -28,9 +28,9 @@ struct RowRange {
   static constexpr int kScratchRows = 176;
 };
 
-// Distance between two scratch rows, in values. A row has the image width, rounded up to a multiple of 64, and 16
-// values of padding on both sides. The stride is an odd number of cache lines, so that rows below each other do not
-// compete for the same cache sets.
+// Distance between two scratch rows, in values: the image width rounded up to a multiple of 64, and 16 values of
+// padding on both sides. It is an odd number of cache lines, so that successive rows do not compete for the same cache
+// sets.
 constexpr Index ScratchStride(int width) { return 16 * ((4 * ((Index{width} + 63) / 64) + 2) | 1); }
 
 // Inputs of the loss.
@@ -58,8 +58,8 @@ struct GradientArgs {
   S *diagonal = nullptr, *curvature = nullptr;
 };
 
-// The same for kRootCenter (loss_options.h), in which J is diagonal. diagonal (may be null) = ssim * J^2 *
-// SsimRootWeight + l1 * curvature of the penalty.
+// The same for kRootCenter (loss_options.h), with diagonal J. diagonal (may be null) = ssim * J^2 * SsimRootWeight + l1
+// * curvature of the penalty.
 template <class S>
 struct CenterArgs {
   LossTerms<S> loss;

@@ -6,8 +6,8 @@
 
 namespace vesta {
 
-// Three planes (red, green, blue), one after the other. A plane has `height` rows of `width` values without padding.
-// The value of channel c at row i, column j is at (c * height + i) * width + j.
+// Three planes (red, green, blue) of `height` rows of `width` values, without padding. The value of channel c at row i,
+// column j is at (c * height + i) * width + j.
 struct ImageShape {
   int width = 0;
   int height = 0;

@@ -4,17 +4,17 @@
 
 namespace vesta {
 
-// The penalty of one pixel and channel as a function of e = rendered - truth. The choices differ in this function, and
-// in the curvature of the quadratic that replaces it in least squares. The derivative of the penalty is always exact.
+// The penalty of one pixel and channel as a function of e = rendered - truth, and the curvature of the quadratic that
+// replaces it in least squares. The derivative of the penalty is always exact.
 enum class PixelLinearization {
   // |e|. The curvature is 1 / max(|e|, l1_floor), as in iteratively reweighted least squares (IRLS).
   kIrls,
   // |e| as the square of r = sqrt|e| (Hoellein et al. 2025, 3DGS-LM, eq. 3). The Gauss-Newton curvature of r^2 is half
-  // of the reweighted one, 1 / (2 max(|e|, l1_floor)). A step with this curvature is therefore twice as long: it
-  // changes e to -e instead of to 0.
+  // of the reweighted one, 1 / (2 max(|e|, l1_floor)). A step is therefore twice as long: it changes e to -e instead of
+  // 0.
   kSqrt,
   // Huber's function: e^2/2 up to the threshold t, and t |e| - t^2/2 beyond, as the square of its root (3DGS-LM's
-  // released code, t = 0.1). The curvature is 1 up to t, and t / (2 |e| - t) beyond.
+  // released code, t = 0.1). The curvature is 1 up to t, t / (2 |e| - t) beyond.
   kHuber,
   // e^2 / 2.
   kL2,
@@ -22,8 +22,8 @@ enum class PixelLinearization {
 
 // The curvature of 1 - SSIM. For kRootCenter also its derivative.
 enum class SsimLinearization {
-  // 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2, with D1, D2 and l treated as constant (symbols: photometric_formula.h). The
-  // curvature operator W has full rank, and a product with it takes two blurs.
+  // 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2, with D1, D2 and l constant (symbols: photometric_formula.h). W has full
+  // rank; a product with it takes two blurs.
   kQuadratic,
   // Gauss-Newton on sqrt(1 - SSIM), with each score differentiated only with respect to its window's centre pixel
   // (3DGS-LM). W is diagonal. The gradient sums these derivatives and is not the gradient of the cost, so the cost need
@@ -31,8 +31,8 @@ enum class SsimLinearization {
   kRootCenter,
 };
 
-// Number of images that a linearization of the loss stores: the diagonal of the curvature operator W, and with
-// kQuadratic also the window curvature.
+// Number of images that a linearization stores: the diagonal of the curvature operator W, and with kQuadratic the
+// window curvature.
 constexpr int LinearizationImages(SsimLinearization structure) {
   return structure == SsimLinearization::kRootCenter ? 1 : 2;
 }
@@ -40,9 +40,8 @@ constexpr int LinearizationImages(SsimLinearization structure) {
 struct PhotometricWeights {
   double l1 = 0.8;
   double ssim = 0.2;
-  // kIrls, kSqrt: |e| below this floor is replaced by the parabola (e^2 / l1_floor + l1_floor) / 2 in the cost and the
-  // gradient, and the curvature is constant there. 0 means |e| itself (with derivative 0 at e = 0). Colours are in
-  // 0..1.
+  // kIrls, kSqrt: below this floor |e| is replaced by the parabola (e^2 / l1_floor + l1_floor) / 2 in the cost and the
+  // gradient, with constant curvature. 0 means |e| itself (with derivative 0 at e = 0). Colours are in 0..1.
   double l1_floor = 0.01;
   PixelLinearization pixel = PixelLinearization::kIrls;
   double huber_threshold = 0.1;

@@ -28,18 +28,17 @@ struct ImageQuality {
   double ssim = 0.0;  // mean over pixels and channels, with the window of the loss (zero padded)
 };
 
-// Computes the quality of quantised images from two sums over pixels and channels: squared errors, and 1 - SSIM.
+// Computes the quality from two sums over pixels and channels of quantised images: squared errors, and 1 - SSIM.
 ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
-// Converts the quality of a whole image to that of a masked image, in which only a fraction of the pixels counts. part:
-// this fraction, in (0, 1]. All other pixels must have zero error; the same sums are then divided by fewer pixels.
+// Converts the quality of a whole image to the quality of its unmasked part. part: fraction of unmasked pixels, in (0,
+// 1]. All masked pixels must have zero error; the same sums are then divided by fewer pixels.
 ImageQuality QualityOfMaskedImage(const ImageQuality& whole, double part);
 
-// Measures the quality of views, one after the other. Measure first quantises copies of both images. The object keeps
-// its memory for the next view.
+// Measures the quality of views, from quantised copies of both images. Keeps its memory for the next view.
 class ImageQualityMeter {
  public:
-  // Memory of its two images, in bytes.
+  // Bytes of its two images.
   static double Bytes(double pixels) { return 2 * ImageShape::kChannels * sizeof(float) * pixels; }
   // Throws Error if the sizes do not match the shape.
   ImageQuality Measure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape);

@@ -2,16 +2,16 @@
 // The formulas of the photometric loss for one pixel and channel, as templates on the scalar.
 //
 // Notation: x rendered, y truth, e = x - y, u = x + y. G f is the sum of f weighted by the Gaussian window G. mx, my
-// are the means of x and y in a window, sx^2, sy^2 their variances. l is the luminance factor of SSIM. All formulas use
-// u and e, so that no quantity that is small for small e is a difference of large numbers:
+// are the means of x and y in a window, sx^2, sy^2 their variances. l is the luminance factor of SSIM. With u and e, no
+// quantity that is small for small e is a difference of large numbers:
 //   mx = (Gu + Ge)/2, my = (Gu - Ge)/2,  Var f = G f^2 - (G f)^2
 //   D1 = mx^2 + my^2 + C1,  D2 = sx^2 + sy^2 + C2 = (Var u + Var e)/2 + C2,  l = (2 mx my + C1) / D1
 //   1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2      exactly, C1 = 0.01^2, C2 = 0.03^2 for colours in 0..1.
-// In float, Var u has an absolute error of about 1e-7 (Gu)^2. For a flat and bright window the relative error of D2 is
-// then up to 1e-4; 1 - SSIM and its derivatives have the same relative error. The absolute error of Var e is 1e-7 G
-// e^2. All results are finite for |x|, |y| up to 1e8.
+// In float, Var u has an absolute error of about 1e-7 (Gu)^2. For a flat and bright window D2, 1 - SSIM and its
+// derivatives then have a relative error of up to 1e-4. The absolute error of Var e is 1e-7 G e^2. All results are
+// finite for |x|, |y| up to 1e8.
 //
-// l is clamped at zero, and so is its derivative. For images without negative values l is never clamped.
+// l and its derivative are clamped at zero. Without negative values l is never clamped.
 #pragma once
 
 #include "kernels/math/scalar.h"
@@ -67,7 +67,7 @@ struct SsimSlopes {
   }
 };
 
-// The transpose of this derivative, for one pixel: returns J^T v from G(p v), G(q v) and G(s v).
+// The transpose for one pixel: returns J^T v from G(p v), G(q v) and G(s v).
 template <class T>
 VESTA_HD inline T SsimAdjoint(const T& x, const T& e, const T& blurred_p, const T& blurred_q, const T& blurred_s) {
   return Fma(x, blurred_q, Fma(e, blurred_s, blurred_p));
@@ -81,15 +81,15 @@ VESTA_HD inline T SsimWindowCurvature(const SsimWindow<T>& w, const SsimSlopes<T
 }
 
 // Gauss-Newton on r = sqrt(d), d = 1 - SSIM, has the curvature 2 (j/2r)^2 = w j^2, with j = d(d)/dx. Returns w = 1 / (2
-// d). A d below 1e-6, the accuracy of float, is replaced by 1e-6.
+// d), with d at least 1e-6, the accuracy of float.
 template <class T>
 VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
   const T floored = Max(dissimilarity, T(1e-6));
   return Reciprocal(floored + floored);
 }
 
-// Derivative of 1 - SSIM of a window with respect to its centre pixel. centre: the weight of that pixel in the window,
-// the square of the centre tap.
+// Derivative of 1 - SSIM of a window with respect to its centre pixel. centre: that pixel's weight, the square of the
+// centre tap.
 template <class T>
 VESTA_HD inline T SsimCenterSlope(const T& centre, const T& x, const T& e, const SsimSlopes<T>& slopes) {
   return centre * SsimAdjoint(x, e, slopes.p, slopes.q, slopes.s);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The photometric loss of one view: absolute differences and structural similarity (SSIM) of the rendered image and the
-// photograph (the truth).
+// photograph (truth).
 //
 //   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth
 //
-// as in Kerbl et al. 2023 (3D Gaussian Splatting), but as a sum instead of a mean. l1 and ssim are weights. Least
+// as in Kerbl et al. 2023 (3D Gaussian Splatting), but summed instead of averaged. l1 and ssim are weights. Least
 // squares also needs
 //   * the exact gradient with respect to the rendered image;
-//   * a symmetric positive semidefinite curvature operator W, which makes the loss a quadratic. The default is a
-//     reweighted quadratic: |e| with the weight 1 / max(|e|, l1_floor), and 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with
-//     D1, D2 and l constant (photometric_formula.h). At the linearisation point e^T W e / 2 is then exactly the cost
-//     minus half of the L1 term (with l1_floor = 0).
-// loss_options.h lists other costs instead of |e|, and other curvatures.
+//   * a symmetric positive semidefinite curvature operator W. The default is a reweighted quadratic: |e| with the
+//     weight 1 / max(|e|, l1_floor), and 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1, D2 and l constant
+//     (photometric_formula.h). At the linearisation point e^T W e / 2 is then exactly the cost minus half of the L1
+//     term (with l1_floor = 0).
+// loss_options.h lists other costs and other curvatures.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@
 
 namespace vesta {
 
-// Runs an image kernel over all rows of all planes, in parallel. Not thread-safe. S is float or double.
+// Runs an image kernel over all rows of all planes, in parallel. Not thread-safe.
 template <class S>
 class RowBands {
  public:
@@ -39,7 +39,7 @@ class RowBands {
   // Throws Error if width or height is less than 1.
   void Resize(const ImageShape& shape);
 
-  // Runs `kernel`, a member of ImageKernels, on images of the current shape.
+  // Runs `kernel` on images of the current shape.
   template <class Args>
   void Run(void (*ImageKernels<S>::*kernel)(const RowRange<S>&, const Args&), const Args& args) {
     const auto band = [&](Index task, Index) {
@@ -57,9 +57,8 @@ class RowBands {
   }
 
  private:
-  // Approximate number of rows per task (a band). Two adjacent tasks both compute the ten rows around their common
-  // border, so a task has many more rows than ten. The number of rows is a multiple of kBandUnit, the rows that kernels
-  // compute together.
+  // Approximate number of rows per task (a band), a multiple of kBandUnit, the rows that kernels compute together.
+  // Adjacent tasks both compute the ten rows around their common border, so a band is much larger.
   static constexpr int kBandRows = 96, kBandUnit = 4;
 
   // Scratch memory of the calling thread, for images of the current width.
@@ -71,22 +70,21 @@ class RowBands {
   int bands_ = 0, band_rows_ = 0;  // per plane
 };
 
-// The curvature operator W of the photometric loss at one rendered image. The caller owns one for each view that is
-// linearised at the same time. It stores one or two images of 3 * height * width values, depending on SsimLinearization
-// (`o`: elementwise product; G: blur with the SSIM window):
+// The curvature operator W at one rendered image. The caller owns one for each view linearised at the same time. It
+// stores one or two images of 3 * height * width values, depending on SsimLinearization (`o`: elementwise product; G:
+// blur with the SSIM window):
 //   kQuadratic   diagonal, curvature:  W v = diagonal o v + ssim * G (curvature o (G v));
 //   kRootCenter  diagonal:             W v = diagonal o v.
 template <class S>
 struct PhotometricLinearization {
   ImageShape shape;
-  // Gram matrices use diag(diagonal) instead of W. Never negative. With kRootCenter it is the exact diagonal of W. With
-  // kQuadratic it is the pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for most
-  // windows.
+  // Gram matrices use it instead of W. Never negative. With kRootCenter it is the exact diagonal of W. With kQuadratic
+  // it is the pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for most windows.
   HostBuffer<S> diagonal;
   HostBuffer<S> curvature;  // 2 (1/D1 - l/D2)
 };
 
-// The operations that depend on SsimLinearization. Images have the shape of `bands`; the caller checks sizes.
+// The operations that depend on SsimLinearization. The caller checks sizes.
 template <class S>
 class SsimStrategy {
  public:
@@ -115,12 +113,12 @@ struct PhotometricValue {
 // Throws Error if a weight is negative or a threshold is not positive.
 void CheckWeights(const PhotometricWeights& weights);
 
-// Computes the loss, its gradient and products with W. It needs little memory, because the kernels process a few rows
-// at a time (row_blur.h). Each call uses all threads and is bit-identical for any number of them. An object serves one
-// call at a time. S is float or double.
+// Computes the loss, its gradient and products with W. It needs little memory, because kernels process a few rows at a
+// time (row_blur.h). Each call uses all threads and is bit-identical for any number. An object serves one call at a
+// time.
 //
-// Images are planar (image_shape.h) and finite. Negative values are allowed, but see photometric_formula.h. Throws
-// Error if a size is wrong. Outputs must not overlap inputs.
+// Images are planar (image_shape.h) and finite; for negative values see photometric_formula.h. Throws Error if a size
+// is wrong. Outputs must not overlap inputs.
 template <class S>
 class PhotometricLoss {
  public:
@@ -128,8 +126,8 @@ class PhotometricLoss {
   using ConstVectorView = HostSpan<const S>;
   using Linearization = PhotometricLinearization<S>;
 
-  // Scratch memory of all objects together, in bytes, for gradients and for products with W. Each thread has its own
-  // scratch rows. Assumes images at most twice as wide as high.
+  // Scratch memory of all threads together, in bytes, for gradients and for products with W. Assumes images at most
+  // twice as wide as high.
   static double GradientBytes(SsimLinearization /*structure*/, double pixels) {
     const auto width = static_cast<int>(std::sqrt(2 * pixels));
     return sizeof(S) * NumThreads() * static_cast<double>(RowRange<S>::kScratchRows * ScratchStride(width));

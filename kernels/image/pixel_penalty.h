@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The penalty of one pixel and channel (loss_options.h), its derivative and the curvature of its quadratic.
 //
-// All penalties are special cases of one form of Huber's function. With s = clamp(gain e, -limit, limit):
+// All penalties are special cases of one form of Huber's function, which one vectorised function without branches
+// computes. With s = clamp(gain e, -limit, limit):
 //   value = s (e - half_step s) + offset,   derivative = s,
 //   curvature = numerator / (slope max(|e|, min_error) + intercept).
-// One vectorised function without branches therefore computes all of them.
 #pragma once
 
 #include "kernels/image/loss_options.h"
@@ -18,14 +18,14 @@ struct PenaltyCoefficients {
   S numerator, min_error, slope, intercept;
 };
 
-// Computes the coefficients of the chosen penalty. If l1_floor is 0, the value uses the smallest normal number as the
-// floor, and the curvature uses 1e-30. S is float or double.
+// If l1_floor is 0, the value uses the smallest normal number as the floor, and the curvature uses 1e-30. S is float or
+// double.
 template <class S>
 PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights);
 
 inline namespace VESTA_ISA {
 
-// The penalty of a pixel with error e: |e|, value and derivative. T: scalar or vector of pixels.
+// The penalty of a pixel with error e: |e|, value and derivative. T: scalar or SIMD.
 template <class T>
 struct PixelPenalty {
   T absolute, derivative, value;

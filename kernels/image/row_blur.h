@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blurs fields with the separable Gaussian window, a few rows at a time. A field is an array with one value per pixel,
-// computed from the images. The caller passes functions that compute the fields and that process the blurred values, so
-// every operator of the loss is two or three small lambdas. Included by image_kernels.simd.cpp.
+// Blurs fields with the separable Gaussian window, a few rows at a time. A field is an array with one value per pixel.
+// The caller passes functions that compute the fields and process the blurred values, so every operator of the loss is
+// two or three small lambdas. For image_kernels.simd.cpp.
 //
 // The fields are stored row by row, zero padded, in a ring buffer that fits into the cache. Four rows are blurred
-// together along the columns (vertically), so that each load serves several sums. The sums are then transposed, so that
-// the blur along the rows (horizontally) needs no shifts within vectors. The result is transposed back and passed to
-// the caller, or to the ring buffer of a second blur. Each blurred value is one sum in the order of the taps, so it
-// does not depend on where a range of rows begins or ends. Rows outside the image are read from a row of zeros, so
-// borders need no branch.
+// together along the columns, so that each load serves several sums. The sums are then transposed, so that the blur
+// along the rows needs no shifts within vectors. The result is transposed back and passed to the caller, or to the ring
+// buffer of a second blur. Each blurred value is one sum in the order of the taps, so it does not depend on the range
+// of rows. Rows outside the image are read from a row of zeros, so borders need no branch.
 #pragma once
 
 #include "kernels/image/block_access.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/image_kernels.h"
 
-// Inlines all functions called inside. Otherwise the compiler would find them too large, and store sums in memory
-// instead of registers. It is off under the sanitizers, with which such functions take minutes to compile.
+// Inlines all functions called inside. Otherwise the compiler finds them too large, and keeps sums in memory instead of
+// registers. Off under the sanitizers, with which such functions take minutes to compile.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define VESTA_FLATTEN
 #else
@@ -26,15 +25,14 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// Allocates rows of a range's scratch memory.
+// Allocates rows of scratch memory.
 template <class S>
 class ScratchRows {
  public:
   explicit ScratchRows(const RowRange<S>& rows)
       : width_(rows.width), stride_(ScratchStride(rows.width)), next_(rows.scratch) {}
 
-  // Allocates the next `count` rows and returns the address of the first value of the first row. Sets the padding of
-  // each row to zero.
+  // Allocates `count` rows, zeroes their padding, and returns the first value of the first row.
   S* Allocate(int count) {
     S* const first = next_ + kPad;
     for (int row = 0; row < count; ++row, next_ += stride_) {
@@ -77,8 +75,7 @@ class WindowBlur {
   }
 
   // Address of row `row` of stored field n. Rows are written in whole vectors, with zeros beyond the image width. The
-  // ring buffer contains the last 24 rows: a block needs 14, and a blur that writes to this ring computes up to 3 rows
-  // ahead.
+  // ring buffer holds the last 24 rows: a block needs 14, and a blur that writes to this ring runs up to 3 rows ahead.
   S* Row(int row, int n) { return ring_ + Index{row % kRing * kStored + n} * stride_; }
   // Writes stored field n of a block.
   template <class Access>
@@ -92,8 +89,8 @@ class WindowBlur {
   int InputEnd(int end) const { return end + kWindowRadius < height_ ? end + kWindowRadius : height_; }
 
   // Computes output rows row..row + count - 1, count <= kRows, from the stored rows row - 5..row + count + 4.
-  // derive(stored) must return the N fields, computed from the stored fields. out(row, column, access, blurred) is
-  // called with the result, block by block from left to right. end_rows(row, count) is called after the last block.
+  // derive(stored) returns the N fields. out(row, column, access, blurred) receives the result, block by block from
+  // left to right. end_rows(row, count) is called after the last block.
   template <class Derive, class Out, class EndRows>
   void Block(int row, int count, const Derive& derive, const Out& out, const EndRows& end_rows) {
     const S* source[kInputRows][kStored];
@@ -111,13 +108,13 @@ class WindowBlur {
   static constexpr int kRing = 24;
   static constexpr int kLanes = static_cast<int>(V::size);
   static constexpr int kInputRows = kRows + 2 * kWindowRadius;
-  // Number of fields summed together: as many sums as fit into registers.
+  // Number of fields summed together: as fit into registers.
   static constexpr int kTogether = sizeof(V) == 64 && N <= 4 ? N : N < 2 ? N : 2;
   using Rows = Several<V, kRows>;
 
   // First step, along the columns. The transposed sums are stored in kRows arrays (streams): element kRows g + r of
   // stream j belongs to row r and column kRows g + j. The neighbours of a vector of columns are then in another stream,
-  // or in the same stream at an offset that is a multiple of kRows.
+  // or at an offset that is a multiple of kRows.
   template <class Derive>
   VESTA_FLATTEN void Down(const S* const (&source)[kInputRows][kStored], const Derive& derive) {
     Unrolled<(N + kTogether - 1) / kTogether>([&](auto part) {
@@ -180,8 +177,8 @@ class WindowBlur {
   V tap_[kWindowRadius + 1];
 };
 
-// Computes the stored fields of a blur from images, row by row as they are needed. load(position, access) must return
-// the kStored fields of the vector of pixels at index `position` of the images.
+// Computes the stored fields of a blur from images, row by row. load(position, access) returns the kStored fields of
+// the vector of pixels at index `position` of the images.
 template <int kStored, int N, class S, class Load>
 class ImageRows {
  public:
@@ -206,9 +203,9 @@ class ImageRows {
   const Load& load_;
 };
 
-// Computes the blurred rows begin .. end - 1, in order, as they are needed. source: computes the input rows: an
-// ImageRows, or a BlurredRows whose function `out` writes to the ring buffer of `blur`. derive, out, end_rows: see
-// WindowBlur::Block. No block contains rows both inside and outside the RowRange `rows`.
+// Computes the blurred rows begin .. end - 1, in order, as needed. source: computes the input rows: an ImageRows, or a
+// BlurredRows whose function `out` writes to the ring buffer of `blur`. derive, out, end_rows: see WindowBlur::Block.
+// No block has rows both inside and outside the RowRange `rows`.
 template <class Source, class Blur, class Derive, class Out, class EndRows>
 class BlurredRows {
  public:
@@ -223,7 +220,7 @@ class BlurredRows {
         out_(out),
         end_rows_(end_rows) {}
 
-  // Computes all rows before `end`, and perhaps a few more. Each row is computed once.
+  // Computes all rows before `end` once, and perhaps a few more.
   void ComputeUpTo(int end) {
     while (next_ < end) {
       int count = Blur::kRows;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Row loops for the value of the loss and the SSIM windows, and shared parts of the other loops. Included by
+// Row loops for the value of the loss and the SSIM windows, and shared parts of the other loops. For
 // image_kernels.simd.cpp.
 #pragma once
 
@@ -10,7 +10,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// One sum for each row of a block. Values are added lane by lane in S; the lanes are then added in double.
+// One sum per row of a block. Values are added lane by lane in S, then the lanes in double.
 template <class S>
 struct RowSums {
   using V = xsimd::batch<S>;
@@ -18,7 +18,7 @@ struct RowSums {
   T lanes = T(S(0));
 
   void Add(const T& values) { lanes = lanes + values; }
-  // Writes the totals of the first `count` rows to every third element of `sums`, and resets them for the next block.
+  // Writes the totals of the first `count` rows to every third element of `sums`, and resets them.
   void WriteAndReset(int count, double* sums) {
     for (int r = 0; r < count; ++r) {
       alignas(64) S lane[V::size];
@@ -52,7 +52,7 @@ SsimWindow<T> WindowOf(const Fields<4, T>& blurred) {
   return SsimWindow<T>(blurred.f[0], blurred.f[1], blurred.f[2], blurred.f[3]);
 }
 
-// Computes the blurred rows of the range, from fields that `load` reads from images.
+// Computes the blurred rows of the range, from fields that `load` reads.
 template <int kStored, int N, class S, class Load, class Derive, class Out, class EndRows>
 void BlurRows(const RowRange<S>& rows, const Load& load, const Derive& derive, const Out& out,
               const EndRows& end_rows) {
@@ -79,7 +79,7 @@ struct PenaltySums {
   }
 };
 
-// Address of the sums of one row. The sums of the following rows are stored behind it.
+// The sums of one row; the next rows follow.
 template <class S>
 double* SumsOf(const LossTerms<S>& loss, const RowRange<S>& rows, int row) {
   return loss.row_sums + 3 * (Index{rows.plane} * rows.height + row);

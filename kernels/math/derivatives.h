@@ -98,7 +98,7 @@ struct Derivatives {
     return out;
   }
 
-  // Parts f(0), f(1), ..., f(kParts - 1). Unrolled, because the parts of a loop would stay in memory.
+  // f(0), f(1), ..., f(kParts - 1). Unrolled, because the parts of a loop would stay in memory.
   template <class F>
   [[gnu::always_inline]] static Derivatives Map(const F& f) {
     return Map(f, std::make_index_sequence<kParts>());

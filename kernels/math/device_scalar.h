@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scalar operations for which a GPU has special instructions. Only in these functions does code that host and device
-// share give different results, by rounding.
+// Scalar operations for which a GPU has special instructions. Only in these functions does code shared by host and
+// device give different results, by rounding.
 #pragma once
 
 #include <bit>

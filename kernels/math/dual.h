@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual numbers: a value and its derivatives in N directions, used for all forward-mode derivatives of the project.
-// Unlike ceres::Jet, dual numbers of one derivative compile for the device and accept SIMD batches as scalars.
+// Dual numbers: a value and its derivatives in N directions, for all forward-mode derivatives of the project. Unlike
+// ceres::Jet, dual numbers of one derivative compile for the device and accept SIMD batches as scalars.
 #pragma once
 
 #include <cmath>
@@ -15,13 +15,13 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// N derivatives of one value (kernels/math/derivatives.h, which users of Dual<T, N> include).
+// N derivatives of one value (kernels/math/derivatives.h, to be included by users of Dual<T, N>).
 template <class T, int N>
 struct Derivatives;
 
 // a + v * eps with eps^2 = 0. v is one derivative of type T, or N > 1 of them, v[0] to v[N - 1]. Comparisons and tests
-// such as isfinite use only the value. The members are named as in ceres::Jet, so that templates that access a Jet's
-// members (ceres::CubicInterpolator) accept this type too.
+// such as isfinite use only the value. Members are named as in ceres::Jet, so that templates that access them
+// (ceres::CubicInterpolator) accept this type.
 template <class T, int N = 1>
 struct Dual {
   static constexpr int kDerivatives = N;
@@ -30,7 +30,7 @@ struct Dual {
   Derivative v;
 
   Dual() = default;
-  // Takes the value by copy: in Dual(kConstant), device code may not take the address of a namespace-scope constant.
+  // By copy: in Dual(kConstant), device code may not take the address of a namespace-scope constant.
   VESTA_HD constexpr Dual(T value) : a(value), v(T(0)) {}
   VESTA_HD constexpr Dual(const T& value, const Derivative& derivative) : a(value), v(derivative) {}
   // Constants: Dual<batch>(0.5f), Dual<double>(2).
@@ -170,7 +170,7 @@ struct Dual {
     const Derivative by_both = Select(y.v == T(0), by_base, by_base + value * log(x.a) * y.v);
     return {value, Select(x.a == T(0), by_base, by_both)};
   }
-  // For constant exponents, which take half of the time.
+  // Constant exponents take half of the time.
   VESTA_HD friend Dual pow(const Dual& x, const T& y) requires(N > 1) {
     using std::pow;
     return {pow(x.a, y), y * pow(x.a, y - T(1)) * x.v};
@@ -336,8 +336,8 @@ struct Elementary<Dual<T, N>> {
   VESTA_HD static D Select(const Mask& condition, const D& a, const D& b) {
     return {OfValue::Select(condition, a.a, b.a), OfDerivative::Select(condition, a.v, b.v)};
   }
-  // The value is rounded exactly as for plain T. Comparisons with a threshold therefore never differ between a function
-  // and its derivative.
+  // The value is rounded as for plain T, so comparisons with a threshold never differ between a function and its
+  // derivative.
   VESTA_HD static D Fma(const D& a, const D& b, const D& c) {
     return {OfValue::Fma(a.a, b.a, c.a), OfDerivative::Fma(a.v, b.a, OfDerivative::Fma(a.a, b.v, c.v))};
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIMD batches as a scalar type for the templates of this folder: xsimd's batch<float>, with the width of the
-// instruction set that the file is compiled for. (double is treated as a batch of one lane, see scalar.h.) Only
-// *.simd.cpp files and their shared headers may include this header.
+// SIMD batches as a scalar type for the templates of this folder: xsimd's batch<float>, with the width of the compiled
+// instruction set. (double is a batch of one lane, see scalar.h.) Only for *.simd.cpp files and their shared headers.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +33,8 @@ struct Elementary<FloatLanes> {
 #endif
   static FloatLanes Max(const FloatLanes& a, const FloatLanes& b) { return xsimd::max(a, b); }
   static FloatLanes Min(const FloatLanes& a, const FloatLanes& b) { return xsimd::min(a, b); }
-  // 2^x where mask is set and x is in [-126, 0]; 0 where mask is not set. The relative error is at most 5e-7, with and
-  // without fused multiply-adds. The minimax polynomial of degree 5 causes 8e-8 of it, rounding the remaining part.
+  // 2^x where mask is set and x is in [-126, 0]; 0 elsewhere. Relative error at most 5e-7, with and without fused
+  // multiply-adds: 8e-8 from the minimax polynomial of degree 5, the rest from rounding.
   static FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512DQ__)
     // 2^x = 2^floor(x) 2^f. The hardware computes f in [0, 1) and the scaling in one instruction each.
@@ -66,7 +65,7 @@ struct Elementary<FloatLanes> {
 #endif
   }
 
-  // 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7: a hardware estimate is improved by one Newton step.
+  // 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7: a hardware estimate and one Newton step.
   static FloatLanes Reciprocal(const FloatLanes& x) {
 #if defined(__AVX512F__)
     const FloatLanes guess = _mm512_rcp14_ps(x);
@@ -83,7 +82,7 @@ struct Elementary<FloatLanes> {
   // sqrt(x) for x in [2^-100, 2^100] where mask is set, else 0. Relative error at most 7e-5.
   static FloatLanes MaskedSquareRoot(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512F__)
-    // The hardware's square root instruction takes the time of twenty other instructions.
+    // The hardware's square root takes the time of twenty other instructions.
     return _mm512_mul_ps(x, _mm512_maskz_rsqrt14_ps(mask, x));
 #else
     return xsimd::sqrt(Select(mask, x, FloatLanes(0)));
@@ -98,8 +97,8 @@ struct Elementary<FloatLanes> {
   }
 };
 
-// Writes first + i to `out` for each set bit i < 16 of `bits`, in ascending order, and returns their number. Up to 16
-// elements of `out` may be overwritten.
+// Writes first + i to `out` for each set bit i < 16 of `bits`, ascending, and returns their number. May overwrite up to
+// 16 elements of `out`.
 inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t* out) {
 #if defined(__AVX512F__)
   const __m512i iota = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -114,9 +113,8 @@ inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t*
 }
 
 #if defined(__SSE2__)
-// One step of SumLanes, which sums the lanes of several batches at once. It adds pairs of lanes of a and pairs of lanes
-// of b, and stores both results in one batch. Each step halves the number of batches. After log2(width) steps one batch
-// is left, whose lane i is the sum of the i-th batch.
+// One step of SumLanes, which sums the lanes of several batches at once: adds pairs of lanes of a and of b, and stores
+// both results in one batch. After log2(width) steps one batch is left, whose lane i is the sum of the i-th batch.
 template <int kLevel>
 inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #if defined(__AVX512F__)

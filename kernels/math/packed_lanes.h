@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIMD vectors in compressed form: memory contains only selected lanes, one after the other, as float or Half.
-//
+// SIMD vectors in compressed form: only selected lanes are stored, one after the other, as float or Half.
 // The function Load of PackedLanes<E, V>, called with p and bits, returns a vector V. If bit i is set, lane i is the
-// next element of the array p of type E; otherwise it is 0. Load may read up to kPackedOverread elements from p, for
-// any bits. Store(p, bits, x) is the inverse: it writes one element for each set bit.
+// next element of the array p of type E; otherwise it is 0. It may read up to kPackedOverread elements from p, for any
+// bits. Store(p, bits, x) is the inverse.
 #pragma once
 
 #include <array>
@@ -46,7 +45,7 @@ inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Co
 
 #if defined(__AVX512F__)
 
-// Mask of the first n lanes, where n is the number of set bits.
+// Mask of as many first lanes as bits are set.
 inline __mmask16 FirstLanes(std::uint32_t bits) { return static_cast<__mmask16>((1U << std::popcount(bits)) - 1); }
 
 template <>
@@ -55,7 +54,7 @@ struct PackedLanes<float, FloatLanes> {
     return _mm512_maskz_expandloadu_ps(static_cast<__mmask16>(bits), p);
   }
   static void Store(float* p, std::uint32_t bits, const FloatLanes& x) {
-    // Two steps, because compressing directly to memory is slow on some processors.
+    // Two steps: compressing directly to memory is slow on some processors.
     _mm512_mask_storeu_ps(p, FirstLanes(bits), _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), x));
   }
 };
@@ -112,8 +111,7 @@ template <>
 struct PackedLanes<Half, FloatLanes> {
   static FloatLanes Load(const Half* p, std::uint32_t bits) {
     const __m256i x = _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
-    // The exponent bias of Half is 112 smaller than that of float; the product with 2^112 corrects this. Half has no
-    // subnormals.
+    // The exponent bias of Half is 112 smaller than that of float; the product with 2^112 corrects this.
     const __m256i magnitude = _mm256_slli_epi32(_mm256_and_si256(x, _mm256_set1_epi32(0x7fff)), 13);
     const __m256i sign = _mm256_slli_epi32(_mm256_and_si256(x, _mm256_set1_epi32(0x8000)), 16);
     const __m256 all = _mm256_or_ps(_mm256_mul_ps(_mm256_castsi256_ps(magnitude), _mm256_set1_ps(0x1p112f)),

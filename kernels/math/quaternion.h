@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Quaternions (w, x, y, z) and their rotation matrices. Where not stated otherwise, they need not have length 1. A name
-// with _bar is a cotangent: the derivative of a scalar result with respect to that variable.
+// Quaternions (w, x, y, z) and their rotation matrices. Their length is arbitrary unless stated otherwise. A name with
+// _bar is a cotangent: the derivative of a scalar result with respect to that variable.
 #pragma once
 
 #include "kernels/math/scalar.h"
@@ -28,7 +28,7 @@ template <class T>
 VESTA_HD inline void QuaternionExponential(const T d[3], T out[4]) {
   using std::cos, std::sin, std::sqrt;
   const T square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  // Series for small angles. Below this bound, the first omitted term is smaller than the rounding error.
+  // Series for small angles; the first omitted term is below the rounding error.
   const auto small = square < T(1e-4);
   const T length = sqrt(Select(small, T(1), square));
   const T sinc = Select(small, T(1) - square * (T(1) - square * T(1.0 / 20)) * T(1.0 / 6), sin(length) / length);
@@ -69,8 +69,8 @@ VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
   R[8] = T(1) - n * (x * x + y * y);
 }
 
-// Converts an orthonormal row-major R to the unit quaternion with w >= 0. Divides by the largest of its four components
-// (Shepperd 1978).
+// Converts an orthonormal row-major R to the unit quaternion with w >= 0, dividing by its largest component (Shepperd
+// 1978).
 template <class T>
 VESTA_HD inline void QuaternionFromRotation(const T R[9], T q[4]) {
   using std::sqrt;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions with the same meaning for scalars, dual numbers, ceres::Jet and SIMD batches, and the class
-// Lanes, which loads, stores and sums values of these types.
+// Elementary functions for scalars, dual numbers, ceres::Jet and SIMD batches, and the class Lanes, which loads, stores
+// and sums values of these types.
 //
 // Templates in kernels/math and kernels/gaussian_splatting never branch on values; they use Select. The general
-// Elementary below is for types whose comparisons return bool, such as float, double and ceres::Jet. Dual numbers and
-// SIMD batches specialise it (dual.h, lanes.h).
+// Elementary is for types whose comparisons return bool, such as float, double and ceres::Jet. Dual numbers and SIMD
+// batches specialise it (dual.h, lanes.h).
 #pragma once
 
 #include <bit>
@@ -19,8 +19,8 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
-// Implements the functions below for one scalar type. It is a class template because a specialisation may be included
-// after the functions that use it; an overload would then not be found.
+// Implements the functions below for one scalar type. A class template, because a specialisation may be included after
+// the functions that use it; an overload would then not be found.
 template <class T>
 struct Elementary {
   template <class Mask>
@@ -45,12 +45,12 @@ template <class Mask, class T>
 VESTA_HD inline T Select(const Mask& condition, const T& a, const T& b) {
   return Elementary<T>::Select(condition, a, b);
 }
-// a * b + c, fused if the type has it in hardware.
+// a * b + c, fused if the hardware can.
 template <class T>
 VESTA_HD inline T Fma(const T& a, const T& b, const T& c) {
   return Elementary<T>::Fma(a, b, c);
 }
-// c - a * b, fused if the type has it in hardware.
+// c - a * b, fused if the hardware can.
 template <class T>
 VESTA_HD inline T Fnma(const T& a, const T& b, const T& c) {
   return Elementary<T>::Fnma(a, b, c);
@@ -87,14 +87,13 @@ template <class Mask, class T>
 VESTA_HD inline T MaskedSquareRoot(const Mask& mask, const T& x) {
   return Elementary<T>::MaskedSquareRoot(mask, x);
 }
-// 1 / x for x in [2^-100, 2^100]. It may be less accurate than a division (lanes.h, device_scalar.h).
+// 1 / x for x in [2^-100, 2^100], perhaps less accurate than a division (lanes.h, device_scalar.h).
 template <class T>
 VESTA_HD inline T Reciprocal(const T& x) {
   return Elementary<T>::Reciprocal(x);
 }
 
-// Loads, stores and sums values of type V. A plain scalar is a vector of one lane. lanes.h specialises Lanes for SIMD
-// batches.
+// Loads, stores and sums values of type V. A plain scalar is a vector of one lane.
 template <class V>
 struct Lanes {
   using Scalar = V;

@@ -52,8 +52,7 @@ VESTA_HD inline void ShBasis(const T& x, const T& y, const T& z, T* basis) {
   }
 }
 
-// g = sum_k w[k] * d basis[k] / d(x, y, z). The polynomials are differentiated as functions of three independent
-// variables, without the constraint that the direction has length 1.
+// g = sum_k w[k] * d basis[k] / d(x, y, z), without the constraint that the direction has length 1.
 template <int Degree, class T>
 VESTA_HD inline void ShBasisAdjoint(const T& x, const T& y, const T& z, const T* w, T g[3]) {
   g[0] = g[1] = g[2] = T(0);

@@ -42,7 +42,7 @@ Units UnitsOf(std::span<const std::size_t> sizes) {
   return in_words ? Units{MPI_UINT32_T, 4} : Units{};
 }
 
-// Counts and displacements of pieces that are stored one after another.
+// Counts and displacements of consecutive pieces.
 struct Pieces {
   Pieces(std::span<const std::size_t> sizes, const Units& units) {
     counts.reserve(sizes.size());
@@ -71,7 +71,7 @@ class MpiCommunicator final : public Communicator {
     if (provided < MPI_THREAD_FUNNELED)
       Fail(kUnavailable, "this MPI library does not support programs with several threads; use another one");
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
-    // Abandon messages have their own communicator, so that they never match other messages.
+    // Abandon messages have their own communicator, so they never match other messages.
     CheckMpi(MPI_Comm_dup(MPI_COMM_WORLD, &abandon_comm_), "MPI_Comm_dup");
     MPI_Comm_set_errhandler(abandon_comm_, MPI_ERRORS_RETURN);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
@@ -81,7 +81,7 @@ class MpiCommunicator final : public Communicator {
         "MPI_Irecv");
   }
   ~MpiCommunicator() override {
-    if (is_abandoned_) return;  // while other ranks wait in a call, MPI_Finalize would never return
+    if (is_abandoned_) return;  // MPI_Finalize would not return while other ranks wait in a call
     MPI_Cancel(&abandoned_by_);
     MPI_Wait(&abandoned_by_, MPI_STATUS_IGNORE);
     MPI_Comm_free(&abandon_comm_);
@@ -151,7 +151,7 @@ class MpiCommunicator final : public Communicator {
     Wait(request);
   }
 
-  // Waits until the request is complete; throws if a rank abandoned the others. Leaves the CPU to ranks that compute.
+  // Waits until the request is complete; throws if a rank abandoned the others. Leaves the CPU to computing ranks.
   void Wait(MPI_Request request) {
     using Clock = std::chrono::steady_clock;
     constexpr int kBusyPolls = 2000;

@@ -10,18 +10,17 @@
 namespace vesta {
 
 struct MpiOptions {
-  // If a collective call waits for other ranks longer than this time, in seconds, a message is passed to `warn` once.
-  // If `warn` is null, there is no message.
+  // If a collective call waits longer than this time, in seconds, `warn` (may be null) is called once.
   double warn_after = 60;
   void (*warn)(const std::string& line) = nullptr;
 };
 
 // Starts MPI and returns the communicator of all processes of MPI_COMM_WORLD. May be called once per process. The
-// destructor calls MPI_Finalize, unless a rank has called Abandon: MPI_Finalize could then wait forever, so the process
-// must end with _exit.
+// destructor calls MPI_Finalize, unless a rank has called Abandon: MPI_Finalize could wait forever, so the process must
+// end with _exit.
 //
-// Throws Error if MPI cannot start, or if the ranks use different instruction sets, because their results would not be
-// bit-identical (VESTA_SIMD selects a common one).
+// Throws Error if MPI cannot start, or if the ranks use different instruction sets and would not be bit-identical
+// (VESTA_SIMD selects a common one).
 std::unique_ptr<Communicator> StartMpi(const MpiOptions& options = {});
 
 }  // namespace vesta

@@ -47,8 +47,7 @@ void SingleRankCommunicator::DoAllToAll(ConstBytes send, std::span<const std::si
 
 namespace {
 
-// Returns the numbers in the first of these environment variables that starts with a number. "2(x3),1" gives 2 and 1;
-// the repeat count in parentheses is ignored.
+// Returns the numbers in the first of these environment variables that starts with a number. "2(x3),1" gives 2 and 1.
 std::vector<int> NumbersFrom(std::initializer_list<const char*> names) {
   for (const char* name : names) {
     const char* at = std::getenv(name);
@@ -69,7 +68,7 @@ std::vector<int> NumbersFrom(std::initializer_list<const char*> names) {
 
 }  // namespace
 
-// The variables of Open MPI, of MPICH and other launchers with PMI, and of Slurm with PMIx.
+// Set by Open MPI, by MPICH and other launchers with PMI, and by Slurm with PMIx.
 bool IsStartedInRanks() {
   const auto names = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"};
   return std::ranges::any_of(names, [](const char* name) { return std::getenv(name) != nullptr; });
@@ -81,7 +80,7 @@ int NumStartedRanks() {
 
 int NumRanksOnThisMachine() {
   if (!IsStartedInRanks()) return 1;
-  // Slurm lists the number for each machine of the step, but not which of them this machine is.
+  // Slurm lists the number for each machine, but not which of them this one is.
   const auto names = {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_TASKS_PER_NODE"};
   return std::ranges::max(NumbersFrom(names));
 }

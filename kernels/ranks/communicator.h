@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Communication between the processes of one run. They are called ranks, as in MPI. Only kernels/mpi uses MPI itself.
+// Communication between the processes of one run, called ranks as in MPI. Only kernels/mpi uses MPI itself.
 //
-// The communicator only copies bytes between ranks. vesta computes all sums itself, in an order that does not depend on
-// the number of ranks (sum_tree.h). All results are therefore bit-identical for any number of ranks.
+// The communicator only copies bytes. vesta computes all sums itself, in an order that does not depend on the number of
+// ranks (sum_tree.h), so all results are bit-identical for any number.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,13 @@
 
 namespace vesta {
 
-// Thrown by collective calls after another rank failed. what() names this rank and its message: "process 2 of 4: out of
-// memory".
+// Another rank failed. what() names it and its message: "process 2 of 4: out of memory".
 class OtherRankFailed : public Error {
  public:
   explicit OtherRankFailed(const std::string& message) : Error(kUnavailable, message) {}
 };
 
-// Statistics of the data that a rank has received.
+// Statistics of the data that a rank received.
 struct RankTraffic {
   std::int64_t exchanges = 0;  // calls of AllGather and AllToAll
   std::int64_t bytes = 0;
@@ -41,18 +40,18 @@ class Communicator {
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
-  // Gathers one piece of data per rank. `all` has space for the pieces one after another, in rank order. sizes: the
-  // bytes of each piece, the same on all ranks. On entry `all` contains only this rank's piece, on return all pieces.
+  // Gathers one piece per rank. `all` has space for all pieces, in rank order. sizes: the bytes of each piece, the same
+  // on all ranks. On entry `all` contains this rank's piece, on return all of them.
   void AllGather(Bytes all, std::span<const std::size_t> sizes);
-  // Sends the r-th piece of `send` to rank r, for every r. The piece that rank r sent to this rank becomes the r-th
-  // piece of `receive`. Pieces are stored one after another. Sizes are in bytes and must be multiples of 4.
+  // Sends the r-th piece of `send` to rank r. The piece from rank r becomes the r-th piece of `receive`. Pieces are
+  // stored one after another. Sizes are in bytes, multiples of 4.
   void AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                 std::span<const std::size_t> receive_sizes);
-  // Sends the other ranks a message, the reason why this rank stops. Their pending and later collective calls throw
-  // OtherRankFailed. Never throws.
+  // Tells the other ranks why this rank stops. Their pending and later collective calls throw OtherRankFailed. Never
+  // throws.
   virtual void Abandon(const std::string& why) noexcept = 0;
-  // Whether another rank has called Abandon with the same message, for instance because the same file is missing on all
-  // ranks. The message then need not be printed again. Waits for such a message up to half a second, except on rank 0.
+  // Whether another rank has called Abandon with the same message, for instance because all ranks miss the same file.
+  // It then need not be printed again. Waits up to half a second, except on rank 0.
   virtual bool IsReportedByOtherRank(const std::string& /*why*/) noexcept { return false; }
 
   const RankTraffic& traffic() const { return traffic_; }
@@ -81,31 +80,31 @@ class SingleRankCommunicator final : public Communicator {
                   std::span<const std::size_t> receive_sizes) override;
 };
 
-// Whether mpirun or a similar launcher started this process. This function and the next two read the environment
-// variables that launchers set.
+// Whether mpirun or a similar launcher started this process. This and the next two functions read environment variables
+// of launchers.
 bool IsStartedInRanks();
 // Number of started processes; 1 if unknown.
 int NumStartedRanks();
-// Number of these processes on this machine; 1 if unknown. Slurm lists one number per machine, without saying which
-// machine this is; the function then returns the largest number.
+// Number of these processes on this machine; 1 if unknown. Under Slurm, which does not tell which machine this is, the
+// largest number of any machine.
 int NumRanksOnThisMachine();
 
-// The k-th of `parts` pieces of [0, count). All pieces have about the same size.
+// The k-th of `parts` pieces of [0, count), of about equal size.
 struct Share {
   std::int64_t begin, end;
   std::int64_t size() const { return end - begin; }
 };
 inline Share ShareOf(std::int64_t count, int parts, int k) { return {count * k / parts, count * (k + 1) / parts}; }
 
-// Gathers the values `mine` of each rank. Returns the values of all ranks, in rank order. The ranks may have different
-// numbers of values. Collective, like the functions below.
+// Returns the values `mine` of all ranks, in rank order. Ranks may have different numbers of values. Collective, like
+// the functions below.
 template <class T>
 std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine);
-// The same if all ranks already know counts, the number of values of each rank. On entry `all` contains this rank's
-// values, on return the values of all ranks.
+// The same if all ranks know counts, the number of values of each rank. On entry `all` contains this rank's values, on
+// return all of them.
 template <class T>
 void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts);
-// Gathers one string per rank. Returns the strings in rank order.
+// Returns one string per rank, in rank order.
 std::vector<std::string> GatherStrings(Communicator& ranks, const std::string& mine);
 // Logical or over all ranks.
 bool OnAnyRank(Communicator& ranks, bool mine);

@@ -9,7 +9,7 @@
 namespace vesta {
 namespace {
 
-// Gathers the supports of all terms. Each rank only knows its own terms.
+// Gathers the supports of all terms; each rank knows its own.
 std::vector<Support> GatherSupports(Communicator& ranks, Index terms, const std::vector<Support>& mine) {
   std::vector<Index> counts;
   counts.reserve(mine.size());
@@ -127,7 +127,7 @@ void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
     free_.push_back(std::move(finished));
     return;
   }
-  // The finished shares of all ranks, one after another, form the compact vector of the sum.
+  // The finished shares, in rank order, form the compact vector of the sum.
   const std::vector<std::size_t>& counts = plan_.whole_counts();
   const std::size_t before = std::accumulate(counts.begin(), counts.begin() + plan_.ranks().rank(), std::size_t{0});
   const bool is_all = root.IsAll(out.size());

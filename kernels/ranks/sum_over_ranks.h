@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of vectors (terms) whose computation is divided among ranks, added in the order of the tree of sum_tree.h. The
-// result is bit-identical for any number of ranks.
+// Sums of vectors (terms) computed by different ranks, added in the order of the tree of sum_tree.h. The result is
+// bit-identical for any number of ranks.
 //
-// Many entries of a term may be zero. Its support is the list of its other entries, and its compact vector consists of
-// the values at these entries (support.h). A rank finishes an entry if it computes the total of this entry over all
-// terms. The entries that a rank finishes are its share.
+// The support of a term is the list of its entries that may differ from zero; its compact vector consists of their
+// values (support.h). A rank finishes an entry if it computes the entry's total over all terms. The entries that a rank
+// finishes are its share.
 #pragma once
 
 #include <map>
@@ -29,13 +29,12 @@ void CheckTerms(Index terms, const Communicator& ranks);
 
 // Communication plan of a sum: the entries that each rank sends to each other rank. Each rank first adds its own terms
 // as far as the tree allows, which leaves at most two partial sums (nodes) per level. It then receives the values of
-// its share from the other ranks, and adds them. If all ranks need the whole sum, they exchange the finished shares. An
-// all-reduce would transfer as many bytes.
+// its share and adds them. If all ranks need the whole sum, they exchange the finished shares. An all-reduce would
+// transfer as many bytes.
 class SumPlan {
  public:
   // Plans sums of `terms` vectors of `size` entries. mine: the supports of this rank's terms (TermsOf). finished: the
-  // share of each rank; every entry belongs to exactly one share. If `finished` is empty, each rank gets an equal range
-  // of [0, size). Collective.
+  // share of each rank; every entry belongs to exactly one share. Empty: equal ranges of [0, size). Collective.
   SumPlan(Communicator& ranks, Index terms, Index size, const std::vector<Support>& mine,
           std::vector<Support> finished);
 
@@ -46,7 +45,7 @@ class SumPlan {
   const Support& Of(const TreeNode& node) const { return supports_.at({node.begin, node.end}); }
   // Intersection of this support with this rank's share.
   const Support& OfMine(const TreeNode& node) const { return mine_.at({node.begin, node.end}); }
-  // The nodes that a rank has after it added its own terms.
+  // The nodes of a rank after it added its own terms.
   const std::vector<TreeNode>& nodes(int rank) const { return nodes_[static_cast<std::size_t>(rank)]; }
   // The share of a rank.
   const Support& OwnedEntries(int rank) const { return finished_[static_cast<std::size_t>(rank)]; }
@@ -54,7 +53,7 @@ class SumPlan {
   const std::vector<EntryRange>& SentTo(std::size_t node, int rank) const {
     return sent_[node * static_cast<std::size_t>(ranks_.size()) + static_cast<std::size_t>(rank)];
   }
-  // For each rank: number of entries of its share at which the sum may differ from zero.
+  // For each rank: number of entries of its share at which the sum may be nonzero.
   const std::vector<std::size_t>& whole_counts() const { return whole_counts_; }
   // For this rank: positions of these entries within its share.
   const Support& own_positions() const { return own_positions_; }
@@ -82,10 +81,10 @@ class SumOverRanks {
       : plan_(ranks, terms, size, mine, std::move(finished)) {}
 
   const SumPlan& plan() const { return plan_; }
-  // Frees the buffers that are stored for reuse in the next sum.
+  // Frees the buffers kept for the next sum.
   void Release() { free_.clear(), spare_ = {}; }
-  // out = the sum of all terms. make(term, to) must write the complete compact vector of a term; it is called for each
-  // term of this rank. All entries in the share of a rank must come before the share of the next rank. Collective.
+  // out = the sum of all terms. make(term, to) writes the complete compact vector of a term; it is called for each term
+  // of this rank. The shares must be in rank order. Collective.
   template <class Make>
   void Sum(const Make& make, HostSpan<S> out) {
     TreeSum<HostBuffer<S>> sum = SumOwnTerms(make);
@@ -116,7 +115,7 @@ class SumOverRanks {
   void Push(TreeSum<HostBuffer<S>>& sum, const TreeNode& node, HostBuffer<S>&& value, const SupportOf& support_of);
   void FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out);
   void FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out);
-  // Exchanges partial sums with the other ranks. Returns the finished values of this rank's share.
+  // Exchanges partial sums. Returns the finished values of this rank's share.
   HostBuffer<S> Collect(TreeSum<HostBuffer<S>>& sum);
 
   SumPlan plan_;

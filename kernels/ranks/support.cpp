@@ -68,8 +68,8 @@ std::vector<EntryRange> PositionsIn(const Support& entries, const Support& in) {
 
 namespace {
 
-// Calls body(entries of `to`, entries of `from`) for each range of `part`. `from` is a compact vector over `part`, `to`
-// one over `both`.
+// Calls body(entries of `to`, entries of `from`) for each range of `part`. `from` is compact over `part`, `to` over
+// `both`.
 template <class S, class Body>
 void ForRuns(const Support& part, HostSpan<const S> from, const Support& both, HostSpan<S> to, const Body& body) {
   Index from_at = 0, to_before = 0;

@@ -15,8 +15,8 @@ struct EntryRange {
   friend bool operator==(const EntryRange&, const EntryRange&) = default;
 };
 
-// A list of ascending, non-empty ranges with gaps between them. The values of a vector at these entries, in this order,
-// form its compact vector, which has size() elements.
+// Ascending, non-empty ranges with gaps between them. The values of a vector at these entries, in this order, form its
+// compact vector of size() elements.
 class Support {
  public:
   Support() = default;
@@ -38,16 +38,15 @@ class Support {
 
 Support Union(const Support& a, const Support& b);
 Support Intersection(const Support& a, const Support& b);
-// Positions, in a compact vector over `in`, of the entries that belong to both supports: ascending ranges with gaps
-// between them.
+// Positions, in a compact vector over `in`, of the entries of both supports: ascending ranges with gaps between them.
 std::vector<EntryRange> PositionsIn(const Support& entries, const Support& in);
 
-// left += right. On entry `left` is a compact vector over a, and right over b. On return `left` is a compact vector
-// over `both`, which must be the union of a and b. spare: scratch memory.
+// left += right. On entry `left` is compact over a, right over b. On return `left` is compact over `both`, the union of
+// a and b. spare: scratch memory.
 template <class S>
 void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
                 HostBuffer<S>& spare);
-// Writes the values of the compact vector to the entries of the support in `whole`, and zero to all other entries.
+// Writes the compact vector to the entries of the support in `whole`, and zero to all others.
 template <class S>
 void Expand(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
 

@@ -38,7 +38,7 @@ ProblemPart<CpuBackend<double>> BlockParts::Make(int part) {
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
 
-  // Parameter blocks keep their order in the whole problem. No group is moved to the end.
+  // Parameter blocks keep their order in the whole problem.
   auto problem = std::make_unique<BlockProblem>(BlockProblem::Options{.eliminate = false});
   ProblemPart<B> made;
   for (const int block : used) {

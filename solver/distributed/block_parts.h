@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Divides a BlockProblem into parts that can be distributed over processes.
+// Divides a BlockProblem into parts for several processes.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,15 @@
 namespace vesta {
 
 // Each part has a consecutive range of the residual blocks with a free parameter block, a range of the other residual
-// blocks, and the parameter blocks that they use. A part evaluates only its own residual blocks, and stores only their
+// blocks, and the parameter blocks that they use. It evaluates only its own residual blocks and stores only their
 // Jacobian. Every process creates the whole problem, with all parameter blocks and cost functions. The whole problem
 // defines the order of the entries of a step, and the bounds.
 class BlockParts final : public ProblemParts<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
-  // num_parts is reduced to the number of residual blocks with a free parameter block if it is larger. `whole` must
-  // outlive this object and must not change.
-  // Throws Error if num_parts < 1 or if `whole` has an evaluation callback, because parts are evaluated separately.
+  // num_parts is limited to the number of residual blocks with a free parameter block. `whole` must outlive this object
+  // and must not change.
+  // Throws Error if num_parts < 1 or if `whole` has an evaluation callback.
   BlockParts(BlockProblem& whole, int num_parts);
 
   int num_parts() const override { return num_parts_; }

@@ -60,8 +60,8 @@ void DistributedLinearization<B>::SumParts(const Give& give, VectorView out) {
   problem_.tangent_sum().Sum(Term(give), out);
 }
 
-// If the right-hand side is the problem's own, it needs the gradients and the sums of their squares. Both are summed in
-// one pass, as one vector, so a part need not store one while the other is summed.
+// The problem's own right-hand side needs the gradients and the sums of their squares. Both are summed as one vector,
+// so a part need not store one while the other is summed.
 template <Backend B>
 void DistributedLinearization<B>::SumGradients() {
   const Index n = num_parameters();
@@ -253,7 +253,7 @@ void DistributedReducedSystem<B>::Apply(ConstVectorView x, VectorView y) {
 
 template <Backend B>
 void DistributedReducedSystem<B>::BackSubstitute(ConstVectorView rhs, VectorView step) {
-  // Each eliminated parameter belongs to one part, so the processes exchange these entries and sum nothing.
+  // Each eliminated parameter belongs to one part, so the processes exchange entries without summing.
   std::vector<S> mine;
   for (std::size_t k = 0; k < systems_.size(); ++k) {
     const PartMap& map = problem_.own()[k].tangent;

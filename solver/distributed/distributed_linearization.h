@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A distributed problem linearized at one x. It stores the linearizations of this process's parts, and sums their
-// results over all processes. For PCG it creates a ShardedSystem or a ReducedSystem (solver/reduced_system.h).
+// A distributed problem linearized at one x. It stores the linearizations of this process's parts, and sums results
+// over all processes. For PCG it creates a ShardedSystem or a ReducedSystem (solver/reduced_system.h).
 #pragma once
 
 #include <memory>
@@ -55,29 +55,28 @@ class DistributedLinearization final : public Linearization<B>,
   void ShardOfBlocks(BlockDiagonal<B>& blocks);
 
   DistributedProblem<B>& problem() { return problem_; }
-  // The linearization of part `term`, which must belong to this process.
+  // The linearization of part `term` of this process.
   LinearizationAdaptor<B>& of(Index term) {
     return *linearizations_[static_cast<std::size_t>(term - problem_.own_terms().begin)];
   }
 
  private:
-  // out = the sum, over all parts, of the vectors that give(linearization, part, to) writes to `to`. `give` must write
-  // all entries of `to`.
+  // out = the sum, over all parts, of the vectors that give(linearization, part, to) writes completely to `to`.
   template <class Give>
   void SumParts(const Give& give, VectorView out);
-  // Returns the function that writes one term of this sum, for SumOverRanks.
+  // The function that writes one term of this sum, for SumOverRanks.
   template <class Give>
   auto Term(const Give& give);
-  // Returns the function that computes a part's term of H v.
+  // The function that computes a part's term of H v.
   auto ProductWith(ConstVectorView v) {
     return [this, v](LinearizationAdaptor<B>& linearization, const OwnPart<B>& part, VectorView to) {
       linearization.ApplyH(part.tangent.template Local<S>(v, local_in_), to);
     };
   }
-  // Sums gradients, and squared gradients if the parts have their own right-hand side.
+  // Sums gradients, and their squares if the parts have their own right-hand side.
   void SumGradients();
   // Sums the diagonal blocks of H. finished: the values of each process's shard, as in SumOverRanks; values: this
-  // process's shard. If `finished` is empty, `values` has all values.
+  // process's shard, or all values if `finished` is empty.
   void SumBlocks(std::vector<Support> finished, VectorView values);
 
   DistributedProblem<B>& problem_;
@@ -85,21 +84,20 @@ class DistributedLinearization final : public Linearization<B>,
   std::vector<std::unique_ptr<LinearizationAdaptor<B>>> linearizations_;
   Index num_residuals_ = 0;
   bool has_own_right_hand_side_ = false;
-  // The gradient, and the sum of the squared gradients of the units. Stored until Gradient or RightHandSide returns
-  // them.
+  // The gradient, and the sum of the units' squared gradients, until Gradient or RightHandSide returns them.
   typename B::Vector gradient_, squares_;
-  // This process's shard of the diagonal blocks of H. If one pass computes the diagonal and the blocks, DiagJTJ stores
-  // them here until ShardOfBlocks is called.
+  // This process's shard of the diagonal blocks of H. If one pass computes diagonal and blocks, DiagJTJ stores them
+  // here until ShardOfBlocks.
   std::optional<BlockDiagonal<B>> blocks_;
   typename B::Vector local_in_, local_out_;
 };
 
 // The Schur complement of a distributed problem. Each process eliminates parameters of its own parts. Processes
-// exchange only vectors with the size of the kept parameters.
+// exchange only vectors of the kept parameters.
 //
-// Different parts p share only kept parameters. In H + lambda D = [B E; E^T C], with the kept parameters first, B is
-// lambda D_kept plus the sum of the parts' blocks B_p. Each part has its own columns E_p of E and its own diagonal
-// block C_p of C. So the Schur complement is S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
+// Parts p share only kept parameters. In H + lambda D = [B E; E^T C], with the kept parameters first, B is lambda
+// D_kept plus the sum of the parts' blocks B_p. Each part has its own columns E_p of E and diagonal block C_p of C. So
+// the Schur complement is S = lambda D_kept + sum_p (B_p - E_p C_p^-1 E_p^T).
 template <Backend B>
 class DistributedReducedSystem final : public ReducedSystem<B> {
  public:
@@ -108,7 +106,7 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
   using typename Base::VectorView;
   using S = typename B::Scalar;
 
-  // The linearization must outlive this object. Throws Error if the parts do not satisfy ProblemParts::eliminates.
+  // The linearization must outlive this object. Throws Error if the parts violate ProblemParts::eliminates.
   explicit DistributedReducedSystem(DistributedLinearization<B>& linearization);
 
   Index size() const override { return kept_; }
@@ -120,7 +118,7 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
   void DiagonalBlocks(BlockDiagonal<B>& blocks) override;
 
  private:
-  // Returns the part's entries of v, with the entries of kept parameters set to zero.
+  // The part's entries of v, with kept parameters set to zero.
   ConstVectorView LocalizeEliminated(ConstVectorView v, const PartMap& map);
 
   DistributedLinearization<B>& linearization_;
@@ -170,7 +168,7 @@ class DistributedShards final : public ShardedSystem<B> {
   const InnerProducts<B>& products() const override { return products_; }
 
  private:
-  // Returns the whole vector, valid until the next call. Collective.
+  // The whole vector, valid until the next call. Collective.
   ConstVectorView Gathered(ConstVectorView shard) {
     whole_.ResizeForOverwrite(linearization_.num_parameters());
     Gather(shard, whole_.view());

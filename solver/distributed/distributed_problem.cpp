@@ -51,7 +51,7 @@ std::vector<Support> DistributedProblem<B>::TangentSupports() const {
 template <Backend B>
 const Shards& DistributedProblem<B>::shards() {
   if (!shards_) {
-    constexpr int kPieces = 64;  // independent of the number of processes, which is at most the number of parts
+    constexpr int kPieces = 64;  // independent of the number of processes, at most the number of parts
     std::vector<BlockGroup> groups = parts_.block_groups();
     if (groups.empty()) groups.push_back({.size = 1, .count = num_tangent()});
     shards_ = std::make_unique<Shards>(ranks_, num_tangent(), groups, std::max(kPieces, parts_.num_parts()));

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A problem that is a sum of parts (problem_parts.h), distributed over processes. Each process stores some of the
 // parts, with their data and Jacobians, and evaluates them. It also stores its shard (its entries) of the PCG vectors
-// and of the preconditioner. x, gradient and step are stored on every process.
+// and of the preconditioner. x, gradient and step are on every process.
 //
-// All processes call SolveLm with the same options and the same x. The cost, the gradient, products with H
-// (the Gauss-Newton matrix), and the diagonal and blocks of H are sums over the parts of all processes. The order of
-// each sum is a fixed tree over the parts (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all
-// processes, and for any number of processes and threads, so all processes make the same decisions. Time limits and
-// callbacks stop all processes together (Collective).
+// All processes call SolveLm with the same options and x. The cost, the gradient, products with H
+// (the Gauss-Newton matrix), and its diagonal and blocks are sums over the parts of all processes, along a fixed tree
+// (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, and for any number of
+// processes and threads, so all processes make the same decisions. Time limits and callbacks stop them together
+// (Collective).
 #pragma once
 
 #include <memory>
@@ -31,13 +31,13 @@ struct OwnPart {
 
   std::unique_ptr<Problem<B>> owned;
   ProblemAdaptor<B> problem;
-  PartMap parameters, tangent;  // positions of the part's parameters in x, and of its step entries in a step
-  Index first_unit = 0;         // index of the part's first unit among the units of the whole problem
-  typename B::Vector x;         // scratch memory: the part's entries of the x to evaluate
+  PartMap parameters, tangent;  // positions of the part's parameters in x and of its step entries in a step
+  Index first_unit = 0;         // among the units of the whole problem
+  typename B::Vector x;         // scratch memory: the part's entries of x
 };
 
-// For host memory. It supports the linear solvers that use H alone: PCG with block Jacobi, and PCG on the Schur
-// complement with Schur-Jacobi (kReducedPcg). kReducedPcg needs ProblemParts::eliminates.
+// For host memory, and for linear solvers that use H alone: PCG with block Jacobi, and PCG on the Schur complement with
+// Schur-Jacobi (kReducedPcg), which needs ProblemParts::eliminates.
 template <Backend B>
 class DistributedProblem final : public Problem<B>,
                                  public OnManifold<B>,
@@ -56,13 +56,13 @@ class DistributedProblem final : public Problem<B>,
   using S = typename B::Scalar;
 
   // Creates the parts of this process. Collective. ranks and parts must outlive this object. Throws Error if there are
-  // more processes than parts, if processes pass problems of different size, or if the segments or batches of a part
-  // are wrong.
+  // more processes than parts, if problems of processes differ in size, or if the segments or batches of a part are
+  // wrong.
   DistributedProblem(Communicator& ranks, ProblemParts<B>& parts);
 
   Index num_parameters() const override { return parts_.num_parameters(); }
   Index num_tangent() const override { return parts_.num_tangent(); }
-  // The units of the first part, then the units of the second part, and so on.
+  // The units of the first part, then of the second, and so on.
   Index num_units() const override { return num_units_; }
   double Cost(ConstVectorView x) override;
   double FixedCost(ConstVectorView x) override;
@@ -74,7 +74,7 @@ class DistributedProblem final : public Problem<B>,
   void OnNewPoint(int turn) override;
   bool OnAnyProcess(bool mine) override { return OnAnyRank(ranks_, mine); }
 
-  // The following functions call ProblemParts::geometry.
+  // These call ProblemParts::geometry.
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override {
     return geometry_.DampingMetric(x, diag_h, D);
   }
@@ -92,38 +92,38 @@ class DistributedProblem final : public Problem<B>,
   std::string NameTangent(Index k) override { return geometry_.NameTangent(k); }
   std::string DescribeInfeasible(ConstVectorView x) override { return geometry_.DescribeInfeasible(x); }
   std::string DescribeDegenerate(ConstVectorView x) override { return geometry_.DescribeDegenerate(x); }
-  // Returns the first description that is not empty, in the order of the parts.
+  // The first description that is not empty, in the order of the parts.
   std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
 
   Communicator& ranks() { return ranks_; }
   ProblemParts<B>& parts() { return parts_; }
   // The parts of this process.
   std::span<OwnPart<B>> own() { return own_; }
-  // Indices of the parts of this process among the parts of all processes. Part k is term k of each sum.
+  // Indices of this process's parts among all parts. Part k is term k of each sum.
   TreeNode own_terms() const { return TermsOf(parts_.num_parts(), ranks_, ranks_.rank()); }
   OwnPart<B>& part(Index term) { return own_[static_cast<std::size_t>(term - own_terms().begin)]; }
   // Sums vectors of num_tangent() entries over all parts.
   SumOverRanks<S>& tangent_sum() { return *tangent_sum_; }
-  // shards: the entries of PCG vectors that each process stores. shard_sum: sums that return only this process's shard.
-  // The first call of each is collective.
+  // shards: the entries of PCG vectors that each process stores. shard_sum: sums that return this process's shard. The
+  // first call of each is collective.
   const Shards& shards();
   SumOverRanks<S>& shard_sum();
-  // Sums one number per part. mine: the numbers of this process's parts. Collective.
+  // Sums one number per part. mine: of this process's parts. Collective.
   double SumNumbers(const std::vector<double>& mine);
-  // Returns the part's entries of x. Valid until the next call for this part.
+  // The part's entries of x, valid until the next call for this part.
   ConstVectorView Localize(ConstVectorView x, OwnPart<B>& part) const {
     return part.parameters.template Local<S>(x, part.x);
   }
 
  private:
-  // Throws Error if the problems of the processes have different sizes.
+  // Throws Error if the problems of the processes differ in size.
   void CheckSameProblem();
-  // At its first call: throws Error if the processes have different start values x. Later calls do nothing.
+  // The first call throws Error if the processes have different start values x. Later calls do nothing.
   void CheckSameStart(ConstVectorView x);
   // Sums cost_of(problem of the part, its entries of x) over all parts. Collective.
   template <class CostOf>
   double SumCosts(ConstVectorView x, const CostOf& cost_of);
-  // The entries of a step that each part of this process has.
+  // The step entries of each part of this process.
   std::vector<Support> TangentSupports() const;
 
   Communicator& ranks_;

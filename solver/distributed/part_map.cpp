@@ -11,7 +11,7 @@ namespace vesta {
 
 namespace {
 
-// Merges consecutive segments that are contiguous both in the part and in the whole. Input is sorted.
+// Merges consecutive segments that are contiguous in the part and in the whole. Sorted input.
 void JoinNeighbours(std::vector<PartSegment>& segments) {
   std::vector<PartSegment> joined;
   for (const PartSegment& s : segments) {
@@ -99,7 +99,7 @@ struct BlockPlace {
   Index block = 0;
 };
 
-// The block of this size that begins with this parameter; none if there is no such block.
+// The block of this size that begins with this parameter, if any.
 std::optional<BlockPlace> BlockAt(const std::vector<BlockGroup>& groups, Index parameter, int size) {
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const BlockGroup& group = groups[g];
@@ -110,7 +110,7 @@ std::optional<BlockPlace> BlockAt(const std::vector<BlockGroup>& groups, Index p
   return std::nullopt;
 }
 
-// Position of each group's first value among the values of all groups.
+// Position of each group's first value among all values.
 std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
   std::vector<Index> first;
   first.reserve(groups.size());

@@ -11,14 +11,14 @@
 
 namespace vesta {
 
-// A part's vectors exist in two orders. Local vectors have the part's own order. Compact vectors have the same entries
-// in the order of the whole problem (kernels/ranks/support.h).
+// Local vectors have the part's own order. Compact vectors have the same entries in the order of the whole problem
+// (kernels/ranks/support.h).
 class PartMap {
  public:
   PartMap() = default;
-  // An empty list of segments means that the part has all entries. Throws Error unless the segments cover each of the
-  // local_size entries of the part once, by different entries of the whole_size entries. what: name of the entries, for
-  // the message.
+  // No segments means that the part has all entries. Throws Error unless the segments cover each of the local_size
+  // entries of the part once, by different entries of the whole_size entries. what: name of the entries, for the
+  // message.
   PartMap(const std::vector<PartSegment>& segments, Index local_size, Index whole_size, const char* what);
 
   const std::vector<PartSegment>& segments() const { return segments_; }
@@ -31,8 +31,8 @@ class PartMap {
   // local = the part's entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> local) const;
-  // Returns the part's entries of whole: `whole` itself if the part has all of them, else a copy in `storage`. The copy
-  // is valid until `storage` changes.
+  // The part's entries of whole: `whole` itself if the part has all of them, else a copy, valid until `storage`
+  // changes.
   template <class S>
   HostSpan<const S> Local(HostSpan<const S> whole, HostBuffer<S>& storage) const;
   // compact = the entries of local, in the order of the whole.
@@ -46,13 +46,12 @@ class PartMap {
   bool is_identity_ = true, is_compact_ = true;
 };
 
-// Returns the support of two vectors of `size` entries that are stored one after the other. `support` is the support of
-// each.
+// The support of two consecutive vectors of `size` entries, each with this support.
 Support RepeatSupport(const Support& support, Index size);
 
-// Returns segments for a PartMap of the values of block-diagonal matrices (BlockDiagonal::all_values). They map the
-// values of a part's matrix to values of the whole problem's matrix. tangent: map of the part's step entries. Throws
-// Error if a block of the part is not a block of the whole problem.
+// Segments for a PartMap of the values of block-diagonal matrices (BlockDiagonal::all_values), from a part's matrix to
+// the whole problem's. tangent: map of the part's step entries. Throws Error if a block of the part is not a block of
+// the whole problem.
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
                                        const PartMap& tangent);
 

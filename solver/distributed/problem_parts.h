@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problems that are sums of parts, so that they can be distributed over processes. Each part is a problem over some of
-// the parameters.
+// Problems that are sums of parts, each over some of the parameters, for distribution over processes.
 #pragma once
 
 #include <memory>
@@ -11,7 +10,7 @@
 
 namespace vesta {
 
-// Maps entries local .. local + size - 1 of a part to entries whole .. whole + size - 1 of the whole problem.
+// Maps entries local .. local + size - 1 of a part to whole .. whole + size - 1 of the whole problem.
 struct PartSegment {
   Index local = 0, whole = 0, size = 0;
 };
@@ -24,30 +23,29 @@ struct ProblemPart {
   std::vector<PartSegment> parameters, tangent;
 };
 
-// A problem whose cost is the sum of the costs of its parts. Each process creates only its own parts.
+// A problem whose cost is the sum over its parts. Each process creates only its own parts.
 template <Backend B>
 class ProblemParts {
  public:
   virtual ~ProblemParts() = default;
 
-  // The number must not depend on the number of processes, because it determines the order of sums. It must be at least
-  // the number of processes. 64 suits most problems.
+  // Must not depend on the number of processes, because it determines the order of sums. At least the number of
+  // processes; 64 suits most problems.
   virtual int num_parts() const = 0;
-  // Creates a part; `part` is 0 to num_parts() - 1.
+  // `part`: 0 to num_parts() - 1.
   virtual ProblemPart<B> Make(int part) = 0;
   // The sizes of x and of a step of the whole problem.
   virtual Index num_parameters() const = 0;
   virtual Index num_tangent() const { return num_parameters(); }
-  // Block groups of the whole problem, for block Jacobi; empty means no groups. Each block of a part must be one of
-  // their blocks.
+  // Block groups of the whole problem, for block Jacobi; empty: none. Each block of a part must be one of their blocks.
   virtual std::vector<BlockGroup> block_groups() const { return {}; }
   // A problem with the functions of the whole problem that are not sums over parts: steps, norms, bounds, the damping
   // metric and names. Its cost and linearization are never used. Null means the defaults of
-  // solver/problem_interfaces.h. Returns the same object at every call, which must outlive the distributed problem.
+  // solver/problem_interfaces.h. Always the same object, which must outlive the distributed problem.
   virtual Problem<B>* geometry() { return nullptr; }
   // True if parameters can be eliminated part by part (WithReducedSystem of the parts). Each part's last parameters are
-  // then a block-diagonal group that no other part uses. Its other parameters are the same in all parts, and are the
-  // first parameters of the whole problem.
+  // then a block-diagonal group that no other part uses. Its others are the same in all parts, and the first parameters
+  // of the whole problem.
   virtual bool eliminates() const { return false; }
 };
 

@@ -9,8 +9,8 @@
 namespace vesta {
 namespace {
 
-// Pieces begin at a multiple of this number of blocks, or at the end, because that many blocks are factorised together
-// in vector registers.
+// Pieces begin at a multiple of this number of blocks, or at the end: that many are factorised together in vector
+// registers.
 constexpr Index kBlocksAbreast = 16;
 
 // Appends the entries of these blocks.
@@ -43,7 +43,7 @@ Shards::Shards(Communicator& ranks, Index size, const std::vector<BlockGroup>& g
   for (const BlockGroup& group : groups) groups_.push_back(WithinOwn(group));
   const Share mine = PiecesOf(ranks.rank());
   for (auto piece = mine.begin; piece < mine.end; ++piece) {
-    // One range per run in the whole, even if runs touch in the shard. So the order of a sum depends on the piece only.
+    // One range per run in the whole, even if runs touch in the shard, so the order of a sum depends on the piece only.
     const Support entries = EntriesOf({piece, piece + 1});
     std::vector<EntryRange>& places = own_pieces_.emplace_back();
     for (const EntryRange& range : entries.ranges()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Divides the entries of a solver's vectors among processes, so that each process stores only some of them.
+// Divides the entries of a solver's vectors among processes.
 #pragma once
 
 #include <span>
@@ -13,26 +13,25 @@
 
 namespace vesta {
 
-// Vectors are divided into pieces; the number of pieces does not depend on the number of processes. A piece has a range
-// of blocks of each BlockGroup, so no block is split. A process has consecutive pieces. Its shard is the vector of the
-// entries of these pieces, in the order of the whole vector (kernels/ranks/support.h). With one process the shard is
-// the whole vector.
+// Vectors are divided into pieces, whose number does not depend on the number of processes. A piece has a range of
+// blocks of each BlockGroup, so no block is split. A process has consecutive pieces. Its shard is the vector of their
+// entries, in the order of the whole vector (kernels/ranks/support.h). With one process the shard is the whole vector.
 class Shards {
  public:
-  // groups must cover `size` entries, each once. num_pieces is at least the number of processes.
+  // groups must cover `size` entries once. num_pieces is at least the number of processes.
   Shards(Communicator& ranks, Index size, const std::vector<BlockGroup>& groups, int num_pieces);
 
   Communicator& ranks() const { return ranks_; }
-  // Per process: the entries of the whole vector that are in its shard.
+  // Per process: the entries of the whole vector in its shard.
   const std::vector<Support>& of_ranks() const { return of_ranks_; }
   const Support& own() const { return of_ranks_[static_cast<std::size_t>(ranks_.rank())]; }
   bool is_whole() const { return ranks_.size() == 1; }
-  // The blocks in this process's shard, as groups with positions in the shard.
+  // The blocks in this process's shard, with positions in the shard.
   const std::vector<BlockGroup>& groups() const { return groups_; }
-  // Per process: the positions of the values of its blocks in BlockDiagonal::all_values() of the whole matrix, in the
-  // order of a matrix made from groups().
+  // Per process: positions of the values of its blocks in BlockDiagonal::all_values() of the whole matrix, in the order
+  // of a matrix made from groups().
   std::vector<Support> BlockValuesOfRanks() const;
-  // For each piece of this process: the positions of its entries in the shard.
+  // For each piece of this process: positions of its entries in the shard.
   const std::vector<std::vector<EntryRange>>& own_pieces() const { return own_pieces_; }
   int num_pieces() const { return num_pieces_; }
   Share PiecesOf(int rank) const { return ShareOf(num_pieces_, ranks_.size(), rank); }
@@ -40,8 +39,7 @@ class Shards {
   // shard = this process's entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> shard) const;
-  // whole = the vector that consists of the shards of all processes. Collective. storage: work memory, resized to the
-  // size of whole.
+  // whole = the shards of all processes. Collective. storage: work memory, resized to the size of whole.
   template <class S>
   void Gather(HostSpan<const S> shard, HostSpan<S> whole, HostBuffer<S>& storage) const;
 
@@ -59,9 +57,8 @@ class Shards {
   std::vector<std::vector<EntryRange>> own_pieces_;
 };
 
-// Inner products of sharded vectors. First the inner product of each piece is computed. Then a fixed tree sums these
-// numbers (kernels/ranks/sum_tree.h). The result is therefore bit-identical for any number of processes and threads.
-// Collective.
+// Inner products of sharded vectors: one per piece, summed along a fixed tree (kernels/ranks/sum_tree.h). The result is
+// therefore bit-identical for any number of processes and threads. Collective.
 template <class S>
 class ShardProducts final : public InnerProducts<CpuBackend<S>> {
  public:
@@ -74,7 +71,7 @@ class ShardProducts final : public InnerProducts<CpuBackend<S>> {
   bool AllFinite(ConstVectorView x) const override;
 
  private:
-  // Sums of(range) over the entry ranges of all pieces of all processes.
+  // Sums of(range) over the entry ranges of all pieces.
   template <class Of>
   double SumPieces(const Of& of) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bad flags or files: one line on stderr, a non-zero exit status, and no output files.
+// Bad flags or files: one line on stderr, a non-zero exit status, no output files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

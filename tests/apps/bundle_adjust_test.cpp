@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of `vesta bundle_adjust`, run as a user would.
+// `vesta bundle_adjust`, run as a user would.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ TEST_F(BundleAdjust, ComputesWhereItIsTold) {
   ASSERT_EQ(solve("cpu").status, 0);
   EXPECT_EQ(nlohmann::json::parse(ReadBytes(json_))["device"], "cpu");
   const std::string on_cpu = ReadBytes(out_);
-  // `auto` gives exactly the result of the CPU.
+  // `auto` gives exactly the CPU's result.
   ASSERT_EQ(solve("auto").status, 0);
   EXPECT_EQ(nlohmann::json::parse(ReadBytes(json_))["device"], "cpu");
   EXPECT_EQ(ReadBytes(out_), on_cpu);

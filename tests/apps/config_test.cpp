@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options in and out: `vesta config`, --config, --set, and the options in metrics.json.
+// Options in and out: `vesta config`, --config, --set, and metrics.json.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ json OptionIn(const json& config, const std::string& name) {
   return config.at("options").at(name.substr(0, dot)).at(name.substr(dot + 1));
 }
 
-// A value other than the default. For numbers it is the maximum, which is valid for all of them together.
+// Not the default. For numbers the maximum, which is valid for all of them together.
 std::string OtherValue(const schema::FieldInfo& field, const std::string& value) {
   switch (field.kind) {
     case Kind::kSwitch:

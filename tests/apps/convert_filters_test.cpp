@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta convert with --box and --clean: the Gaussians kept, and the message about removed ones.
+// vesta convert with --box and --clean: the Gaussians kept, and the message about the others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,8 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// A cube of 6 x 6 x 6 small Gaussians around the origin, from -1.25 to 1.25, and four more: one too faint to be drawn,
-// one around everything, one isolated far behind, and one outside the views of the tiny scene.
+// A cube of 6 x 6 x 6 small Gaussians around the origin, from -1.25 to 1.25, and four more: too faint to be drawn,
+// around everything, isolated far behind, and outside the views of the tiny scene.
 class ConvertFilters : public testing::Test {
  protected:
   static constexpr Index kCube = 216;

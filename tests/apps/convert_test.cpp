@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of splats to other formats: one line summarises it, and the input file is unchanged.
+// Conversion of splats: one line summarises it, and the input is unchanged.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ class Convert : public testing::Test {
                                             "--background=0.25,0.5,1", "--set=pruning.sh_aic_weight=0"});
     EXPECT_EQ(train.status, 0) << train.err;
   }
-  // PSNR of the training views in dB, over the background stored in the file.
+  // In dB, over the background stored in the file.
   double TrainPsnr(const std::string& splat) const {
     const std::string json = folder_ / "eval.json";
     EXPECT_EQ(RunProgram({"eval", splat, scene_, "--json=" + json}).status, 0);
@@ -71,7 +71,7 @@ TEST_F(Convert, TheProgramTakesEveryFormat) {
   EXPECT_EQ(gs::ReadSplatPly(refined + "/point_cloud.ply").background[2], 1);
 }
 
-// All commands accept and preserve Gaussians of different SH degrees.
+// All commands preserve Gaussians of different SH degrees.
 TEST_F(Convert, DegreesGoThroughTheProgram) {
   const gs::SplatModel trained = gs::ReadSplatPly(ply_);
   ASSERT_EQ(trained.sh_degree, 2);

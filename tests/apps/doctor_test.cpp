@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta doctor: each warning, caused by one defect in an otherwise good scene.
+// Each warning of vesta doctor, caused by one defect in an otherwise good scene.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using testing::StartsWith;
 
 constexpr int kSize = 48;
 
-// An image with details of a few pixels, different in each view.
+// Details of a few pixels, different in each view.
 gs::Image Picture(int view) {
   gs::Image image(kSize, kSize);
   for (int c = 0; c < 3; ++c) {
@@ -108,7 +108,7 @@ TEST(SceneWarnings, ExposureThatDiffers) {
   gs::Scene scene = SoundScene();
   Change(&scene.views[1].image, [](float value) { return 0.6f * value; });
   Change(&scene.views[8].image, [](float value) { return 1.55f * value; });
-  // Different content is not reported as different exposure.
+  // Other content is not another exposure.
   for (float& value : scene.views[4].image.rgb) value = value > 0.6f ? 0.1f : value;
   EXPECT_THAT(SceneWarnings(scene),
               ElementsAre(testing::MatchesRegex("01.png: 1.[5-9] stops darker than the others"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta eval --align fits the test cameras to the splat before it measures.
+// vesta eval --align fits the test cameras before it measures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ using testing::Not;
 
 constexpr double kTurn = 0.02;
 
-// A scene whose test photographs are renderings of the splat, darkened by `gain`, from perturbed poses.
+// Test photographs are renderings of the splat, darkened by `gain`, from perturbed poses.
 class AlignedEval : public testing::Test {
  protected:
   void Write(float gain) {
@@ -31,7 +31,7 @@ class AlignedEval : public testing::Test {
     ASSERT_EQ(RunProgram({"render", splat_, trained, "--out=" + renders}).status, 0);
     gs::ColmapModel model = TinyModel();
     for (const std::size_t test_view : {0, 8}) {
-      // Rotated about the y axis of the camera.
+      // About the y axis of the camera.
       const double half_angle = 0.03 * (static_cast<double>(test_view) - 0.5 * kTinyViews) + 0.5 * kTurn;
       model.images[test_view].rotation = {std::cos(half_angle), 0, std::sin(half_angle), 0};
       model.images[test_view].translation = {4 * std::sin(kTurn), 0, 4 * std::cos(kTurn)};
@@ -104,7 +104,7 @@ TEST_F(AlignedEval, SaysWhichViewsItCouldNotFit) {
   EXPECT_EQ(numbers["aligned"]["not_found"], 2);
   EXPECT_EQ(numbers["aligned"]["views"][0]["status"], "flat image");
   EXPECT_EQ(numbers["aligned"]["psnr"], numbers["test"]["psnr"]);
-  // Without test views the result is empty and not 0 dB.
+  // Without test views the result is empty, not 0 dB.
   const ProgramOutput none = Eval({"--align=pose+colour", "--test_every=0"});
   ASSERT_EQ(none.status, 0) << none.err;
   EXPECT_THAT(none.out, AllOf(HasSubstr("\naligned    0        -        -\n"), Not(HasSubstr("moved by"))));

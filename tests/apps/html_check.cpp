@@ -16,7 +16,7 @@ struct Tag {
 
 bool IsSpace(char c) { return c == ' ' || c == '\n' || c == '\t'; }
 
-// Reads the tag that starts at page[*at] ('<') and moves *at behind its '>'.
+// Reads the tag at page[*at] ('<') and moves *at behind its '>'.
 Tag ReadTag(const std::string& page, std::size_t* at, std::vector<std::string>* faults) {
   Tag tag;
   std::size_t i = *at + 1;
@@ -43,7 +43,7 @@ Tag ReadTag(const std::string& page, std::size_t* at, std::vector<std::string>* 
   return tag;
 }
 
-// Calls see(tag) for tags, and text(characters, name of the enclosing element) for the text between them.
+// Calls see(tag) for tags, and text(characters, enclosing element) for the text between.
 void Walk(const std::string& page, std::vector<std::string>* faults, const std::function<void(const Tag&)>& see,
           const std::function<void(const std::string&, const std::string&)>& text) {
   std::string raw;  // "style" or "script" while inside one

@@ -7,14 +7,14 @@
 
 namespace vesta::test {
 
-// The faults of the page, one a line: unpaired tags, attributes without quotes, duplicate ids, references to other
-// resources, styles that load something. Expects elements as ReportPage writes them.
+// One fault a line: unpaired tags, attributes without quotes, duplicate ids, references to other resources, styles that
+// load something. Expects elements as ReportPage writes them.
 std::vector<std::string> HtmlFaults(const std::string& page);
 
-// The values of an attribute in all elements of this name, with entities unchanged.
+// The attribute in all elements of this name, with entities unchanged.
 std::vector<std::string> AttributeValues(const std::string& page, const std::string& element, const std::string& name);
 
-// The text of the page without tags, styles and scripts, with entities replaced.
+// Without tags, styles and scripts, with entities replaced.
 std::string PageText(const std::string& page);
 
 }  // namespace vesta::test

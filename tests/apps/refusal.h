@@ -15,7 +15,7 @@ namespace vesta::test {
 
 constexpr int kFailed = 1, kUsage = 2;  // exit statuses
 
-// Expects one line on stderr with these tokens (HasTokens), this exit status, and an empty stdout.
+// Expects one line on stderr with these tokens (HasTokens), this exit status, and no stdout.
 inline void ExpectRefusal(const std::vector<std::string>& arguments, int status,
                           const std::vector<std::string>& tokens) {
   SCOPED_TRACE(testing::PrintToString(arguments));

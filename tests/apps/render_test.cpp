@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-// Limits the search path for programs to this folder while it exists.
+// The search path for programs, while it exists.
 class PathIs {
  public:
   explicit PathIs(const std::string& folder) : before_(std::getenv("PATH")) { ::setenv("PATH", folder.c_str(), 1); }
@@ -39,7 +39,7 @@ class PathIs {
 
 bool HasFfmpeg() { return std::system("ffmpeg -version >/dev/null 2>&1") == 0; }
 
-// A wall of discs that fills all views of the tiny scene, at distance 4 and facing the cameras.
+// Discs that fill all views of the tiny scene, at distance 4 and facing the cameras.
 gs::SplatModel Wall() {
   gs::SplatModel wall;
   wall.Resize(0, 41 * 41);
@@ -88,7 +88,7 @@ TEST_F(Render, PathsAreNumberedImagesAndTheirCameras) {
     EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("00000.png", "00001.png", "00002.png", "cameras.json"));
     const gs::ImageSize size = gs::ReadImageSize(out_ + "/00002.png");
     EXPECT_TRUE(size.width == 24 && size.height == 20);
-    // The central part of the photograph: the height is 20 instead of 24.
+    // Its central part: height 20 instead of 24.
     const auto frame = nlohmann::json::parse(ReadBytes(out_ + "/cameras.json"))["frames"][1];
     EXPECT_EQ(frame["file_path"], "00001.png");
     EXPECT_NEAR(frame["fl_x"].get<double>(), 40.0 * 20 / 24, 1e-9);
@@ -112,7 +112,7 @@ TEST_F(Render, TheCamerasOfAPathAreAPath) {
                 {"--out=" + out_, out_ + "/cameras.json"});
 }
 
-// New cameras also use the eps2d of the splat.
+// New cameras use the splat's eps2d.
 TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
   for (const std::string path : {"orbit", "spiral", "photographs", "file"}) {
     SCOPED_TRACE(path);
@@ -137,7 +137,7 @@ TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
   }
 }
 
-// A scene far from the origin is rendered in a shifted frame, but its cameras are written in world coordinates.
+// Far from the origin, the frame is shifted, but cameras are written in world coordinates.
 TEST_F(Render, CamerasAreInTheWorld) {
   constexpr double kFar = 1e5;
   gs::ColmapModel model = TinyModel();
@@ -166,7 +166,7 @@ TEST_F(Render, DepthIsLevelsOfAStatedUnit) {
               UnorderedElementsAre("000.png", "000_preview.png", "008.png", "008_preview.png", "cameras.json"));
   const double unit = nlohmann::json::parse(ReadBytes(out_ + "/cameras.json"))["depth_unit"];
   const gs::Image depth = gs::LoadImage(out_ + "/008.png");
-  // The wall is at distance 4 from all cameras; this camera is rotated by 0.18.
+  // The wall is at distance 4 from all cameras; this one is rotated by 0.18.
   const double level = 65535 * static_cast<double>(depth.plane(0)[12 * kTinyWidth + 16]);
   EXPECT_NEAR(unit * level, 4, 0.02);
   EXPECT_THAT(ReadBytes(out_ + "/008.png"), HasSubstr("scene units per level"));
@@ -180,7 +180,7 @@ TEST_F(Render, NormalsAreColours) {
   EXPECT_NEAR(normals.plane(1)[middle], 0.5, 0.01);
 }
 
-// The decoded frames equal the images; other frames or wrong colours would differ more.
+// Other frames or wrong colours would differ more.
 TEST_F(Render, AFilmHasTheFrames) {
   if (!HasFfmpeg()) GTEST_SKIP() << "no ffmpeg";
   const std::string film = folder_ / "-a film's.mp4", raw = folder_ / "raw";
@@ -209,7 +209,7 @@ TEST_F(Render, WithoutFfmpegThereIsNoFilm) {
   fs::create_directory(programs);
   const PathIs only(programs);
   ExpectRefused({"--path=orbit", "--film=" + film}, kFailed, {"--film=" + film, "ffmpeg"});
-  // If ffmpeg fails at once, its error is reported and an older film is kept.
+  // If ffmpeg fails at once, its error is reported and an older film kept.
   std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\necho no such codec >&2\nexit 3\n";
   fs::permissions(programs + "/ffmpeg", fs::perms::owner_all);
   std::ofstream(film) << "old";
@@ -217,7 +217,7 @@ TEST_F(Render, WithoutFfmpegThereIsNoFilm) {
     ExpectRefusal(Words({"--path=orbit", "--film=" + film, frames}), kFailed, {"--film=" + film, "ffmpeg", reason});
   };
   refused("--frames=20", "codec");
-  // ffmpeg fails after the last frame, as with a full disk.
+  // It fails after the last frame, as with a full disk.
   std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\nwhile read -r line; do :; done\necho full >&2\nexit 1\n";
   refused("--frames=2", "full");
   EXPECT_EQ(ReadBytes(film), "old");

@@ -54,7 +54,7 @@ TEST_F(TinyReport, ShowsTheTestViewsOfATraining) {
                                   "PSNR")));
 }
 
-// The same page is written again from the files of the run.
+// The same page again from the files of the run.
 TEST_F(TinyReport, IsMadeAgainFromFiles) {
   WriteTinyScene(scene_);
   Train(out_, {"--downscale=2"});
@@ -66,7 +66,7 @@ TEST_F(TinyReport, IsMadeAgainFromFiles) {
   EXPECT_TRUE(Page(out_) == before);
 }
 
-// The report uses the same photographs and test views as the training.
+// With the photographs and test views of the training.
 TEST_F(TinyReport, ReadsTheSceneAsTheTrainingDid) {
   WriteTinyScene(scene_);
   fs::rename(scene_ + "/images", scene_ + "/pictures");
@@ -84,7 +84,7 @@ TEST_F(TinyReport, ReadsTheSceneAsTheTrainingDid) {
             nlohmann::json::parse(R"({"images": "pictures", "allow_missing": "true", "test_every": "4"})"));
 }
 
-// If two runs have different test views, the scene is read twice.
+// With different test views, the scene is read twice.
 TEST_F(TinyReport, RunsWithOtherTestViewsShowTheirOwn) {
   WriteTinyScene(scene_);
   const std::string other = folder_ / "other", page = folder_ / "both.html";

@@ -27,7 +27,7 @@ Program::Program(const std::vector<std::string>& arguments) {
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT, 0600);
-  // These tests ignore SIGHUP under nohup; the program must not inherit that.
+  // The program must not inherit an ignored SIGHUP, as under nohup.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t hangup;

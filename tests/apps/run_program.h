@@ -21,7 +21,7 @@ class Program {
  public:
   explicit Program(const std::vector<std::string>& arguments);
 
-  // Waits until stdout contains the text. Returns false if the program ends first or after a minute.
+  // Returns false if the program ends before stdout contains the text, or after a minute.
   bool WaitForOutput(const std::string& text);
   void Signal(int number) const;
   ProgramOutput Wait();
@@ -36,11 +36,11 @@ class Program {
 };
 
 ProgramOutput RunProgram(const std::vector<std::string>& arguments);
-// Runs a shell command, for example with redirections. Returns its exit status and stdout.
+// A shell command, for example with redirections. Returns exit status and stdout.
 ProgramOutput RunShell(const std::string& command);
 
 int CountLines(const std::string& text);
-// The names of all entries in a folder.
+// All entries of a folder.
 std::vector<std::string> FilesIn(const std::string& folder);
 
 }  // namespace vesta::test

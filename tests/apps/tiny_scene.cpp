@@ -11,7 +11,7 @@
 namespace vesta::test {
 namespace {
 
-// A smooth pattern that moves from view to view; its content does not matter.
+// A smooth pattern that moves from view to view.
 gs::Image Picture(int view) {
   gs::Image image(kTinyWidth, kTinyHeight);
   for (int c = 0; c < 3; ++c) {

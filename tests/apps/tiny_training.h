@@ -33,7 +33,7 @@ class TinyTraining : public testing::Test {
     return RunProgram(flags);
   }
 
-  // `vesta eval` on the written model must reproduce the figures in metrics.json.
+  // `vesta eval` must reproduce the figures in metrics.json.
   void ExpectEvalReproduces(const std::string& out) const {
     const std::string file = folder_ / "eval.json";
     const ProgramOutput output = RunProgram({"eval", Ply(out), scene_, "--json=" + file});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta train with camera optimisation, and on scenes from other programs.
+// vesta train with camera refinement, and on scenes from other programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   const gs::ColmapModel found = gs::ReadColmapModel(out_ + "/cameras"), given = TinyModel();
   ASSERT_EQ(found.images.size(), given.images.size());
   EXPECT_EQ(found.points.size(), given.points.size());
-  // Test views are unchanged: 000.png and 008.png.
+  // Unchanged: 000.png and 008.png.
   for (std::size_t v = 0; v < found.images.size(); ++v) {
     double apart = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -45,7 +45,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   EXPECT_EQ(metrics["cameras"]["views"].size(), 8u);
   EXPECT_GT(metrics["cameras"]["moved_pixels_most"], 0.0);
   EXPECT_GT(metrics["cameras"]["gain_most"], 0.0);
-  // The written cameras can be used for another training.
+  // Another training can use the written cameras.
   fs::create_directories(folder_ / "again/sparse");
   fs::copy(fs::path(scene_) / "images", folder_ / "again/images");
   fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
@@ -53,7 +53,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   EXPECT_THAT(Train(out_, {"--refine_cameras=everything"}).err, HasTokens("--refine_cameras=everything"));
 }
 
-// With lens distortion, the written camera keeps the distortion, because it belongs to the original photographs.
+// The written camera keeps the distortion, because it belongs to the original photographs.
 TEST_F(TinyTraining, WritesLensesAsPhotographsHaveThem) {
   gs::ColmapModel model = TinyModel();
   gs::ColmapCamera& camera = model.cameras.front();
@@ -78,7 +78,7 @@ TEST_F(TinyTraining, WritesLensesAsPhotographsHaveThem) {
               HasTokens("--refine_cameras=all"));
 }
 
-// Scenes from other programs: another image folder, a list of test views, missing photographs and points.
+// Another image folder, a list of test views, missing photographs and points.
 TEST_F(TinyTraining, TakesScenesOfOtherHands) {
   gs::ColmapModel model = TinyModel();
   model.points.clear();
@@ -103,7 +103,7 @@ TEST_F(TinyTraining, TakesScenesOfOtherHands) {
 
 // Decoding photographs on demand gives the same splat and figures with less memory.
 TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
-  // The cameras are scaled to the photographs. A decoded photograph takes 3.5 MiB.
+  // Cameras scaled to the photographs, each of 3.5 MiB.
   constexpr int kWidth = 640, kHeight = 480, kEnlarged = kWidth / kTinyWidth;
   for (int view = 0; view < kTinyViews; ++view) {
     const std::string path = fmt::format("{}/images/{:03}.png", scene_, view);
@@ -126,7 +126,7 @@ TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
   };
   const std::string few = folder_ / "few";
   EXPECT_THAT(train(out_, "1000"), testing::Not(HasSubstr("photographs take")));
-  // Photographs known only by their header may have masks.
+  // Photographs with only their header read may have masks.
   EXPECT_THAT(train(few, "8"),
               testing::ContainsRegex("10 photographs take 3[5-8] MiB, but at most 8 MiB stay in memory"));
   EXPECT_EQ(ReadBytes(Ply(few)), ReadBytes(Ply(out_)));

@@ -141,7 +141,7 @@ TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
   ASSERT_EQ(Train(out_, {"--iterations=20", "--lm_iterations=0", "--background=0.25,0.5,1"}).status, 0);
   EXPECT_THAT(gs::ReadSplatPly(Ply(out_)).background, ElementsAre(0.25f, 0.5f, 1.0f));
   ExpectEvalReproduces(out_);
-  // A background given by flag changes the figures, so the flag takes precedence.
+  // A background given by flag takes precedence.
   const std::string file = folder_ / "black.json";
   ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--background=0,0,0", "--json", file}).status, 0);
   EXPECT_NE(json::parse(ReadBytes(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
@@ -155,7 +155,7 @@ TEST_F(TinyTraining, Eps2dTravelsWithTheModel) {
   const std::string file = folder_ / "blurred.json", refined = folder_ / "refined";
   ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--eps2d=0.3", "--json", file}).status, 0);
   EXPECT_NE(json::parse(ReadBytes(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
-  // Refining keeps eps2d, or changes it on request.
+  // Refining keeps eps2d unless told otherwise.
   const auto refine = [&](const std::vector<std::string>& flags) {
     std::vector<std::string> words = {"refine",           Ply(out_),     scene_,
                                       "--out=" + refined, "--method=lm", "--lm_iterations=1"};
@@ -253,7 +253,7 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
   prune("--keep=0.5", "40");
   EXPECT_NEAR(static_cast<double>(count()), 0.5 * static_cast<double>(all), 1);
   EXPECT_EQ(Metrics(pruned)["history"][0]["gaussians"], all) << "the history begins with the input";
-  // Without iterations the model is pruned once and not trained.
+  // Without iterations the model is pruned once, not trained.
   EXPECT_THAT(prune("--keep=0.5", "0"), HasSubstr(fmt::format("pruned from {} to {} Gaussians in", all, count())));
   const double size = 0.3 * static_cast<double>(fs::file_size(Ply(out_))) / (1 << 20);
   prune(fmt::format("--size_mib={}", size), "0");
@@ -261,7 +261,7 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
   EXPECT_GT(fs::file_size(Ply(pruned)), 0.5 * size * (1 << 20));
   EXPECT_THAT(prune("--max_loss=0.1", "0"), HasSubstr("training loss 1.0"));
   EXPECT_LT(count(), all);
-  // Refining keeps all Gaussians, even if the config file enables pruning.
+  // Refining keeps all Gaussians, even if --config enables pruning.
   prune("--keep=0.5", "30");
   const Index half = count();
   ASSERT_EQ(
@@ -291,7 +291,7 @@ TEST_F(TinyTraining, RefineLowersTheCost) {
                                     history[2]["train_psnr"].get<double>() - history[0]["train_psnr"].get<double>())));
 }
 
-// A splat from another program: not the default SH degree, and no background in the file.
+// From another program: another SH degree, and no background in the file.
 TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
   ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0", "--sh_degree=1", "--background=0.25,0.5,1",
                          "--set=pruning.sh_aic_weight=0"})
@@ -339,7 +339,7 @@ TEST_F(TinyTraining, RefineByNoIterationsChangesNothing) {
   EXPECT_TRUE(ReadBytes(Ply(refined)) == ReadBytes(Ply(out_)));
 }
 
-// Each LM option in a separate run. A memory budget of 1 GiB changes nothing; 1 MiB is refused.
+// Each LM option in its own run. A memory budget of 1 GiB changes nothing; 1 MiB is refused.
 TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
   ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0"}).status, 0);
   const std::string refined = folder_ / "refined";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench/gpu/ceilings.h for an emulated device: no GPU limits, and the host's clock.
+// bench/gpu/ceilings.h for an emulated device: no limits, and the host's clock.
 #include "bench/gpu/ceilings.h"
 #include "bench/report.h"
 

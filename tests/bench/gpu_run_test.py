@@ -19,7 +19,7 @@ ORDER = ["gpu", "sanitizer", "device_math", "backend", "engine", "splat", "train
 TOOLS = ["memcheck", "racecheck", "synccheck"]
 LINKED_PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else None
 
-# Logs its call and the number of steps in the summary so far. On request it fails, hangs or reports no GPU.
+# Logs its call and the number of steps so far. On request it fails, hangs or reports no GPU.
 STAND_IN = """#!/usr/bin/env bash
 name=$(basename "$0")
 rows=$(grep -c '"step"' "$OUT/summary.json" 2>/dev/null)
@@ -41,7 +41,7 @@ shift 4
 "$@" || exit
 echo "========= ERROR SUMMARY: 0 errors"
 """
-# Ends the program with this name as `timeout` does after the time limit.
+# Ends a program as `timeout` does after the time limit.
 TIMEOUT = """#!/usr/bin/env bash
 [[ $1 == -k ]] || exit 99
 shift 3
@@ -175,7 +175,7 @@ class WhereSomethingIsAmiss(WithFolder):
         self.assertEqual(steps["gpu_kernels"], "stopped after 150 s")
         self.assertEqual(steps["splat"], "passed")
         self.assertIsNone(self.folder.summary()["gpu_kernels"])
-        # If the tool detects nothing although it runs, that is no failure, but its result is not used.
+        # A tool that runs but detects no fault is no failure, but its result is not used.
         self.assertEqual(steps["sanitizer"], "does not work here (0)")
         self.assertEqual({steps[s] for s in steps if "check." in s}, {"skipped: no compute-sanitizer that works"})
 

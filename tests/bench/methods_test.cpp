@@ -34,7 +34,7 @@ TEST(SelectMethods, OursFirstThenThoseFromItsState) {
 
 TEST(SelectMethods, NineSchedulesByDefaultAndOursBesideThem) {
   EXPECT_EQ(Names({"--methods=adam"}).size(), 9u);
-  // 16 epochs of many views are longer than our schedule.
+  // 16 epochs of many views are longer than the schedule.
   const std::vector<std::string> names = Names({"--methods=adam"}, 250);
   EXPECT_EQ(names.size(), 10u);
   EXPECT_THAT(names, Contains("adam 2000 x5"));

@@ -24,12 +24,12 @@ TEST(BestQuality, IsTheBestAtAnyTimeLessTheTolerances) {
   EXPECT_DOUBLE_EQ(target.ssim, .849);
   EXPECT_EQ(SecondsTo(target, a), 2);
   EXPECT_TRUE(std::isinf(SecondsTo(target, b)));
-  // PSNR and SSIM must be reached together; one of them is not enough.
+  // PSNR and SSIM must be reached together.
   EXPECT_EQ(SecondsTo(target, {Row(1, 0, 27, .8), Row(2, 0, 26, .9), Row(3, 0, 26.481, .8491)}), 3);
 }
 
 TEST(BestQuality, WidensBothTolerancesWhereNoRowHoldsBoth) {
-  // 26.5 and .860 are on different curves. The last row of a is 5 tolerances of SSIM short, and b 10 of PSNR.
+  // 26.5 and .860 are on different curves. The last row of a misses SSIM by 5 tolerances, b PSNR by 10.
   const Curve a = {Row(1, .5, 26.5, .80), Row(2, .4, 26.45, .855)};
   const Curve b = {Row(1, .5, 26.3, .860)};
   const QualityTarget target = BestQuality({&a, &b});

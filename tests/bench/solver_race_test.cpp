@@ -75,7 +75,7 @@ TEST(Choices, CrossSolversAndTolerances) {
   EXPECT_EQ(made[5].preconditioner, PreconditionerKind::kJacobi);
 }
 
-// A cost computed in float may lie below the minimum, and all others would be compared with it.
+// A float cost may lie below the minimum, to which all others would be compared.
 TEST(Choices, SolvesInFloatAreJudgedInDouble) {
   for (const SmallRace& race : NistChoices(2, {.threads = 1, .seconds = 5})) {
     if (race.problem != "Gauss1 from 2" && race.problem != "Chwirut2 from 2") continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares Adam on the GPU with Adam on the host.
+// Adam on the GPU and on the host.
 #include "splatting/adam/adam.h"
 
 #include "kernels/core/cuda_backend.h"
@@ -13,7 +13,7 @@
 namespace vesta::gs {
 namespace {
 
-// Adam on host and device with the same gradients.
+// With the same gradients.
 class Both {
  public:
   Both(SecondMoment metric, Index gaussians, int views = 1)
@@ -64,7 +64,7 @@ class Both {
 
  private:
   // The covariances C of all blocks. Bases are not compared, because rounding rotates eigenvectors of nearly equal
-  // eigenvalues. Second moments and steps depend on the bases and show any error.
+  // eigenvalues; second moments and steps show any error.
   std::vector<float> Covariances(const BlockBases<Host>& bases) const {
     std::vector<float> values;
     for (Index i = 0; i < model_.count && !bases.empty(); ++i) {
@@ -100,11 +100,11 @@ TEST_F(CudaAdam, DiagonalStepsAreThoseOfTheHost) {
 }
 
 TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
-  // Several chunks whose bases are rotated at different steps, each more than once. The last chunk is not full.
+  // Several chunks, rotated at different steps, each more than once. The last one is not full.
   Both both(SecondMoment::kBlock, 2 * kRotationChunk + 70);
   for (int step = 0; step < 110; ++step) both.Step(step < 10 ? 14 : 23);
   both.ExpectTheSame();
-  // Gaussians that are kept, have no previous moments, or are removed.
+  // Gaussians that are kept, without previous moments, or removed.
   both.Rearrange({3, 500, 40, 3, 41}, {true, true, true, false, true});
   both.Reset(splat::kOpacity);
   both.ExpectTheSame();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares vector algebra, block-diagonal matrices and sorting on the GPU with the host.
+// Vector algebra, block-diagonal matrices and sorting on the GPU and on the host.
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -26,7 +26,7 @@ class CudaBackendTest : public test::OnDevice {
   // Several chunks of a reduction, and not a multiple of the block size.
   static constexpr Index kLong = 100'003;
 
-  // Applies op(backend, x, y) on host and device and compares y.
+  // op(backend, x, y) on host and device gives the same y.
   template <class Op>
   void ExpectSame(const Op& op) {
     test::Random random(1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares derivatives of views by their cameras, and their curvature, on the GPU with the host.
+// Derivatives of views by their cameras, and their curvature, on the GPU and on the host.
 #include <utility>
 
 #include "kernels/core/device_kernels.h"
@@ -16,7 +16,7 @@
 namespace vesta::test {
 namespace {
 
-// Relative to the norm, in float. Sums over all Gaussians have additional cancellation.
+// Relative to the norm, in float. Sums over all Gaussians have more cancellation.
 constexpr double kProductTolerance = 1e-4, kSumTolerance = 1e-3;
 
 class CudaCameras : public OnDevice {};
@@ -25,7 +25,7 @@ std::vector<Scene> Scenes() {
   std::vector<Scene> scenes;
   for (const SceneOptions& options : SceneKinds()) scenes.push_back(RandomScene(options, 8));
   scenes.push_back(WithBands(RandomScene(SceneOptions(), 8), {40, 29, 17, 5}));
-  // Needs more than one chunk of a sum.
+  // More than one chunk of a sum.
   SceneOptions many;
   many.count = 5000, many.sigma_max = 1, many.sh_degree = 1;
   scenes.push_back(RandomScene(many, 9));
@@ -69,7 +69,7 @@ TEST_F(CudaCameras, ProductsWithPoseAndLensAreThoseOfTheHost) {
   }
 }
 
-// Gradient and curvature for the camera step of a masked view, and the number of device synchronisations for each.
+// For the camera step of a masked view, with the number of device synchronisations.
 template <class B>
 struct GradientAndCurvature {
   std::vector<double> gradient, curvature;
@@ -113,7 +113,7 @@ TEST_F(CudaCameras, GradientAndCurvatureOfAViewAreThoseOfTheHost) {
     ASSERT_EQ(found.gradient.size(), static_cast<std::size_t>(free.num_tangent()));
     EXPECT_LT(RelativeError(found.gradient, expected.gradient), kSumTolerance);
     EXPECT_LT(RelativeError(found.curvature, expected.curvature), kSumTolerance);
-    // As in docs/cuda.md: one wait for all products of a view's images, and two while the view is built.
+    // As in docs/cuda.md: one wait for all products of a view's images, two for building the view.
     EXPECT_EQ(found.gradient_waits, 1 + (free.color ? 1 : 0) + (free.lens ? 1 : 0));
     EXPECT_EQ(found.curvature_waits, 1 + 2);
   }

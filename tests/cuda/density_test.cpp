@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares density control on the GPU with the host.
+// Density control on the GPU and on the host.
 #include "splatting/density/density.h"
 
 #include <optional>
@@ -39,11 +39,11 @@ struct Case {
   Index gaussians;
   void (*apply)(DensityOptions&);
   void (*change)(SplatModel&);
-  Index after = 0;  // expected number of Gaussians; 0: any
+  Index after = 0;  // expected Gaussians; 0: any
 };
 const Case kCases[] = {
     {"clones_splits_and_prunes", 300, [](DensityOptions&) {}, [](SplatModel&) {}},
-    // Many gradients are equal, and the limit falls between them.
+    // The limit falls between equal gradients.
     {"cap", 300, [](DensityOptions& o) { o.max_gaussians = 250; }, [](SplatModel&) {}, 250},
     {"no_room", 300, [](DensityOptions& o) { o.max_gaussians = 10; }, [](SplatModel&) {}},
     {"all_split", 3, [](DensityOptions& o) { o.grow_scale3d = 1e-6, o.grow_grad2d = 0, o.prune_opa = 0; },
@@ -58,7 +58,7 @@ const Case kCases[] = {
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, 200.0f); }},
 };
 
-// A model in training on the host and an identical one on the GPU.
+// The same model in training on the host and on the GPU.
 class Both {
  public:
   Both(const Case& c, SecondMoment metric) {
@@ -67,7 +67,7 @@ class Both {
     c.change(model);
     host_.emplace(Start<CpuBackend<float>>(c, metric, model));
     for (int step = 0; step < kSteps; ++step) StepHost();
-    // Copies the optimiser state to both.
+    // The optimiser state.
     std::string bytes;
     ArchiveWriter([&](std::string_view piece) { bytes.append(piece); })(host_->adam());
     host_->DownloadResult(model);
@@ -77,7 +77,7 @@ class Both {
     host_.emplace(Start<CpuBackend<float>>(c, metric, model));
     ArchiveReader reader(bytes);
     reader(host_->adam());
-    // Only a few different values, so that many are equal; some Gaussians are unobserved.
+    // With many equal values and some unobserved Gaussians.
     std::vector<float> grad2d;
     std::vector<int> seen;
     for (Index i = 0; i < c.gaussians; ++i) {
@@ -130,7 +130,7 @@ class Both {
     device_->DownloadResult(device);
     ASSERT_EQ(device.layout(), host.layout());
     ASSERT_EQ(device.data.size(), host.data.size());
-    // Copied values are bit-identical; values that use exp, log and cos may differ by rounding.
+    // Copied values are bit-identical; exp, log and cos may differ by rounding.
     if (tolerance == 0) {
       for (int a = splat::kQuaternion; a < host.num_attributes(); ++a) {
         if (a == splat::kOpacity) continue;
@@ -211,9 +211,8 @@ TEST_F(CudaDensity, DegreesAreLoweredAsOnTheHost) {
   both.ExpectTheSame(1e-5);
 }
 
-// Observations are reset after densification.
 TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
-  // Fewer Gaussians than before, so the old arrays are large enough and could contain stale values.
+  // Fewer Gaussians, so the old arrays are large enough and could contain stale values.
   Both both({"", 300, [](DensityOptions& o) { o.prune_opa = 0.7, o.grow_grad2d = 1.75e-3; }, [](SplatModel&) {}},
             SecondMoment::kDiagonal);
   both.Densify();
@@ -231,7 +230,7 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   std::vector<float> grad2d(60);
   for (std::size_t i = 0; i < grad2d.size(); ++i) grad2d[i] = 1e-4f * static_cast<float>(1 + i);
   host.Observe(host_control, grad2d);
-  // The same, observed twice from the splats on the GPU, with these gradients.
+  // Observed twice from the splats on the GPU, with these gradients.
   const DeviceBuffer<float> x = vesta::test::ToDevice(host.model.data);
   const splat::Model<float> model{x.data(), 60, host.model.sh_degree, host.model.sh_degree};
   splat::DeviceViewWorkspace workspace;

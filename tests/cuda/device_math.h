@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls each shared formula once. Host and device evaluate the same template, and the test compares the results.
+// Calls each shared formula once, to compare host and device.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/color.h"
@@ -13,7 +13,7 @@ inline constexpr int kDeviceMathOutputs = 66;
 
 // x: mean, log-scale, quaternion and opacity logit of a Gaussian, as in layout.h. dx: a direction. out: projection,
 // opacity, view direction and SH basis with their derivatives along dx; then the adjoint of the projection, a colour,
-// and the colour's adjoint by the mean.
+// and its adjoint by the mean.
 template <class S>
 VESTA_HD inline void EvaluateAll(const CameraConstants<S, Pinhole<S>>& camera, const S x[kGeometry],
                                  const S dx[kGeometry], S out[kDeviceMathOutputs]) {
@@ -56,7 +56,7 @@ VESTA_HD inline void EvaluateAll(const CameraConstants<S, Pinhole<S>>& camera, c
 // Whether a GPU can run the device code of this program.
 bool HasDevice();
 
-// EvaluateAll on the device. Returns CUDA's error message if a call fails, otherwise nullptr.
+// Returns CUDA's error message, or nullptr.
 template <class S>
 const char* EvaluateAllOnDevice(const CameraConstants<S, Pinhole<S>>& camera, const S* x, const S* dx, S* out);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The formulas shared by host and device give the same results on both.
+// Shared formulas give the same results on host and device.
 #include "tests/cuda/device_math.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ struct Arguments {
 template <class S>
 using Outputs = std::array<S, kDeviceMathOutputs>;
 
-// Fixed arguments that are exact in float.
+// Exact in float.
 std::vector<Arguments<float>> MakeArguments() {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
@@ -53,9 +53,9 @@ Outputs<S> OnHost(const Arguments<float>& arguments) {
   return out;
 }
 
-// The tolerance of output i for rounding, relative to max(1, |value|). In double it is fixed. In float it is eight
-// times the largest rounding error of the host over all trials. The device rounds at other places, because it fuses
-// multiply-adds and its exp has errors up to four ulp.
+// Tolerance of output i for rounding, relative to max(1, |value|). In double it is fixed. In float it is eight times
+// the host's largest rounding error over all trials. The device fuses multiply-adds, and its exp has errors up to four
+// ulp.
 template <class S>
 Outputs<double> Tolerances() {
   Outputs<double> tolerances{};
@@ -73,7 +73,7 @@ Outputs<double> Tolerances() {
   return tolerances;
 }
 
-// The number of outputs that differ from the double results by more than the tolerance.
+// Outputs that differ from the double results by more than the tolerance.
 template <class S>
 int CountBeyond(const Outputs<S>& found, const Arguments<float>& arguments, const Outputs<double>& tolerances) {
   const Outputs<double> exact = OnHost<double>(arguments);
@@ -106,8 +106,7 @@ void CompareHostAndDevice() {
 TEST(DeviceMath, FloatAgreesWithHost) { CompareHostAndDevice<float>(); }
 TEST(DeviceMath, DoubleAgreesWithHost) { CompareHostAndDevice<double>(); }
 
-// Needs no GPU. Other rounding, as from arguments changed by one ulp, is within the tolerance. An error in the fourth
-// digit is not.
+// Needs no GPU. Arguments changed by one ulp stay within the tolerance. An error in the fourth digit does not.
 TEST(DeviceMath, ToleranceIsThatOfRounding) {
   const Outputs<double> tolerances = Tolerances<float>();
   int beyond = 0, outputs = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene in a view on the device, with the interface of test::RenderedView. Vectors are copied from and to the host.
+// A scene in a view on the device, with the interface of test::RenderedView and host vectors.
 #pragma once
 
 #include "kernels/gaussian_splatting/device/device_splat_view.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine on a GPU: a toy problem and a bundle adjustment reach the same minima as on the host.
+// A toy problem and a bundle adjustment reach the same minima on the GPU as on the host.
 #include "bench/collections/generate_bundle.h"
 #include "kernels/core/cuda_backend.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
@@ -36,7 +36,7 @@ TEST_F(CudaEngine, ACurveFitReachesTheMinimumOfTheHost) {
   std::vector<Index> index(2 * samples.size(), 0);
   std::fill(index.begin() + static_cast<std::ptrdiff_t>(samples.size()), index.end(), 1);
   DeviceBlockProblem<double> problem(2, MakeDeviceResiduals(samples), index);
-  // Every solver that needs no support by the problem.
+  // Solvers that need no support by the problem.
   for (const LinearSolverKind kind : {LinearSolverKind::kPcg, LinearSolverKind::kLsmr, LinearSolverKind::kDenseQr}) {
     SCOPED_TRACE(ToString(kind));
     LmOptions options = Tight();

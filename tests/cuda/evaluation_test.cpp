@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares evaluation on the GPU with the host.
+// Evaluation on the GPU and on the host.
 #include "splatting/evaluate/evaluation.h"
 
 #include "kernels/image/device_photometric_loss.h"
@@ -61,7 +61,7 @@ TEST_F(CudaEvaluation, IsThatOfTheHost) {
     const splat::Model<float> model{x.data(), other_.count, other_.sh_degree, degree};
     const gs::Evaluation found =
         gs::Evaluate<CudaBackend<float>>(scene_, options_.background, targets, model, workspace);
-    // With target images already on the device, or copied one at a time.
+    // With target images on the device, or copied one at a time.
     EXPECT_EQ(gs::Evaluate<CudaBackend<float>>(scene_, options_.background, {}, model, workspace).cost, found.cost);
     EXPECT_EQ(found.train.views, 7);
     EXPECT_EQ(found.test.views, 2);

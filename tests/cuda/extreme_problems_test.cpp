@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splatting problems with extreme images and cameras on the device, with the same checks as on the host.
+// Extreme images and cameras on the device, with the host's checks.
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/lm/extreme_problem.h"

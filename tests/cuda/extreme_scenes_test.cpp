@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Extreme Gaussians and cameras on the device, with the same checks as on the host.
+// Extreme Gaussians and cameras on the device, with the host's checks.
 #include "tests/cuda/device_view.h"
 #include "tests/kernels/gaussian_splatting/error_growth.h"
 

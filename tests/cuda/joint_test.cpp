@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the joint problem of Gaussians and cameras on a GPU with the host.
+// The joint problem of Gaussians and cameras on the GPU and on the host.
 #include <memory>
 #include <utility>
 #include <vector>
@@ -19,15 +19,15 @@ namespace {
 using Cpu = CpuBackend<float>;
 using Gpu = CudaBackend<float>;
 
-// Relative to the norm, in float, including cancellation in sums over all Gaussians.
+// Relative to the norm, in float, with cancellation in sums over all Gaussians.
 constexpr double kJointTolerance = 1e-3;
 
 class CudaJointProblem : public OnDevice {};
 
-// A random step in which all parts have similar size.
+// All parts have similar size.
 std::vector<float> StepOf(Index size, std::uint64_t seed) { return Random(seed).NormalVector<float>(size); }
 
-// A joint problem on one backend; vectors are copied from and to the host.
+// A joint problem on one backend, with host vectors.
 template <class B>
 class Asked {
  public:
@@ -78,7 +78,7 @@ class Asked {
     at_->BlockGram(blocks);
     return Here(blocks.all_values());
   }
-  // Parts of the system with views eliminated: right-hand side, a product, diagonal blocks, and a complete step.
+  // With views eliminated: right-hand side, a product, diagonal blocks, and a complete step.
   std::vector<std::vector<float>> Reduced(const std::vector<float>& rhs, const std::vector<float>& step) {
     const Vector metric = There(Diagonal());
     const auto system = at_->MakeReducedSystem();
@@ -110,7 +110,7 @@ class Asked {
  private:
   template <class Call>
   static std::int64_t Waits(const Call& call) {
-    call();  // the first call allocates work space
+    call();  // allocates work space
     const std::int64_t before = device::CountedHostWork().waits;
     call();
     return device::CountedHostWork().waits - before;
@@ -143,8 +143,7 @@ class Asked {
   std::unique_ptr<LinearizationAdaptor<B>> at_;
 };
 
-// Compares two vectors part by part. Otherwise errors in the few camera and prior values would be hidden by the many
-// values of splats and pixels.
+// Part by part, because splats and pixels would hide errors in the few camera and prior values.
 class Comparison {
  public:
   explicit Comparison(std::vector<Index> parts) : parts_(std::move(parts)) {}

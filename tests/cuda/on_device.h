@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Base class of tests that need a GPU. Without one they are skipped with the reason, or fail if VESTA_REQUIRE_CUDA=1.
+// Base class of tests that need a GPU. Otherwise they are skipped with the reason, or fail if VESTA_REQUIRE_CUDA=1.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::vector<T> ToHost(const DeviceBuffer<T>& buffer) {
   return v;
 }
 
-// |a - b| / |b|; a NaN fails every comparison.
+// |a - b| / |b|; NaN fails every comparison.
 template <class A, class E>
 double RelativeError(const A& a, const E& b) {
   double difference = 0, size = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares views, the loss and the splatting problem on the GPU with the host.
+// Views, the loss and the splatting problem on the GPU and on the host.
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
@@ -12,7 +12,7 @@
 namespace vesta::test {
 namespace {
 
-// Relative to the norm, in float. An alpha within rounding of a threshold may be decided differently.
+// Relative to the norm, in float. Alphas near a threshold may be decided differently.
 constexpr double kTolerance = 1e-4;
 
 class CudaView : public OnDevice {};
@@ -101,7 +101,7 @@ TEST_F(CudaLoss, ValueGradientAndCurvatureAreThoseOfTheHost) {
   }
 }
 
-// Compares the operators of the problem at x after OnNewPoint(3), and results computed from them.
+// The problem at x after OnNewPoint(3), and results computed from its operators.
 void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   gs::SplatProblem<CpuBackend<float>> host = ring.Make();
   const std::vector<gs::TargetView<CudaBackend<float>>> targets = gs::TargetsIn<CudaBackend<float>>(ring.views);
@@ -147,7 +147,7 @@ void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   DeviceBuffer<float> again(x.size());
   found->ApplyH(dv, again);
   EXPECT_EQ(ToHost(again), Hv);
-  // The fused product equals the three separate products.
+  // The fused product equals the three products.
   ASSERT_EQ(found->num_residuals(), expected->num_residuals());
   DeviceBuffer<float> Jv(found->num_residuals()), WJv(Jv.size());
   found->ApplyJ(dv, Jv);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares training on the GPU with training on the host.
+// Training on the GPU and on the host.
 #include "splatting/train/session/stage_runners.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/train/training_scene.h"
@@ -7,7 +7,7 @@
 namespace vesta {
 namespace {
 
-// With few PCG iterations, because emulated devices are slow.
+// Few PCG iterations, because emulated devices are slow.
 gs::TrainOptions ShortDeviceTraining(int adam_iterations, int lm_iterations) {
   gs::TrainOptions options = gs::test::ShortTraining(adam_iterations, lm_iterations);
   options.lm.pcg_iterations = 3;
@@ -15,7 +15,7 @@ gs::TrainOptions ShortDeviceTraining(int adam_iterations, int lm_iterations) {
   return options;
 }
 
-// With both second-moment options of Adam.
+// With both second moments of Adam.
 class CudaTrainingByMetric : public test::OnDevice, public testing::WithParamInterface<gs::SecondMoment> {};
 INSTANTIATE_TEST_SUITE_P(Metrics, CudaTrainingByMetric,
                          testing::Values(gs::SecondMoment::kBlock, gs::SecondMoment::kDiagonal), [](const auto& param) {
@@ -31,7 +31,7 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
   EXPECT_EQ(device.history.size(), host.history.size());
   // Without densification, rounding matters less. Adam takes full steps even for gradients that are only rounding
-  // errors, so its steps are small here. At full learning rates the instruction sets of the host differ by 0.2 dB.
+  // errors, so its steps are small here.
   gs::TrainOptions fixed = options;
   fixed.density.enabled = false;
   fixed.adam.lr_scale = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Per-view gradients on the GPU have the same bits as on the host.
+// Per-view gradients on the GPU have the host's bits.
 #include <vector>
 
 #include "kernels/core/device_buffer.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene of the demo: its geometry, images and written files agree with each other.
+// Geometry, images and written files of the demo's scene agree.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class DemoSceneTest : public testing::Test {
   std::filesystem::path folder_ = temporary_ / "scene";
 };
 
-// The pixel position of a world point in a loaded view, and its depth.
+// Pixel position and depth of a world point in a loaded view.
 Vec3 Project(const gs::View& view, const Vec3& p) {
   const auto& r = view.rotation;
   const auto& t = view.translation;
@@ -159,8 +159,7 @@ TEST_F(DemoSceneTest, MasksHideAllOfAPasserBy) {
   }
 }
 
-// The median difference between the colours of points and of their pixels in all views, with pixels shifted to the
-// right.
+// Between points and their pixels in all views, shifted to the right.
 double MedianColorDifference(const Scene& scene, const gs::Scene& loaded, int shift) {
   std::vector<double> differences;
   for (Index n = 0; n < loaded.points.size(); ++n) {
@@ -202,7 +201,7 @@ TEST_F(DemoSceneTest, PointNoiseIsTheStatedShareOfTheDistance) {
   const Scene scene = MakeScene();
   const std::vector<View> views = CameraPath(2, 40, 30);
   const std::vector<gs::Image> images(2, gs::Image(40, 30));
-  // Noise moves points of the room's floor off the floor only along y, which gives samples of one axis.
+  // Noise moves floor points off the floor only along y, so one axis is sampled.
   double sum2 = 0;
   int count = 0;
   for (const SurfacePoint& p : SampleSurface(scene, views, images, 20000, 3)) {

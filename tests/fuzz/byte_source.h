@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads numbers from the input bytes of a fuzz target; returns zeros when they are used up.
+// Numbers from the input bytes of a fuzz target; zeros when they are used up.
 #pragma once
 
 #include <algorithm>

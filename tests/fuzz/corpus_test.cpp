@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs every file of the corpus through its target: seeds, and inputs that fuzzing found.
+// Runs the corpus through its targets: seeds, and inputs that fuzzing found.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -49,7 +49,7 @@ TEST_P(FuzzCorpus, HoldsNoFinding) {
 
 INSTANTIATE_TEST_SUITE_P(All, FuzzCorpus, testing::ValuesIn(kTargets), testing::PrintToStringParamName());
 
-// Seeds of an older format would be refused at once, and the code behind that check would not be tested.
+// Seeds of an older format would be refused at once, without a test of the code behind that check.
 TEST(FuzzCorpusSeeds, CheckpointsAreOfThisVersion) {
   for (const char* seed : {"adam", "lm"}) {
     EXPECT_TRUE(ReadsCheckpoint(ReadFile((kCorpus / "checkpoint" / seed).string()))) << seed << ": see docs/fuzzing.md";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the binary seeds of the corpus with the writers of the library and of its tests:
+// Writes the binary seeds with the writers of the library and of its tests:
 //   fuzz_seeds tests/fuzz/corpus
 #include <png.h>
 #include <tiff.h>
@@ -101,7 +101,7 @@ void ImageSeeds(const std::string& corpus) {
   WriteSeed(folder + "tile.tif", gs::EncodeTiff(tiff));
 }
 
-// Checkpoints without magic number, version and checksum, which the target adds.
+// Without magic number, version and checksum, which the target adds.
 void CheckpointSeeds(const ScratchFolder& scratch, const std::string& corpus) {
   constexpr std::size_t kMagicAndVersion = 12, kChecksum = 4;
   for (const gs::Stage stage : {gs::Stage::kAdam, gs::Stage::kLm}) {
@@ -122,7 +122,7 @@ void CheckpointSeeds(const ScratchFolder& scratch, const std::string& corpus) {
   }
 }
 
-// Any bytes are a valid scene. The seeds are short and have different lengths.
+// Any bytes are a scene. The seeds are short and of different lengths.
 void OperatorSeeds(const std::string& corpus) {
   unsigned state = 1;
   for (const std::size_t size : {40u, 200u, 700u, 1500u}) {

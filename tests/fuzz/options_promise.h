@@ -8,8 +8,7 @@
 
 namespace vesta::fuzz {
 
-// Every option has a valid value that survives writing and reading as JSON. The combination of options may be invalid.
-// Throws Finding.
+// Every option has a valid value that survives JSON. The combination may be invalid. Throws Finding.
 inline void PromiseOptions(const gs::TrainOptions& options) {
   gs::TrainOptions again;
   app::ConfigFile("options", nlohmann::ordered_json{{"options", app::OptionsJson(options)}}.dump()).Apply(again);

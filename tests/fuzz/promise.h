@@ -21,15 +21,15 @@ inline void Promise(bool holds, const std::string& what) {
   if (!holds) throw Finding(what);
 }
 
-// Checks that the message is one line without control characters.
+// The message must be one line without control characters.
 inline void PromiseOneLine(std::string_view message) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
   Promise(!message.empty() && std::none_of(message.begin(), message.end(), is_control),
           "not a single line: " + std::string(message));
 }
 
-// Returns true if call() succeeds, and false if it throws Error. The message of the Error must be one line and contain
-// the path. Any other exception is a Finding.
+// True if call() succeeds, false if it throws Error with one line that contains the path. Any other exception is a
+// Finding.
 template <class Call>
 bool Reads(const std::string& path, const Call& call) {
   try {

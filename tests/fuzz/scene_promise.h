@@ -6,8 +6,8 @@
 
 namespace vesta::fuzz {
 
-// Checks that cameras can project, that rotations, poses and points are finite, colours in 0..1, and the extent
-// positive. Throws Finding.
+// Checks that cameras can project; rotations, poses and points are finite, colours in 0..1, and the extent positive.
+// Throws Finding.
 void PromiseScene(const gs::Scene& scene);
 
 }  // namespace vesta::fuzz

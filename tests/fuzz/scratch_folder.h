@@ -13,7 +13,7 @@ namespace vesta::fuzz {
 
 class ScratchFolder : public TempFolder {
  public:
-  // Writes a file with exactly these bytes and returns its path.
+  // Returns the path of a file with exactly these bytes.
   std::string Write(const std::string& name, std::string_view bytes) const {
     std::string file = *this / name;
     std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model of two cameras, three images and four points: the unchanged files of the COLMAP target, and its seeds.
+// Two cameras, three images and four points: the unchanged files of the COLMAP target, and its seeds.
 #pragma once
 
 #include "splatting/io/scenes/colmap.h"

@@ -9,7 +9,7 @@
 
 namespace vesta::fuzz {
 
-// Checks the count, the SH degree, finite values, nonzero quaternions, a background in 0..1 and a finite origin. Throws
+// Checks count, SH degree, finite values, nonzero quaternions, a background in 0..1 and a finite origin. Throws
 // Finding.
 void PromiseSplat(const gs::SplatModel& model);
 

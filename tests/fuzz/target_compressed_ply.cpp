@@ -7,7 +7,7 @@
 
 namespace vesta::fuzz {
 
-// Uses the reader for all formats, which also detects compression.
+// Uses the reader for all formats, which detects compression.
 void FuzzCompressedPly(std::string_view bytes) {
   static const ScratchFolder folder;
   const std::string path = folder.Write("splat.compressed.ply", bytes);

@@ -50,7 +50,7 @@ void FuzzG2o(std::string_view bytes) {
     if (!Reads(path, [&] { graph = pose_graph::ReadG2o(path, {.clip_indefinite = clip}); })) continue;
     PromiseGraph(graph);
     pose_graph::WriteG2o(graph, copy);
-    // Information matrices clipped on the first reading are semidefinite, so the second reading does not change them.
+    // The first reading clips information matrices, the second one does not change them.
     Promise(Same(graph, pose_graph::ReadG2o(copy)), "writing and reading changes the graph");
   }
 }

@@ -18,7 +18,7 @@ std::uint32_t BigEndian(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-// Corrects the checksums of PNG chunks; otherwise almost every mutation would fail at the first one.
+// Corrects the checksums of PNG chunks, at which almost every mutation would fail.
 std::string WithChecksums(std::string_view bytes) {
   constexpr std::size_t kSignature = 8, kAround = 12;  // length, type and checksum of a chunk
   std::string png(bytes);
@@ -37,7 +37,7 @@ std::string WithChecksums(std::string_view bytes) {
 }  // namespace
 
 void FuzzImage(std::string_view bytes) {
-  // Larger images take long to decode. CheckImageSize, which limits the size in headers, runs here for any size.
+  // Larger images take long to decode. CheckImageSize, which limits the size in headers, runs for any size.
   constexpr std::int64_t kMostPixels = 1 << 20;
   static const ScratchFolder folder;
   const int orientation = gs::ExifOrientation(bytes);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzzes the operators on a few Gaussians in a small view. The input bytes are: a flag for wild parameters, the number
-// of Gaussians, the SH degree and the image size (one byte each); the camera; the Gaussians, attribute by attribute.
-// Wild parameters are any floats, including NaN and infinity; the code must not crash. Other parameters lie within the
-// limits below, and results must be accurate. Runs in float, and also in double unless wild.
+// Fuzzes the operators on a few Gaussians in a small view. Input bytes: a flag for wild parameters, the number of
+// Gaussians, the SH degree and the image size (one byte each); the camera; the Gaussians, attribute by attribute. With
+// wild parameters, any floats including NaN and infinity, the code must not crash. Others lie within the limits below,
+// and results must be accurate. Runs in float, and also in double unless wild.
 #include <fmt/format.h>
 
 #include <bit>
@@ -93,7 +93,7 @@ void PromiseSquare(test::RenderedView<S>& rendered, std::size_t k, const std::ve
           fmt::format("parameter {}: {} in the Gram matrix, {} from J", k, square, expected));
 }
 
-// Runs all operators once. If bound > 0, results must be finite and accurate, and `bound` limits the adjoint gap.
+// If bound > 0, results must be finite and accurate; it limits the adjoint gap.
 template <class S>
 void RunOperators(const test::Scene& scene, std::uint64_t seed, double bound) {
   test::RenderedView<S> rendered(scene);
@@ -117,7 +117,7 @@ void RunOperators(const test::Scene& scene, std::uint64_t seed, double bound) {
                                              : harmonics[(a - splat::kGeometry) * count + i]);
       Promise(squares.back() >= 0, "a negative square");
     }
-    // In float, entries much smaller than the largest are rounding errors.
+    // In float, entries far below the largest are rounding errors.
     if (sizeof(S) == sizeof(double) && !squares.empty()) PromiseSquare(rendered, seed % squares.size(), omega, squares);
   } else {
     rendered.ApplyJ(v), rendered.ApplyJT(u);

@@ -9,11 +9,11 @@
 
 namespace vesta::fuzz {
 
-// Gzip's checksum would reject every mutation, so uncompressed input is compressed here.
+// Gzip's checksum would reject every mutation, so the input is compressed here.
 void FuzzSpz(std::string_view bytes) {
   static const ScratchFolder folder;
   const bool is_zipped = bytes.starts_with("\x1f\x8b");
-  // A first line becomes the comment of the gzip header.
+  // A first line becomes the gzip comment.
   const std::size_t line = std::min(bytes.find('\n'), bytes.size());
   const bool has_comment = bytes.starts_with("vesta") && line < bytes.size();
   const std::string comment(bytes.substr(0, has_comment ? line : 0));

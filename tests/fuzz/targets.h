@@ -21,7 +21,7 @@ void FuzzPointPly(std::string_view bytes);
 void FuzzSplatPly(std::string_view bytes);
 void FuzzSpz(std::string_view bytes);  // uncompressed, after an optional line "vesta..." for the comment; or compressed
 
-// Whether the checkpoint can be read up to its origin and, in the LM stage, its model.
+// Whether it can be read up to its origin and, in the LM stage, its model.
 bool ReadsCheckpoint(std::string_view bytes);
 
 // One argument per line.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program in several processes, started with mpirun as a user would.
+// The program in several processes, started with mpirun.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Arguments for mpirun to run the command in `count` processes.
+// For mpirun to run the command in `count` processes.
 std::vector<std::string> On(int count, std::vector<std::string> command) {
   std::vector<std::string> arguments{"-n", std::to_string(count)};
   arguments.insert(arguments.end(), command.begin(), command.end());
@@ -32,7 +32,7 @@ std::vector<std::string> Vesta(int count, std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), VESTA_UNDER_MPI);
   return On(count, arguments);
 }
-// The number of error lines printed by vesta itself.
+// Error lines by vesta itself.
 int Complaints(const std::string& err) {
   int count = 0;
   for (std::size_t at = err.find("vesta: "); at != std::string::npos; at = err.find("vesta: ", at + 1)) ++count;
@@ -42,7 +42,7 @@ int Complaints(const std::string& err) {
 class UnderMpi : public testing::Test {
  protected:
   void SetUp() override {
-    // Settings of Open MPI for more processes than cores, and for root in a container. Other MPIs ignore them.
+    // For more processes than cores, and for root in a container. Other MPIs ignore them.
     setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
     setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
     setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
@@ -116,7 +116,7 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     EXPECT_EQ(processes["received_mib"] > 0.0, count > 1);
     EXPECT_GT(processes["exchange_seconds"], 0.0);
   }
-  // The Adam stage gives the same result without mpirun.
+  // Adam gives the same result without mpirun.
   const auto by_adam = [&](const std::string& name, bool is_under_mpi) {
     const std::string out = folder_ / name;
     std::vector<std::string> arguments{"train",       folder_ / "scene", "--out=" + out,      "--iterations=120",

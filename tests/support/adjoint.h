@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks products with a Jacobian J and with its transpose against each other: <u, J v> = <J' u, v>.
+// Checks products with a Jacobian J and with its transpose: <u, J v> = <J' u, v>.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,8 @@
 
 namespace vesta::test {
 
-// Returns |<u, Jv> - <J'u, v>| / max(sqrt(sum (u_i (Jv)_i)^2), sqrt(sum ((J'u)_k v_k)^2)); 0 if both scalar products
-// are equal; infinity if a value is not finite. Sums are in double, so that only the products with J have errors of
-// float. jv: J v. jtu: J' u.
+// |<u, Jv> - <J'u, v>| / max(sqrt(sum (u_i (Jv)_i)^2), sqrt(sum ((J'u)_k v_k)^2)); 0 for equal scalar products;
+// infinity if a value is not finite. Sums are in double. jv: J v. jtu: J' u.
 template <class S>
 double AdjointGap(const std::vector<S>& u, const std::vector<S>& jv, const std::vector<S>& jtu,
                   const std::vector<S>& v) {

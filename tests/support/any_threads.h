@@ -8,8 +8,8 @@
 
 namespace vesta::test {
 
-// Calls make() with one, two and three threads and expects that the results are equal (==). This compares all bits of
-// numbers except the sign of zero; NaN fails.
+// make() gives equal results (==) with one, two and three threads. This compares all bits of numbers except the sign of
+// zero; NaN fails.
 template <class Make>
 void ExpectSameForAnyThreads(const Make& make) {
   const int before = NumThreads();

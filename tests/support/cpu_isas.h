@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instruction sets that this CPU supports. Tests call the code that is compiled for each of them.
+// The instruction sets of this CPU, for tests of the code compiled for each.
 #pragma once
 
 #include <vector>

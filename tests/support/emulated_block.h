@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the GPU kernels of kernels/core/block_kernel.h on the CPU. Each thread of a block is a fiber (fiber.h), which
-// runs until its next barrier. The caller chooses the order of the threads between barriers. If a kernel lacks a
-// barrier, the results differ between two orders.
+// runs until its next barrier. The caller chooses the order of the threads. If a kernel lacks a barrier, results differ
+// between two orders.
 #pragma once
 
 #include <algorithm>
@@ -36,11 +36,11 @@ class FiberBlock {
     }
   }
 
-  // Calls body(thread) once in every fiber, and returns when all calls have returned. Throws std::logic_error if some
-  // threads wait at a barrier that others never reach. Rethrows exceptions of the body.
+  // Calls body(thread) once in every fiber. Throws std::logic_error if some threads wait at a barrier that others never
+  // reach. Rethrows exceptions of the body.
   void Run(const std::function<void(int)>& body) {
     for (Fiber& fiber : fibers_) {
-      if (!fiber.done) Prepare(fiber);  // new, or at a barrier because a body has thrown
+      if (!fiber.done) Prepare(fiber);  // new, or at a barrier because a body threw
       fiber.done = false;
     }
     body_ = &body;
@@ -59,7 +59,7 @@ class FiberBlock {
       if (done > 0) throw std::logic_error("a barrier that some threads of the block never reach");
     }
   }
-  // A barrier, for the body. Returns the number of threads that called it with vote = true.
+  // A barrier. Returns the number of threads with vote = true.
   int Wait(bool vote) {
     next_votes_ += vote ? 1 : 0;
     Fiber& fiber = fibers_[current_];
@@ -80,7 +80,7 @@ class FiberBlock {
     PrepareFiber(fiber.context, fiber.stack.get(), kStackBytes, &FiberBlock::Enter,
                  reinterpret_cast<std::uintptr_t>(this));
   }
-  // Runs in a fiber forever: one body after the other.
+  // Runs in a fiber forever, one body after the other.
   static void Enter(std::uintptr_t block) {
     auto* self = reinterpret_cast<FiberBlock*>(block);
     const std::size_t thread = self->current_;
@@ -119,8 +119,8 @@ class EmulatedBlock {
   Index id_;
 };
 
-// Runs the blocks 0 .. blocks - 1 of a kernel one after the other. Shared memory initially has all bits 1 (NaN), so
-// that reading it before writing shows.
+// Runs the blocks 0 .. blocks - 1 in order. Shared memory initially has all bits 1 (NaN), to reveal reads before
+// writes.
 template <class Kernel>
 void Emulate(const Kernel& kernel, Index blocks, FiberBlock& fibers) {
   auto shared = std::make_unique<typename Kernel::Shared>();
@@ -138,7 +138,7 @@ void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder
   Emulate(kernel, blocks, fibers);
 }
 
-// Calls f(i) for all i in reverse order, because results must not depend on the order.
+// In reverse order, because results must not depend on it.
 template <class F>
 void ForEachBackwards(Index count, const F& f) {
   for (Index i = count - 1; i >= 0; --i) f(i);

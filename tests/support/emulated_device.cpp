@@ -23,7 +23,7 @@ struct Memory {
   std::map<void*, std::size_t> sizes;
   std::size_t total = test::kAmpleDeviceMemory, in_use = 0, peak = 0;
 };
-// Each thread has its own device, as processes may. Never destroyed, because static buffers are freed after it.
+// One per thread, as processes may have their own. Never destroyed, because static buffers are freed later.
 Memory& NewMemory() {
   static std::mutex mutex;
   static auto* all = new std::deque<Memory>;
@@ -121,7 +121,7 @@ void Synchronize() { ++CountedHostWork().waits; }
 std::vector<KernelStatistics> KernelTable() { return {}; }
 
 namespace {
-// The value that the last call saw, per scalar: the maximal delay of a real device.
+// Seen by the last call, per scalar: the maximal delay of a real device.
 std::map<const double*, double>& Readings() {
   thread_local std::map<const double*, double> readings;
   return readings;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kNear = 0.125;  // exact in both precisions
 constexpr int kOrdinary = 4;
 
-// One Gaussian in front of AxisView; the defaults are an ordinary one.
+// In front of AxisView; ordinary by default.
 struct Gaussian {
   std::array<double, 3> mean{0, 0, 2}, sigma{0.1, 0.15, 0.2};
   std::array<double, 4> quaternion{1, 0.2, -0.3, 0.4};
@@ -102,7 +102,7 @@ std::vector<ExtremeScene> ExtremeGaussians() {
   add("Across1em6", sized(1e-6, 1e-6, 1e-6), 1, 1);
   add("Across1e6", sized(1e6, 1.5e6, 2e6), 1, 1);
   add("LargerThanTheScene", sized(100, 50, 80), 1, 1);
-  // In double, the conic of the reference loses digits for needles.
+  // The reference's conic loses digits for needles, even in double.
   add("NeedleOfAspect1e6", sized(10, 1e-5, 1e-5), 1, 1, 1e-9);
   add("LongNeedleOfAspect1e6", sized(1e3, 1e-3, 1e-3), 1, 1, 1e-6);
   add("DiscOfAspect1e6", sized(1e3, 1e3, 1e-3), 1, 1);

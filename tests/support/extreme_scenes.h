@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes with extreme Gaussians, image sizes or cameras, and the accuracy to expect from rendering them.
+// Scenes with extreme Gaussians, image sizes or cameras, and the expected accuracy of rendering.
 #pragma once
 
 #include <ostream>
@@ -13,18 +13,18 @@ namespace vesta::test {
 struct ExtremeScene {
   std::string name;
   Scene scene;
-  Index seen;              // expected number of visible Gaussians, in float and double
-  double tolerance;        // bound for errors of the image in double, relative to the brightest colour, at least 1
-  double float_tolerance;  // the same in float; also for errors of J v, relative to its largest entry
+  Index seen;              // visible Gaussians, in float and double
+  double tolerance;        // for the image in double, relative to the brightest colour, at least 1
+  double float_tolerance;  // in float; also for J v, relative to its largest entry
 };
 inline std::ostream& operator<<(std::ostream& os, const ExtremeScene& extreme) { return os << extreme.name; }
 
-// Scenes with four ordinary Gaussians and one or more extreme ones. The camera is at the origin and looks along z.
+// Four ordinary Gaussians and one or more extreme ones. The camera at the origin looks along z.
 std::vector<ExtremeScene> ExtremeGaussians();
-// Scenes with ordinary Gaussians and an extreme image size or lens.
+// Ordinary Gaussians and an extreme image size or lens.
 std::vector<ExtremeScene> ExtremeCameras();
 
-// A camera at the origin that looks along z, with the principal point in the centre.
+// At the origin, looking along z, with a centred principal point.
 splat::PosedCamera AxisView(int width, int height, double focal_length);
 
 }  // namespace vesta::test

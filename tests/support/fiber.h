@@ -16,7 +16,7 @@ struct FiberContext {
   bool begun = true;
 };
 
-// The function of a fiber must not return. When its work is done, it must switch to another fiber.
+// A fiber's function must not return, but switch to another fiber when its work is done.
 using FiberFunction = void (*)(std::uintptr_t argument);
 
 namespace fiber_internal {
@@ -29,8 +29,7 @@ inline void Enter(unsigned function_high, unsigned function_low, unsigned argume
 
 }  // namespace fiber_internal
 
-// Prepares `fiber` so that the first SwitchFiber to it calls function(argument) on this stack. The stack must outlive
-// the fiber.
+// The first SwitchFiber to `fiber` then calls function(argument) on this stack, which must outlive it.
 inline void PrepareFiber(FiberContext& fiber, char* stack, std::size_t stack_bytes, FiberFunction function,
                          std::uintptr_t argument) {
   getcontext(&fiber.context);
@@ -46,7 +45,7 @@ inline void PrepareFiber(FiberContext& fiber, char* stack, std::size_t stack_byt
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// Leaves `from` and continues in `to`. Sanitizers need swapcontext, which tells them about the other stack.
+// Leaves `from` and continues in `to`. swapcontext tells sanitizers about the other stack.
 inline void SwitchFiber(FiberContext& from, FiberContext& to) { swapcontext(&from.context, &to.context); }
 
 #else
@@ -64,8 +63,8 @@ namespace fiber_internal {
 
 }  // namespace fiber_internal
 
-// Leaves `from` and continues in `to`. This takes tens of nanoseconds; swapcontext would take microseconds, because it
-// makes a system call for the signal mask.
+// Leaves `from` and continues in `to`, in tens of nanoseconds. swapcontext takes microseconds, for a system call for
+// the signal mask.
 [[gnu::noinline]] inline void SwitchFiber(FiberContext& from, FiberContext& to) {
   if (__builtin_setjmp(from.resume) == 0) fiber_internal::Resume(to);
 }

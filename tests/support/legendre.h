@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real spherical harmonics, computed with the recurrence of the associated Legendre functions. A reference for the
-// explicit polynomials in kernels/math/spherical_harmonics.h.
+// Real spherical harmonics by the recurrence of the associated Legendre functions: a reference for the polynomials in
+// kernels/math/spherical_harmonics.h.
 #pragma once
 
 #include <cmath>
@@ -9,9 +9,9 @@
 
 namespace vesta::test {
 
-// Writes the harmonics of degrees l <= degree at the unit vector d, with angles theta from z and phi around z. Entry
-// l^2 + l + m of `basis` is N P_l^0(cos theta) for m = 0, else sqrt(2) N P_l^|m|(cos theta) times cos(m phi) for m > 0
-// and sin(|m| phi) for m < 0. N normalises; P includes the Condon-Shortley phase.
+// The harmonics of degrees l <= degree at the unit vector d, with angles theta from z and phi around z. Entry l^2 + l +
+// m of `basis` is N P_l^0(cos theta) for m = 0, else sqrt(2) N P_l^|m|(cos theta) times cos(m phi) for m > 0 and
+// sin(|m| phi) for m < 0. N normalises; P includes the Condon-Shortley phase.
 template <class T>
 void LegendreShBasis(int degree, const T d[3], T* basis) {
   // (x + i y)^m = sin^m(theta) e^{i m phi}; legendre below is P_l^m / sin^m(theta), a polynomial in z.

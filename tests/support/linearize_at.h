@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Linearizes one batch of a problem at x and checks its sizes, as the engine does. The result has all interfaces of
-// solver/problem_interfaces.h, with the engine's defaults for those that the problem does not implement.
+// solver/problem_interfaces.h, with the engine's defaults where needed.
 #pragma once
 
 #include <memory>

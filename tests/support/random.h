@@ -10,8 +10,7 @@
 
 namespace vesta::test {
 
-// Uses std::mt19937_64, whose numbers the C++ standard specifies. It does not specify the distributions of the standard
-// library, so this class has its own.
+// Based on std::mt19937_64, whose numbers the C++ standard specifies, unlike its distributions.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

@@ -24,7 +24,7 @@ splat::PosedCamera RandomView(Random& random, int width, int height) {
   view.lens.fy = random.Uniform(0.9, 1.1) * view.lens.fx;
   view.lens.cx = random.Uniform(0.3, 0.7) * width, view.lens.cy = random.Uniform(0.3, 0.7) * height;
   view.near = 0.01;
-  Random of_filter = random;  // uses a copy, so that the random values after it do not change
+  Random of_filter = random;  // a copy: later random values do not change
   view.eps2d = of_filter.LogUniform(0.03, 1);
   return view;
 }
@@ -62,7 +62,7 @@ Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, R
     for (int k = 0; k < 4; ++k) scene.At(splat::kQuaternion + k, i) = length * random.Normal();
     scene.At(splat::kOpacity, i) = Logit(random.Uniform(options.opacity_min, options.opacity_max));
     for (int a = 0; a < attributes - splat::kSh; ++a) {
-      // Colours around 0.1 to 1 with some directional change; a few fall below the clamp at zero.
+      // Around 0.1 to 1 with some directional change; a few below the clamp at zero.
       scene.At(splat::kSh + a, i) = a < 3 ? random.Uniform(-1.4, 1.8) : 0.15 * random.Normal();
     }
   }

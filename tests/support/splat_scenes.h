@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random splats in front of random cameras, for tests of the rasteriser.
+// Random splats in front of random cameras.
 #pragma once
 
 #include <algorithm>
@@ -15,31 +15,31 @@
 
 namespace vesta::test {
 
-// Returns a camera with a random pose and a principal point that is not in the centre of the image.
+// A camera with a random pose and a principal point off the centre of the image.
 splat::PosedCamera RandomView(Random& random, int width, int height);
 
-// Options of a random scene. Lengths are in pixels of its image.
+// Lengths are in pixels of the image.
 struct SceneOptions {
   std::string name = {};
   int width = 37, height = 21;
   int count = 40;
   int sh_degree = 3;
-  double sigma_min = 0.7, sigma_max = 6;  // range of the largest standard deviation
-  double aspect_max = 4;                  // largest ratio of the largest standard deviation to the others
+  double sigma_min = 0.7, sigma_max = 6;  // of the largest standard deviation
+  double aspect_max = 4;                  // of the largest standard deviation to the others
   double opacity_min = 0.1, opacity_max = 0.9;
-  double border = 0.2;  // means may lie outside the image by this fraction of its size
-  double behind = 0;    // fraction of the Gaussians behind the camera
-  // True if sums over all Gaussians are ill-conditioned too, so that tests need larger tolerances.
+  double border = 0.2;  // means may lie outside by this fraction of the image size
+  double behind = 0;    // fraction of the Gaussians
+  // Sums over all Gaussians are ill-conditioned, so that tests need larger tolerances.
   bool extreme = false;
 };
 inline std::ostream& operator<<(std::ostream& os, const SceneOptions& options) { return os << options.name; }
 
-// A model and a camera. All parameters are representable in float, so float and double use the same model.
+// All parameters are representable in float, so float and double use the same model.
 struct Scene {
   splat::PosedCamera view;
   int count = 0, sh_degree = 0, active_sh_degree = 0;
   std::int64_t without_band[splat::kMaxShDegree] = {};  // as in ModelLayout
-  std::vector<double> x;                                // parameters in the layout of formulas/layout.h
+  std::vector<double> x;                                // in the layout of formulas/layout.h
 
   double background[3] = {0.2, 0.5, 0.9};
 
@@ -48,15 +48,13 @@ struct Scene {
   double At(int attribute, int i) const { return x[static_cast<std::size_t>(layout().Offset(attribute) + i)]; }
 };
 
-// Returns a scene with `count` Gaussians whose parameters are zero.
+// `count` Gaussians whose parameters are zero.
 Scene EmptyScene(const splat::PosedCamera& view, int count, int sh_degree);
-// Returns a random scene in front of the given camera, whose image size replaces the size in the options, or of a
-// random one.
+// A random scene in front of this camera, whose image size replaces the size in the options, or of a random one.
 Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, Random& random);
 Scene RandomScene(const SceneOptions& options, std::uint64_t seed);
 
-// Returns `values`, which has all SH bands for all Gaussians, without the values of the bands that Gaussians lack in
-// `layout`.
+// `values` has all SH bands for all Gaussians; removes the bands that Gaussians lack in `layout`.
 template <class S>
 std::vector<S> RemoveMissingBands(const std::vector<S>& values, const splat::ModelLayout& layout) {
   std::vector<S> rest;
@@ -66,7 +64,7 @@ std::vector<S> RemoveMissingBands(const std::vector<S>& values, const splat::Mod
   }
   return rest;
 }
-// The inverse of RemoveMissingBands: inserts zeros for the missing bands.
+// The inverse: inserts zeros for the missing bands.
 template <class S>
 std::vector<S> WithZeros(const std::vector<S>& values, const splat::ModelLayout& layout) {
   std::vector<S> all(static_cast<std::size_t>(splat::NumAttributes(layout.sh_degree) * layout.count));
@@ -75,15 +73,15 @@ std::vector<S> WithZeros(const std::vector<S>& values, const splat::ModelLayout&
   }
   return all;
 }
-// Returns the scene with SH band b only for the first with_band[b] Gaussians. In `scene`, all Gaussians have all bands.
+// With SH band b only for the first with_band[b] Gaussians. In `scene`, all have all bands.
 Scene WithBands(const Scene& scene, const std::int64_t (&with_band)[splat::kMaxShDegree + 1]);
 
-// The kinds of scenes for tests of J v, J^T u and the Gram matrices: image sizes that are not multiples of the tile,
-// needles, splats smaller than a pixel or larger than the image, alphas at their maximum, opaque pixels, and means
-// behind the camera or so far outside the image that their Jacobian is clamped.
+// Scenes for tests of J v, J^T u and the Gram matrices: image sizes that are no multiples of the tile, needles, splats
+// smaller than a pixel or larger than the image, alphas at their maximum, opaque pixels, and means behind the camera or
+// so far outside the image that their Jacobian is clamped.
 std::vector<SceneOptions> SceneKinds();
 
-// A scene rendered by SplatView in precision S, float or double, and products with its Jacobian J.
+// Rendered by SplatView in precision S, float or double, with products with its Jacobian J.
 template <class S>
 struct RenderedView {
   using Scalar = S;
@@ -109,7 +107,7 @@ struct RenderedView {
     view.AddJT(model, image.data(), u.data(), g.data(), workspace);
     return g;
   }
-  // The Gram matrices J^T diag(omega) J: the blocks of the geometry, followed by the diagonal of the colours (AddGram).
+  // J^T diag(omega) J: the blocks of the geometry, then the diagonal of the colours (AddGram).
   std::vector<S> Gram(const std::vector<S>& omega) {
     const auto blocks = static_cast<std::size_t>(splat::kGeometry * (splat::kGeometry + 1) / 2 * model.count);
     std::vector<S> gram(blocks + x.size() - static_cast<std::size_t>(splat::kSh * model.count));

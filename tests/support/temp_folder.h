@@ -12,12 +12,11 @@
 
 namespace vesta {
 
-// A folder in TMPDIR if that is set, otherwise in /dev/shm or the system's folder for temporary files. The destructor
-// removes it.
+// In TMPDIR if that is set, otherwise in /dev/shm or the system's folder. The destructor removes it.
 class TempFolder {
  public:
   TempFolder() {
-    // In memory if possible, because tests write thousands of small files.
+    // In memory if possible: tests write thousands of small files.
     const bool in_memory = std::getenv("TMPDIR") == nullptr && ::access("/dev/shm", W_OK) == 0;
     const std::filesystem::path parent = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
     std::string name = (parent / "vesta_io_XXXXXX").string();

@@ -14,7 +14,7 @@
 
 namespace vesta {
 
-// Writes a file. Makes its folder if necessary.
+// Makes its folder if necessary.
 inline void WriteBytes(const std::string& path, const std::string& bytes) {
   std::ofstream file(path, std::ios::binary);
   if (!file) {
@@ -29,15 +29,15 @@ inline std::string ReadBytes(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Returns the text with the first occurrence of `from` replaced by `to`. The test fails if `from` does not occur.
+// Replaces the first occurrence of `from`. Fails if it does not occur.
 inline std::string Replaced(std::string bytes, const std::string& from, const std::string& to) {
   const std::size_t at = bytes.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return at == std::string::npos ? bytes : bytes.replace(at, from.size(), to);
 }
 
-// Makes `trials` copies of `bytes`, each with 1 to 4 random bytes overwritten. Returns for how many read(copy) throws
-// Error. The random numbers are the same in every call.
+// For how many of `trials` copies of `bytes`, each with 1 to 4 random bytes overwritten, read(copy) throws Error. The
+// random numbers are the same in every call.
 template <class Read>
 int CountRefusedCopies(const std::string& bytes, int trials, const Read& read) {
   std::mt19937 random(7);
@@ -50,7 +50,7 @@ int CountRefusedCopies(const std::string& bytes, int trials, const Read& read) {
   return refused;
 }
 
-// The folder with real scenes, $VESTA_DATA or ../shared/data; empty if it does not exist. Tests must work without it.
+// Real scenes, $VESTA_DATA or ../shared/data; empty if missing. Tests must work without it.
 inline std::string DataFolder() {
   const char* variable = std::getenv("VESTA_DATA");
   const std::string folder = variable != nullptr ? variable : "../shared/data";

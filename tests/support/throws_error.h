@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matchers for errors. They compare the code of an Error and data in its message, such as file names, but not its
-// words.
+// Matchers for the code of an Error and data in its message, such as file names, but not its words.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -16,7 +15,7 @@
 
 namespace vesta {
 
-// Returns the Error that call() throws, or nullopt. Another exception fails the test, also a message of several lines.
+// The Error that call() throws, or nullopt. Another exception, or a message of several lines, fails the test.
 template <class Call>
 std::optional<Error> ErrorOf(const Call& call) {
   try {
@@ -42,8 +41,7 @@ inline bool HasToken(std::string_view text, std::string_view token) {
   return false;
 }
 
-// Matches a text that contains each token (HasToken). A token is data without spaces, such as a file name, a flag, a
-// key or a number.
+// Each token (HasToken) is data without spaces, such as a file name, a flag, a key or a number.
 MATCHER_P(HasEachToken, tokens, "has each of " + testing::PrintToString(tokens)) {
   for (const std::string& token : std::vector<std::string>(tokens)) {
     EXPECT_EQ(token.find(' '), std::string::npos) << "words of a message may change: " << token;
@@ -58,13 +56,13 @@ auto HasTokens(const Tokens&... tokens) {
   return HasEachToken(std::vector<std::string>{tokens...});
 }
 
-// Matches a text without line breaks that contains these tokens.
+// One line with these tokens.
 template <class... Tokens>
 auto IsLineWith(const Tokens&... tokens) {
   return testing::AllOf(testing::Not(testing::HasSubstr("\n")), HasTokens(tokens...));
 }
 
-// Matches a function that throws an Error with this code and tokens:
+// A function that throws an Error with this code and tokens:
 //   EXPECT_THAT([&] { ReadBal(path); }, ThrowsError(kBadFile, "a.txt", "17"));
 MATCHER_P2(ThrowsErrorWith, code, tokens,
            "throws code " + std::to_string(static_cast<int>(code)) + " with " + testing::PrintToString(tokens)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// tools/check_isa_symbols.py must report exactly one symbol here: an inline function outside the inline namespace of
-// its instruction set.
+// tools/check_isa_symbols.py must report one symbol here: an inline function outside the inline namespace of its
+// instruction set.
 #include "kernels/math/isa.h"
 
 namespace vesta {

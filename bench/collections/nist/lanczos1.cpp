@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NIST StRD, nonlinear regression, Lanczos1 (itl.nist.gov/div898/strd; public domain).
+// NIST StRD, Lanczos1 (nist_data.h).
 #include "bench/collections/nist_data.h"
 
 namespace vesta::nist {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NIST StRD, nonlinear regression, Misra1b (itl.nist.gov/div898/strd; public domain).
+// NIST StRD, Misra1b (nist_data.h).
 #include "bench/collections/nist_data.h"
 
 namespace vesta::nist {

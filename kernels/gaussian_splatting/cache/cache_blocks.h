@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cached Jacobian of a view on a GPU, as block kernels (kernels/core/block_kernel.h): they find, count and compute
-// the entries, and multiply with them. An entry belongs to one pixel and one splat that contributes to it
-// (cache_entry.h).
+// the entries, and multiply with them. An entry belongs to one pixel and one contributing splat (cache_entry.h).
 //
-// Entries are ordered by splat (in depth order), then by tile, then by row and column. The four numbers of an entry are
-// adjacent. Instead of indices, each (splat, tile) pair stores a mask of its pixels. The index of an entry is the index
-// of the first entry of the pair plus the number of mask bits before its pixel.
+// Entries are ordered by splat (in depth order), then by tile, row and column. The four numbers of an entry are
+// adjacent. Each (splat, tile) pair stores a mask of its pixels. The index of an entry is the first index of its pair
+// plus the number of mask bits before its pixel.
 //
-// The tangent product uses a block of threads per tile, and a thread per pixel. The adjoint product processes the pairs
+// The tangent product uses a block of threads per tile and a thread per pixel. The adjoint product processes the pairs
 // in the order of the entries, with a thread per row of a tile.
 #pragma once
 
@@ -17,16 +16,14 @@
 
 namespace vesta::splat {
 
-// A (splat, tile) pair. The cache stores its pairs ordered by splat, then by tile. rank: index of the splat in depth
-// order.
+// A (splat, tile) pair; pairs are ordered by splat, then by tile. rank: index of the splat in depth order.
 struct CachePair {
   TileMask mask;
-  std::uint8_t above[kTileSize];  // number of entries of the pair in the rows above, at most 240
+  std::uint8_t above[kTileSize];  // number of entries in the rows above, at most 240
   std::uint32_t rank, tile;
 };
 
-// All pairs of the cache. first_entry[e]: index of the first entry of pair e; the last element is the number of
-// entries.
+// All pairs. first_entry[e]: index of the first entry of pair e; the last element is the number of entries.
 struct CachePairs {
   const CachePair* pairs;
   const std::int64_t* first_entry;  // [pairs + 1]
@@ -34,7 +31,7 @@ struct CachePairs {
 
 inline namespace VESTA_ISA {
 
-// Convert a number of an entry to and from the format of the cache: S itself, or Half.
+// Convert a number of an entry to and from the cache's format: S itself, or Half.
 template <class S>
 VESTA_HD inline void StoreValue(const S& x, S* stored) {
   *stored = x;
@@ -52,7 +49,7 @@ VESTA_HD inline S LoadValue(const Half& x) {
   return static_cast<S>(FromHalf(x));
 }
 
-// The four numbers of an entry. A thread reads or writes them with a single access, of 8 bytes in 16-bit format.
+// The four numbers of an entry, accessed at once (8 bytes in 16-bit format).
 template <class E>
 struct alignas(kEntryValues * sizeof(E)) CacheEntry {
   E weight, contrast[3];
@@ -68,7 +65,7 @@ struct alignas(kEntryValues * sizeof(E)) CacheEntry {
 // Number of entries of a row to the left of pixel x.
 VESTA_HD inline int EntriesLeftOf(std::uint32_t row, int x) { return PopCount(row & ((1U << x) - 1)); }
 
-// For pair e of the cache, whose mask must be set: counts[e] = number of its entries. Also sets `above`.
+// For pair e, whose mask must be set: counts[e] = number of its entries. Also sets `above`.
 struct CountEntries {
   CachePair* pairs;
   std::int64_t* counts;
@@ -84,8 +81,7 @@ struct CountEntries {
   }
 };
 
-// Computes the masks of the pairs of a tile. The tile lists order the pairs by tile: pair k of the lists is pair
-// places[k] of the cache.
+// Computes the masks of a tile's pairs. Pair k of the tile lists is pair places[k] of the cache.
 template <class S>
 struct MaskBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
@@ -129,7 +125,7 @@ struct StagedMasks {
   std::uint16_t rows[kBatch][kTileSize];
   std::uint8_t above[kBatch][kTileSize];
 
-  // Loads the pairs begin .. begin + count - 1 of the tile lists. The caller must call Sync afterwards.
+  // Loads the pairs begin .. begin + count - 1 of the tile lists. Call Sync afterwards.
   template <class Block>
   VESTA_HD void Stage(Block& block, const CachePairs& cache, const std::uint32_t* places, std::int64_t begin,
                       int count) {
@@ -148,7 +144,7 @@ struct StagedMasks {
   }
 };
 
-// Computes the entries of the pairs of a tile. image: rendered from the same tile lists. places: see MaskBlock.
+// Computes the entries of a tile's pairs. image: rendered from the same tile lists. places: see MaskBlock.
 template <class S, class E>
 struct FillBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
@@ -234,8 +230,8 @@ struct CachedTangentBlock {
   }
 };
 
-// sums[e] = the part of J^T u of pair e of the cache: the cotangent of its splat, summed over the pixels of its tile.
-// size: number of pairs.
+// sums[e] = the part of J^T u of pair e: the cotangent of its splat, summed over the pixels of its tile. size: number
+// of pairs.
 template <class S, class E>
 struct CachedAdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// An entry of the cached Jacobian of a view, shared by the host's loops (cache_passes.h) and the GPU kernels
-// (cache_blocks.h).
+// An entry of the cached Jacobian of a view, for the host (cache_passes.h) and the GPU (cache_blocks.h).
 //
 // An entry belongs to a pixel and a splat that contributes to it. T is the transmittance in front of the splat, w =
-// alpha T the weight of its colour c in the pixel, and B the colour of everything behind it. The derivative of the
-// pixel is
+// alpha T the weight of its colour c in the pixel, B the colour of everything behind it. The derivative of the pixel is
 //   d colour_k = w (dc_k + (c_k - B_k) psi),   psi = d log alpha          (types.h)
-// An entry therefore stores w and the three contrasts c - B. The contrasts are stored as zero if alpha is capped,
-// because alpha is then constant. alpha and T are not needed again. psi depends only on the splat's tangent and the
-// position of the pixel.
+// An entry stores w and the three contrasts c - B. If alpha is capped, the contrasts are stored as zero, because alpha
+// is then constant. psi depends only on the splat's tangent and the position of the pixel.
 #pragma once
 
 #include <type_traits>
@@ -21,7 +18,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The numbers of an entry. V: a scalar, or a vector for several entries.
+// V: a scalar, or a vector for several entries.
 template <class V>
 struct Entry {
   V weight, contrast[3];
@@ -30,18 +27,18 @@ struct Entry {
   VESTA_HD V Contrast(int c) const { return contrast[c]; }
 };
 
-// Powers of two by which the numbers of an entry are multiplied before they are stored in format E.
+// Powers of two that multiply the numbers of an entry before they are stored in format E.
 template <class E>
 struct EntryScale {
   static constexpr double kWeight = 1, kContrast = 1;
 };
-// w is in [3.9e-7, 0.99] and is always stored with 11 significant bits. The same holds for contrasts c with 2.4e-7 <=
+// w is in [3.9e-7, 0.99] and keeps 11 significant bits, like contrasts c with 2.4e-7 <=
 // |c| <= 255. Smaller ones become 0, larger ones +-255.
 template <>
 struct EntryScale<Half> {
   static constexpr double kWeight = 0x1p15, kContrast = 0x1p8;
 };
-// Factor for component i of a tangent or cotangent that cancels the scaling of the entries in a product.
+// Factor for component i of a tangent or cotangent that cancels the entries' scaling in a product.
 template <class E, class S>
 VESTA_HD constexpr S InverseEntryScale(int i) {
   return static_cast<S>(i < kColor ? 1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast)
@@ -53,15 +50,15 @@ VESTA_HD inline void DivideByEntryScale(SplatTangent<S>& tangent) {
   for (int i = 0; i < kSplatTangent; ++i) tangent.w[i] *= InverseEntryScale<E, S>(i);
 }
 
-// Computes the scaled entry of a splat from its blending result.
+// Computes the scaled entry of a splat.
 template <class E, class V>
 class EntryMaker {
  public:
   VESTA_HD explicit EntryMaker(const Blend<V>& blend)
       : blend_(blend), inverse_(blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha))) {}
   VESTA_HD V Weight() const { return V(static_cast<S>(EntryScale<E>::kWeight)) * blend_.weight; }
-  // For one colour channel. c: the splat's colour. behind: on entry, the sum of the weighted colours w c of this splat
-  // and of everything behind it; on return, without this splat.
+  // For one colour channel c of the splat. behind: on entry, the sum of the weighted colours w c of this splat and
+  // everything behind it; on return, without this splat.
   VESTA_HD V Contrast(const V& c, V& behind) const {
     behind = Fnma(blend_.weight, c, behind);
     return V(static_cast<S>(EntryScale<E>::kContrast)) * ZeroAtAlphaCap(blend_.alpha, Fnma(behind, inverse_, c));
@@ -73,14 +70,13 @@ class EntryMaker {
   V inverse_;  // 1 / (T (1 - alpha)); not finite if the splat does not contribute to the pixel, which then has no entry
 };
 
-// Returns d_color plus the contribution of the entry, for one colour channel. dc: change of the splat's colour.
+// Returns d_color plus the entry's contribution, for one colour channel. dc: change of the splat's colour.
 template <class V>
 VESTA_HD inline V AddEntry(const V& weight, const V& contrast, const V& psi, const V& dc, const V& d_color) {
   return Fma(weight, Fma(contrast, psi, dc), d_color);
 }
-// Adds the entry to the colour sums of its splat (splat_sums.h). u_of(c) must return channel c of u, the cotangent of
-// the image, at the pixel. Returns the derivative of u . colour with respect to log alpha, which the sums for the shape
-// need.
+// Adds the entry to the colour sums of its splat (splat_sums.h). u_of(c) returns channel c of u, the cotangent of the
+// image, at the pixel. Returns the derivative of u . colour with respect to log alpha, for the shape's sums.
 template <class Entry, class UOf, class Sums>
 VESTA_HD inline auto AddColors(const Entry& entry, const UOf& u_of, Sums& sums) {
   const auto weight = entry.Weight();

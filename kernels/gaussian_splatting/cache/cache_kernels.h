@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over the cached Jacobian of one view, for the instruction set chosen at run time. jacobian_cache.h describes
-// the cache. The rank of a splat is its index in depth order.
+// Loops over the cached Jacobian of one view (jacobian_cache.h), for the instruction set chosen at run time. The rank
+// of a splat is its index in depth order.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -19,7 +19,7 @@ struct TileMask {
   std::uint16_t rows[kTileSize];
 };
 
-// Where the entries are stored. A pair is an index into TileLists::ranks, which is ordered by tile.
+// Where the entries are stored. A pair is an index into TileLists::ranks.
 struct CacheLists {
   const TileMask* masks;                // [pairs]
   const std::int64_t* first_entry;      // [pairs]; entries are ordered by splat, then by tile
@@ -28,8 +28,7 @@ struct CacheLists {
   const std::uint32_t* tiles_of_splat;  // [pairs]
 };
 
-// Numbers per entry: the weight of the splat in the pixel, and the contrast of each colour channel to the colour behind
-// the splat (cache_entry.h).
+// Numbers per entry (cache_entry.h).
 inline constexpr int kEntryValues = 4;
 
 // entries: kEntryValues numbers per entry. Only fill, tangent and adjoint access them; the layout depends on the vector
@@ -43,14 +42,14 @@ struct CacheKernels {
   // Computes the tile of d_image = J tangents. tangents: by rank.
   void (*tangent)(const TileLists<S>& lists, const CacheLists& cache, const void* entries, int tile,
                   const SplatTangent<S>* tangents, S* d_image);
-  // Copies u to u_tiles[tile]: three planes of 16 x 16 pixels each, 0 outside the image.
+  // Copies u to u_tiles[tile]: three planes of 16 x 16 pixels, 0 outside the image.
   void (*to_tiles)(const TileLists<S>& lists, int tile, const S* u, S* u_tiles);
-  // Computes sums[rank], the cotangent J^T u of each splat, for the ranks begin .. end - 1. u_tiles: from to_tiles.
+  // Computes sums[rank], the cotangent J^T u of each splat, for ranks begin .. end - 1. u_tiles: from to_tiles.
   void (*adjoint)(const TileLists<S>& lists, const CacheLists& cache, const void* entries, std::int64_t begin,
                   std::int64_t end, const S* u_tiles, SplatTangent<S>* sums);
 };
 
-// S = float: the kernels of one instruction set, which the CPU must support. S = double: the reference, for any `isa`.
+// S = float: the kernels of `isa`, which the CPU must support. S = double: the reference, for any `isa`.
 template <class S>
 const CacheKernels<S>& CacheKernelsFor(Isa isa, CacheFormat format);
 

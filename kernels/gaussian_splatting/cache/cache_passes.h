@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cached Jacobian of a view on the CPU: computes the entries (cache_entry.h) and multiplies with them. A row of a
-// tile consists of one or more SIMD vectors.
+// tile is one or more SIMD vectors.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,7 @@ template <class V, class Visit>
   }
 }
 
-// Prefetch distance in (splat, tile) pairs, and number of 64-byte cache lines of entries that are prefetched for a
-// pair.
+// Prefetch distance in (splat, tile) pairs, and number of 64-byte cache lines prefetched per pair.
 inline constexpr int kAhead = 3, kLinesAhead = 6;
 inline void Prefetch(const void* p) { __builtin_prefetch(p); }
 
@@ -91,7 +90,7 @@ struct EntryPass {
 };
 
 // Positions of the rows of a tile in the whitened coordinates (p, q) of a splat (types.h): pixel x of row y is at
-// (p0[y] + r x, q[y]). TraverseSplats computes bit-identical values.
+// (p0[y] + r x, q[y]), bit-identical to TraverseSplats.
 template <class V, class S>
 struct RowPositions {
   using L = Lanes<V>;
@@ -111,8 +110,8 @@ struct RowPositions {
   V P(int row, int k) const { return OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(p0[row])); }
 };
 
-// The entries of one vector of pixels, stored at `at`. bits: the pixels with an entry. Like Entry, but a number is
-// loaded only when it is used, to save registers.
+// The entries of one vector of pixels, stored at `at`. bits: the pixels with an entry. Unlike Entry, loads a number
+// only when it is used, to save registers.
 template <class V, class E>
 struct PackedEntries {
   const E* at;
@@ -209,8 +208,8 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       total = {};
     };
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
-      // Partial sums of at most kTermsPerPartialSum terms per lane (types.h). A lane of a 16-lane vector has at most
-      // one term per row of a tile.
+      // Partial sums of at most kTermsPerPartialSum terms per lane (types.h). A lane of 16 has at most one term per row
+      // of a tile.
       constexpr int kTilesPerPartialSum = kTermsPerPartialSum / kTileSize;
       const std::int64_t tiles = e - cache.splat_begin[rank];
       if (tiles > 0 && tiles % kTilesPerPartialSum == 0) take_part();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cached Jacobian of the raster pass of a view (image as a function of the splats), for the products of one
-// linearisation, as in 3DGS-LM (Höllein et al. 2025, section 3.3).
+// Cached Jacobian of a view's raster pass (image as a function of the splats), for the products of one linearisation,
+// as in 3DGS-LM (Höllein et al. 2025, section 3.3).
 #pragma once
 
 #include "kernels/core/buffer.h"
@@ -9,12 +9,12 @@
 
 namespace vesta::splat {
 
-// The cache has one entry for each pixel and each splat that contributes to it. An entry consists of four numbers
-// (cache_entry.h): 16 bytes as float, or 8 bytes in 16-bit format. Entries are ordered by splat (in depth order), then
-// by tile, then by row. Instead of indices, each (splat, tile) pair stores a mask with one bit for each of the 256
-// pixels. A pair typically has 50 to 80 entries, so this is half a byte per entry instead of four bytes for an index.
+// One entry for each pixel and each splat that contributes to it: four numbers (cache_entry.h), 16 bytes as float or 8
+// bytes in 16-bit format. Entries are ordered by splat (in depth order), then by tile and row. Instead of indices, each
+// (splat, tile) pair stores a mask of the 256 pixels. A pair typically has 50 to 80 entries, so the mask takes half a
+// byte per entry.
 //
-// With kFull, products are equal to those without a cache (RasterKernels) up to rounding. With kHalf, each entry of the
+// With kFull, products equal those without a cache (RasterKernels) up to rounding. With kHalf, each entry of the
 // raster's Jacobian has an error of at most 2^-10 of itself plus 2.4e-7 of the splat's weight in the pixel. J v and J^T
 // u are adjoint up to rounding in both formats. Results are bit-identical for any number of threads.
 template <class S>
@@ -22,15 +22,14 @@ class JacobianCache {
  public:
   explicit JacobianCache(Isa isa = ActiveIsa()) : isa_(isa) {}
 
-  // Computes and stores the Jacobian, and discards a previous one. Tangent and Adjoint must get the same lists and
-  // bins. image: rendered from those lists.
+  // Computes the Jacobian and discards a previous one. Tangent and Adjoint need the same lists and bins. image:
+  // rendered from the lists.
   void Build(const TileLists<S>& lists, const TileBins& bins, const S* image, CacheFormat format);
-  // Frees the memory.
   void Clear() { *this = JacobianCache(isa_); }
   bool empty() const { return kernels_ == nullptr; }
   Index num_entries() const { return num_entries_; }
   Index num_bytes() const;
-  // The value of num_bytes for these numbers of entries and (splat, tile) pairs.
+  // num_bytes for these numbers of entries and (splat, tile) pairs.
   static Index NumBytes(Index num_entries, Index num_pairs, CacheFormat format);
 
   // d_image = J_raster tangents. tangents: by rank, the index of a splat in depth order.

@@ -8,9 +8,9 @@
 
 namespace vesta::splat::device_passes {
 
-// One is a functor template with an SH degree and a lens model as parameters. Divides the Gaussians of the model into
-// ranges [first, first + count) whose colours have the same degree, and calls run(One<degree, lens model>{model,
-// camera, first, rest...}, count) for each range.
+// One: a functor template of an SH degree and a lens model. Divides the Gaussians into ranges [first, first + count)
+// whose colours have the same degree, and calls run(One<degree, lens model>{model, camera, first, rest...}, count) for
+// each.
 template <template <int, class> class One, class Run, class... Rest>
 void ForEachDegree(const Model<float>& model, const PosedCamera& view, const Run& run, const Rest&... rest) {
   WithConstants<float>(view, [&]<class L>(const CameraConstants<float, L>& camera) {

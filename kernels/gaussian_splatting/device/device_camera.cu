@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of splats with respect to the camera of their view, on a GPU: one Gaussian or splat per thread.
+// Derivatives of splats with respect to the camera of their view, one Gaussian or splat per thread.
 #include <vector>
 
 #include "kernels/gaussian_splatting/device/device_by_degree.cuh"
@@ -9,7 +9,7 @@
 namespace vesta::splat::device_passes {
 namespace {
 
-// Index k stands for Gaussian first + k in the next two functors.
+// Index k is Gaussian first + k in the next two functors.
 template <int kDegree, class L>
 struct PoseTangentOne {
   Model<float> model;
@@ -69,7 +69,7 @@ struct LensCotangentOne {
 template <int kSums>
 class PiecewiseSums {
  public:
-  // items: number in all pieces together; pieces: maximum number of pieces. Only the last chunk of a piece
+  // items: number in all pieces together; pieces: their maximum number. Only the last chunk of a piece
   // may be shorter than ChunkSize(0).
   PiecewiseSums(Index items, Index pieces) : partial_(kSums * (items / ChunkSize(0) + pieces)) {}
   template <class Term>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPU functions that DeviceSplatView calls, compiled by nvcc. Each function launches one or a few kernels. All
-// pointers are to GPU memory. PoseCotangent and LensCotangent return a sum to the host and therefore wait for the
-// device; all other functions return at once.
+// The GPU functions that DeviceSplatView calls, compiled by nvcc. Each launches one or a few kernels. All pointers are
+// to GPU memory. PoseCotangent and LensCotangent return a sum to the host and therefore wait; all others return at
+// once.
 #pragma once
 
 #include "kernels/core/device_buffer.h"
@@ -15,8 +15,8 @@ namespace vesta::splat::device_passes {
 
 using Index = std::int64_t;
 
-// The functions of ProjectKernels, for all Gaussians of the model. rank_of[i]: index of Gaussian i in depth order, or
-// -1 if not visible. Project also sets indices[i] = i: the later sort by depth permutes keys and indices together.
+// The functions of ProjectKernels, for all Gaussians. rank_of[i]: index of Gaussian i in depth order, or -1 if not
+// visible. Project also sets indices[i] = i, for the sort by depth.
 void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats);
 void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
@@ -26,8 +26,8 @@ void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const st
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal);
 
-// Derivatives with respect to the camera. The Pose functions apply CameraKernels to all Gaussians of the model. The
-// Lens functions apply the LensRows of lens_motion.h to all splats.
+// Derivatives with respect to the camera. The Pose functions apply CameraKernels to all Gaussians, the Lens functions
+// the LensRows of lens_motion.h to all splats.
 void PoseTangents(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                   const PoseTangent& xi, SplatTangent<float>* tangents);
 PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
@@ -44,23 +44,22 @@ void CountVisibleSplats(const std::uint32_t* keys, Index count, Index* seen);
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
                   Splat<float>* splats, std::int32_t* rank_of);
 void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts);
-// wide: output, the splats that cover many tiles (wide_splats.h). It must have NumWideSlots(pairs) entries, all 0
-// before the call.
+// wide: output, the splats that cover many tiles (wide_splats.h): NumWideSlots(pairs) entries, all 0 before the call.
 void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
                     const PairArrays& pairs, DeviceBuffer<std::uint32_t>& wide);
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
                      Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin);
 
 // The block kernels of raster_blocks.h, for all tiles. Adjoint and Gram write one record per (splat, tile) pair: its
-// sums over the pixels of the tile. The record of pair k of the lists is stored at entries[k], so the records of one
-// splat are adjacent. SumBySplat then adds the records of each splat.
+// sums over the pixels of the tile. The record of pair k of the lists is at entries[k], so the records of a splat are
+// adjacent. SumBySplat then adds the records of each splat.
 void Forward(const TileLists<float>& lists, float* image);
 void Tangent(const TileLists<float>& lists, const SplatTangent<float>* tangents, float* d_image);
 void Adjoint(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* u,
              SplatTangent<float>* sums);
 void Gram(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* omega,
           SplatGram<float>* sums);
-// wide: the output of EmitSplatPairs.
+// wide: from EmitSplatPairs.
 void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
                 const SplatTangent<float>* records, SplatTangent<float>* sums);
 void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
@@ -69,7 +68,7 @@ void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::
 // The GPU functions of DeviceJacobianCache. E is the number format of an entry: float or Half.
 //
 // The cache orders its (splat, tile) pairs by splat; pair k of the tile lists is pair places[k] of the cache. Computes
-// these pairs, with their masks, and counts[e], the number of entries of pair e of the cache. size: number of pairs.
+// these pairs, with masks, and counts[e], the number of entries of pair e. size: number of pairs.
 void FindEntries(const TileLists<float>& lists, const std::uint32_t* places, Index size, CachePair* pairs,
                  Index* counts);
 template <class E>
@@ -78,7 +77,7 @@ void FillEntries(const TileLists<float>& lists, const std::uint32_t* places, con
 template <class E>
 void CachedTangent(const TileLists<float>& lists, const std::uint32_t* places, const CachePairs& cache,
                    const CacheEntry<E>* entries, const SplatTangent<float>* tangents, float* d_image);
-// sums[e]: the sums of pair e of the cache, to be added by SumBySplat.
+// sums[e]: the sums of pair e, for SumBySplat.
 template <class E>
 void CachedAdjoint(const TileLists<float>& lists, const CachePairs& cache, const CacheEntry<E>* entries, Index size,
                    const float* u, SplatTangent<float>* sums);

@@ -7,7 +7,7 @@
 namespace vesta::splat::device_passes {
 namespace {
 
-// Thread k stands for Gaussian first + k in these functors.
+// Thread k processes Gaussian first + k.
 template <int kDegree, class L>
 struct ProjectOne {
   Model<float> model;

@@ -12,7 +12,7 @@
 namespace vesta::splat {
 namespace {
 
-// Reserves spare capacity, so that the next view seldom needs a reallocation.
+// With spare capacity, so that the next view seldom needs a reallocation.
 template <class T>
 void EnsureSize(DeviceBuffer<T>& buffer, Index size) {
   if (buffer.size() < size) buffer.ResizeForOverwrite(size + size / 8);
@@ -52,7 +52,7 @@ void DeviceSplatView::Build(const Model<float>& model, const PosedCamera& view, 
   cache_.Clear();
 
   const TileGrid grid(camera_.width, camera_.height);
-  // One element more than splats: the last running sum is the number of pairs.
+  // One more than splats: the last running sum is the number of pairs.
   workspace.counts.Resize(seen + 1);
   splat_begin_.ResizeForOverwrite(seen + 1);
   device_passes::CountSplatTiles(grid, splats_.data(), seen, workspace.counts.data());
@@ -182,7 +182,7 @@ void DeviceJacobianCache::Build(const TileLists<float>& lists, const std::uint32
   made.format_ = format;
   made.pairs_.ResizeForOverwrite(pairs);
   made.first_entry_.ResizeForOverwrite(pairs + 1);
-  // One element more than pairs: the last running sum is the number of entries.
+  // One more than pairs: the last running sum is the number of entries.
   counts.Resize(pairs + 1);
   device_passes::FindEntries(lists, places, pairs, made.pairs_.data(), counts.data());
   device::RunningSum(counts.data(), made.first_entry_.data(), pairs + 1, temporary);

@@ -13,20 +13,19 @@
 
 namespace vesta::splat {
 
-// Cached Jacobian of a view's raster pass on a GPU, for the products of one linearisation.
+// Cached Jacobian of a view's raster pass, for the products of one linearisation.
 //
 // Like JacobianCache, in float. An entry has 16 or 8 bytes of values. Each (splat, tile) pair has 64 bytes for its mask
-// and position; with 50 to 80 pixels per pair this is about one byte per entry. Results are bit-identical in every run.
-// All pointers are to GPU memory; products neither wait nor allocate.
+// and position, about one byte per entry with 50 to 80 pixels per pair. Results are bit-identical in every run. All
+// pointers are to GPU memory; products neither wait nor allocate.
 class DeviceJacobianCache {
  public:
-  // Computes and stores the Jacobian, and discards a previous one. Tangent and Adjoint must get the same lists and
-  // places. The cache orders the (splat, tile) pairs by splat; pair k of the lists is pair places[k] of the cache.
-  // pairs: number of pairs. image: rendered from those lists. counts, temporary: scratch memory. Waits once, for the
-  // number of entries. On failure throws OutOfDeviceMemory and leaves the cache empty.
+  // Computes the Jacobian and discards a previous one. Tangent and Adjoint need the same lists and places. The cache
+  // orders the (splat, tile) pairs by splat; pair k of the lists is pair places[k] of the cache. pairs: number of
+  // pairs. image: rendered from the lists. counts, temporary: scratch memory. Waits once, for the number of entries. On
+  // failure throws OutOfDeviceMemory and leaves the cache empty.
   void Build(const TileLists<float>& lists, const std::uint32_t* places, Index pairs, const float* image,
              CacheFormat format, DeviceBuffer<Index>& counts, DeviceBuffer<unsigned char>& temporary);
-  // Frees the memory.
   void Clear() { *this = DeviceJacobianCache(); }
   bool empty() const { return first_entry_.empty(); }
   Index num_entries() const { return num_entries_; }
@@ -41,7 +40,7 @@ class DeviceJacobianCache {
   // d_image = J_raster tangents, by rank.
   void Tangent(const TileLists<float>& lists, const std::uint32_t* places, const SplatTangent<float>* tangents,
                float* d_image) const;
-  // sums[e] = contribution of pair e of the cache to J_raster^T u.
+  // sums[e] = contribution of pair e to J_raster^T u.
   void Adjoint(const TileLists<float>& lists, const float* u, SplatTangent<float>* sums) const;
 
  private:
@@ -56,7 +55,7 @@ class DeviceJacobianCache {
   DeviceBuffer<CacheEntry<Half>> half_;
 };
 
-// Scratch memory that several views may use one after the other. Its contents are undefined between calls, except
+// Scratch memory that several views may share, one after the other. Its contents are undefined between calls, except
 // splat_sums: AddJT stores there the cotangent of each splat, by rank (its index in depth order).
 struct DeviceViewWorkspace {
   DeviceBuffer<std::uint32_t> keys, indices, other_keys, other_indices;  // by Gaussian
@@ -67,9 +66,9 @@ struct DeviceViewWorkspace {
   DeviceBuffer<SplatGram<float>> pair_grams, splat_grams;
   DeviceBuffer<unsigned char> temporary;
 
-  // Memory in bytes: the functions of ViewWorkspace (splat_view.h).
+  // Bytes for the functions of ViewWorkspace (splat_view.h).
   static double BuildBytes(const ViewCounts& view, double gaussians) {
-    // Estimated memory of CUB's sort: digit counters for each chunk of about a thousand items.
+    // Estimate for CUB's sort: digit counters for each chunk of about a thousand items.
     constexpr double kSort = 0.25;
     return kSpareCapacity * (gaussians * (4 * sizeof(std::uint32_t) + sizeof(Splat<float>)) +
                              5 * sizeof(std::uint32_t) * view.pairs) +
@@ -85,13 +84,13 @@ struct DeviceViewWorkspace {
   }
 };
 
-// All pointers are to GPU memory. Build waits for the device twice, for the sizes of the lists. The operators do not
-// wait, and allocate only in their first call. Results are bit-identical in every run because no sum uses atomics.
+// All pointers are to GPU memory. Build waits twice, for the sizes of the lists. The operators do not wait, and
+// allocate only in their first call. Results are bit-identical in every run because no sum uses atomics.
 class DeviceSplatView {
  public:
   using Cache = DeviceJacobianCache;
 
-  // Memory of a view without a cache, in bytes.
+  // Bytes of a view without a cache.
   static double Bytes(const ViewCounts& view, double gaussians) {
     return sizeof(Splat<float>) * view.splats + sizeof(std::int32_t) * gaussians +
            sizeof(Index) * (view.splats + view.tiles) + (2 + 1.0 / kFewTiles) * sizeof(std::uint32_t) * view.pairs;
@@ -116,10 +115,10 @@ class DeviceSplatView {
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
   // d_image = J_raster tangents. tangents: by rank.
   void ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const;
-  // Returns memory for one tangent per splat, in `buffer`: workspace.splat_sums or workspace.pair_sums, which tangent
-  // passes do not use otherwise.
+  // Memory for one tangent per splat, in `buffer`: workspace.splat_sums or workspace.pair_sums, which tangent passes do
+  // not use otherwise.
   SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& buffer) const;
-  // Render and ApplyJ. (The CPU version in SplatView runs both passes together.)
+  // Render and ApplyJ, one after the other (SplatView runs both passes together).
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
                        DeviceViewWorkspace& workspace) const {
     Render(image);
@@ -143,7 +142,7 @@ class DeviceSplatView {
 };
 
 // The image of a view as a function of its camera's pose and lens: the products of camera_jacobian.h. Functions that
-// return a cotangent wait for the device.
+// return a cotangent wait.
 void ApplyPoseJ(const DeviceSplatView& view, const Model<float>& model, const PoseTangent& xi, float* d_image,
                 DeviceViewWorkspace& workspace);
 PoseTangent PoseCotangent(const DeviceSplatView& view, const Model<float>& model,

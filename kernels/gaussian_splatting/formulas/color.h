@@ -25,8 +25,8 @@ VESTA_HD inline T ViewDirection(const S centre[3], const T mean[3], T dir[3]) {
   return inv;
 }
 
-// color[c] = sum_k basis[k] sh(3 k + c) + 0.5, before the clamp at zero. basis: from ShBasis. sh(a) must return
-// coefficient a; it is a function so that the caller need not copy the coefficients.
+// color[c] = sum_k basis[k] sh(3 k + c) + 0.5, before the clamp at zero. basis: from ShBasis. sh(a) returns coefficient
+// a; a function avoids a copy of the coefficients.
 template <int Degree, class T, class Sh>
 VESTA_HD inline void ShColor(const T* basis, const Sh& sh, T color[3]) {
   for (int c = 0; c < 3; ++c) {
@@ -37,7 +37,7 @@ VESTA_HD inline void ShColor(const T* basis, const Sh& sh, T color[3]) {
 }
 
 // Adjoint of the colour as a function of the mean: mean_bar += d(color . color_bar) / d(mean). dir, inv_distance: from
-// ViewDirection. color_bar must be zero for clamped channels.
+// ViewDirection. color_bar: zero for clamped channels.
 template <int Degree, class T, class Sh>
 VESTA_HD inline void ShColorMeanAdjoint(const T dir[3], const T& inv_distance, const Sh& sh, const T color_bar[3],
                                         T mean_bar[3]) {

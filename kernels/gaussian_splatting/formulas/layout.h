@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parameters (attributes) of a Gaussian, their order, and their memory layout. a is the index of an attribute:
+// The parameters (attributes) of a Gaussian and their memory layout. a is the index of an attribute:
 //
 //   a  0..2   mean, world units
 //   a  3..5   log of the standard deviations along the principal axes
@@ -8,8 +8,8 @@
 //   a  11 + 3 k + c   spherical-harmonics coefficient k of channel c (red, green, blue), k < (degree + 1)^2
 //
 // A model is one structure of arrays. Each Gaussian has its own SH degree, and Gaussians are sorted by degree, highest
-// first. An SH band is therefore stored only for the first Gaussians, and takes no memory for the others. Attribute a
-// of Gaussian i is x[Offset(a) + i] (ModelLayout). If all Gaussians have the same degree, this is x[a * count + i].
+// first, so an SH band is stored only for the first Gaussians. Attribute a of Gaussian i is x[Offset(a) + i]
+// (ModelLayout). If all Gaussians have the same degree, this is x[a * count + i].
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ inline constexpr int kMaxAttributes = kSh + 48;
 VESTA_HD constexpr int NumAttributes(int sh_degree) { return kSh + 3 * (sh_degree + 1) * (sh_degree + 1); }
 // Number of SH coefficients above degree 0 in all three channels, 0..45.
 VESTA_HD constexpr int NumHigherHarmonics(int sh_degree) { return NumAttributes(sh_degree) - NumAttributes(0); }
-// Band b, 0..3, has the attributes from FirstOfBand(b) to NumAttributes(b) - 1. The geometry is part of band 0.
+// Band b, 0..3, has the attributes FirstOfBand(b) to NumAttributes(b) - 1. The geometry is part of band 0.
 VESTA_HD constexpr int FirstOfBand(int band) { return band == 0 ? 0 : NumAttributes(band - 1); }
 VESTA_HD constexpr int BandOf(int attribute) {
   int band = 0;
@@ -41,16 +41,14 @@ VESTA_HD constexpr int BandOf(int attribute) {
 struct ModelLayout {
   std::int64_t count = 0;  // Gaussians
   int sh_degree = 0;       // 0..3, the highest of all Gaussians
-  // without_band[b - 1]: number of Gaussians without SH band b = 1, 2, 3; these are the last ones. For bands above
-  // sh_degree, which no Gaussian has, it is 0.
+  // without_band[b - 1]: number of Gaussians without SH band b = 1, 2, 3, the last ones. 0 for bands above sh_degree.
   std::int64_t without_band[kMaxShDegree] = {};
 
-  // Number of Gaussians with this band, 0..3; these are the first ones.
+  // Number of Gaussians with this band, 0..3: the first ones.
   VESTA_HD constexpr std::int64_t WithBand(int band) const {
     if (band > sh_degree) return 0;
     return band == 0 ? count : count - without_band[band - 1];
   }
-  // Number of Gaussians with this attribute.
   VESTA_HD constexpr std::int64_t Rows(int attribute) const { return WithBand(BandOf(attribute)); }
   // Index of the first value of the attribute; Size() for attributes that no Gaussian has.
   VESTA_HD constexpr std::int64_t Offset(int attribute) const {
@@ -61,15 +59,12 @@ struct ModelLayout {
     }
     return offset;
   }
-  // Total number of values.
   constexpr std::int64_t Size() const { return Offset(kMaxAttributes); }
-  // SH degree of a Gaussian.
   constexpr int DegreeOf(std::int64_t gaussian) const {
     int degree = sh_degree;
     while (gaussian >= WithBand(degree)) --degree;
     return degree;
   }
-  // Whether all Gaussians have the same degree.
   constexpr bool is_uniform() const { return WithBand(sh_degree) == count; }
   friend constexpr bool operator==(const ModelLayout&, const ModelLayout&) = default;
 
@@ -91,8 +86,7 @@ struct ModelLayout {
   }
 };
 
-// Returns the layout of a model in which with_band[b] Gaussians have band b = 0..3. The numbers must not increase with
-// b.
+// The layout of a model in which with_band[b] Gaussians have band b = 0..3. The numbers must not increase with b.
 constexpr ModelLayout LayoutOfBands(const std::int64_t (&with_band)[kMaxShDegree + 1]) {
   ModelLayout layout{.count = with_band[0]};
   for (int band = 1; band <= kMaxShDegree && with_band[band] > 0; ++band) {

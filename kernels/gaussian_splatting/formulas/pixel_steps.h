@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The computations of all raster passes for one splat and one pixel, shared by the CPU loops (passes.h) and the GPU
-// kernels. T is the transmittance in front of the splat, w = alpha T its weight, c its colour, and S the sum of the
-// weighted colours w c of everything behind it, including the background:
+// The computations of all raster passes for one splat and one pixel, shared by the CPU (passes.h) and the GPU. T is the
+// transmittance in front of the splat, w = alpha T its weight, c its colour, and S the sum of the weighted colours w c
+// of everything behind it, including the background:
 //   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
 //   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h, docs/mathematics.md section 3)
 // Forward, tangent, adjoint and Gram passes call these functions with the same arguments. They therefore decide
@@ -16,8 +16,7 @@ namespace vesta::splat {
 
 inline namespace VESTA_ISA {
 
-// Alpha of a splat at an open pixel: min(0.99, 2^exponent) if that is at least 1/255, else 0. exponent: log2 of alpha
-// before these limits.
+// Alpha of a splat at an open pixel: min(0.99, 2^exponent) if that is at least 1/255, else 0.
 template <class V>
 VESTA_HD inline V EvaluateAlpha(const V& exponent) {
   using S = typename Lanes<V>::Scalar;
@@ -30,19 +29,18 @@ VESTA_HD inline V ZeroAtAlphaCap(const V& alpha, const V& value) {
   return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));
 }
 
-// Result of blending a splat into a vector of pixels.
+// A splat blended into a vector of pixels.
 template <class V>
 struct Blend {
-  typename Lanes<V>::Mask open;  // pixels that neither this splat nor one in front of it has closed
+  typename Lanes<V>::Mask open;  // pixels not yet closed, by this splat or one in front
   V alpha;                       // 0 if the splat does not contribute to the pixel
   V weight;                      // alpha T, the weight of the splat's colour in the pixel
-  V transmittance;               // behind the splat, for open pixels; below 1e-4 for closed ones
+  V transmittance;               // behind the splat; below 1e-4 for closed pixels
 };
 
 // Blends one splat, front to back. transmittance: in front of the splat; any value from 0 to 1e-4 for closed pixels.
 // alpha: from EvaluateAlpha. A splat that would reduce the transmittance to less than 1e-4 closes the pixel, and is not
-// blended itself, as in 3DGS. The transmittance never increases, so a single comparison also finds pixels that an
-// earlier splat closed.
+// blended, as in 3DGS. The transmittance never increases, so a single comparison also finds pixels closed earlier.
 template <class V>
 VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   using S = typename Lanes<V>::Scalar;
@@ -54,8 +52,8 @@ VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   return blend;
 }
 
-// For pixel x of a row of a tile (RowSpan in row_span.h): OffsetAt computes the whitened coordinate p, ExponentAt the
-// log2 of alpha without floor and cap, and AlphaAt alpha.
+// For pixel x of a row of a tile (RowSpan in row_span.h): the whitened coordinate p, the log2 of alpha without floor
+// and cap, and alpha.
 template <class V>
 VESTA_HD inline V OffsetAt(const V& x, const V& r, const V& p0) {
   return Fma(x, r, p0);
@@ -98,13 +96,13 @@ VESTA_HD inline V TangentWeight(const Blend<V>& blend, const V& psi, V& minus_dT
   minus_dT = Fma(minus_dT, V(1) - blend.alpha, d_alpha_T);
   return d_weight;
 }
-// Returns d_color plus the change of w c, for one colour channel. dc: change of c.
+// Returns d_color plus the change of w c. dc: change of c.
 template <class V>
 VESTA_HD inline V TangentColor(const Blend<V>& blend, const V& d_weight, const V& c, const V& dc, const V& d_color) {
   return Fma(blend.weight, dc, Fma(d_weight, c, d_color));
 }
 
-// Contribution of a splat of colour c to u . colour of the pixel, where u is the cotangent of the image.
+// Contribution of a splat of colour c to u . colour of the pixel. u: cotangent of the image.
 template <class V>
 VESTA_HD inline V ContributionOf(const Blend<V>& blend, const V c[3], const V u[3]) {
   return blend.weight * Fma(c[0], u[0], Fma(c[1], u[1], c[2] * u[2]));
@@ -114,17 +112,17 @@ template <class V>
 VESTA_HD inline V AlphaOdds(const V& alpha) {
   return alpha * Reciprocal(V(1) - alpha);
 }
-// A pixel's colour, or u . colour, is a sum of one contribution per splat. Returns the derivative of the sum with
-// respect to log alpha of this splat; 0 at the cap. odds: AlphaOdds. share: the contribution of this splat. behind: on
-// entry, the contributions of this splat and of everything behind it; on return, without this splat.
+// A pixel's colour, or u . colour, is a sum of contributions of splats. Returns the sum's derivative with respect to
+// log alpha of this splat; 0 at the cap. odds: AlphaOdds. share: this splat's contribution. behind: on entry, the
+// contributions of this splat and everything behind it; on return, without this splat.
 template <class V>
 VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& share, V& behind) {
   behind = behind - share;
   return ZeroAtAlphaCap(blend.alpha, Fnma(behind, odds, share));
 }
 
-// The derivative of psi with respect to component i (kXi, ..., kLambda) is p^PowerP(i) q^PowerQ(i), with the sign -1
-// for all except kLambda.
+// The derivative of psi with respect to component i (kXi, ..., kLambda) is p^PowerP(i) q^PowerQ(i), with sign -1 except
+// for kLambda.
 VESTA_HD constexpr int PowerP(int i) { return i == kRho ? 2 : i == kXi || i == kKappa ? 1 : 0; }
 VESTA_HD constexpr int PowerQ(int i) { return i == kSigma ? 2 : i == kZeta || i == kKappa ? 1 : 0; }
 

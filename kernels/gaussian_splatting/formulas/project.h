@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection of one Gaussian to one view: values for any scalar (floats, SIMD batches, duals, Jets), and the adjoint.
+// Projection of one Gaussian to one view for any scalar (floats, SIMD batches, duals, Jets), and its adjoint.
 //
 // First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5). The screen covariance is M M^T + h I with the 2 x
 // 3 matrix M = J W R_q S. S contains the standard deviations, R_q is the rotation of the Gaussian's quaternion, W the
-// rotation of the camera, J the derivative of the lens (lens.h), and h the camera's 2D dilation eps2d. A name with _bar
-// is a cotangent: the derivative of a scalar result with respect to that variable.
+// rotation of the camera, J the derivative of the lens (lens.h), h the camera's 2D dilation eps2d. A name with _bar is
+// a cotangent: the derivative of a scalar result with respect to that variable.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/types.h"
@@ -22,23 +22,23 @@ struct CameraConstants {
   S near;
   S eps2d, eps2d_squared;
   S width, height;           // of the image
-  S u_lo, u_hi, v_lo, v_hi;  // guard band (kGuardBand): Gaussians whose mean is outside are skipped
+  S u_lo, u_hi, v_lo, v_hi;  // guard band (kGuardBand)
 };
 
 // Maximum distance of a projected mean from the image, in image widths and heights. The projection is linearised at the
-// mean. A Gaussian beside the camera, with a small depth, would therefore cover the whole image like a veil, although
-// no other view shows it there. (Kerbl et al. 2023, section 6, use the same remedy.)
+// mean. A Gaussian beside the camera, with a small depth, would therefore cover the whole image like a veil. (Kerbl et
+// al. 2023, section 6, use the same remedy.)
 inline constexpr double kGuardBand = 2;
 
 // Limit for Gaussians whose mean is more than 15 % of the image size outside the image: maximum standard deviation
-// along the optical axis, divided by the depth of the mean. A longer one would extend to the side of the camera, where
-// the linear projection creates veils and streaks that no other view shows (docs/decisions/projection-limits.md).
+// along the optical axis, divided by the depth of the mean. A longer one would extend beside the camera, where the
+// linear projection creates veils and streaks (docs/decisions/projection-limits.md).
 inline constexpr double kDepthSpread = 0.5;
 
-// Maximum determinant of a screen covariance, pixels^4. Above it float cannot represent the determinant's derivative.
+// Maximum determinant of a screen covariance, pixels^4. Above it the determinant's derivative overflows float.
 inline constexpr double kLargestDet = 1e34;
 
-// Sets eps2d and its square. The square is computed in double before it is rounded to S.
+// The square is computed in double before it is rounded to S.
 template <class S, class L>
 inline void SetEps2d(double variance, CameraConstants<S, L>& c) {
   c.eps2d = static_cast<S>(variance), c.eps2d_squared = static_cast<S>(variance * variance);
@@ -60,18 +60,18 @@ inline CameraConstants<S, L> ConstantsOf(const PosedCamera& camera) {
   return c;
 }
 
-// Calls body(constants), where `constants` are the CameraConstants for the camera's lens model.
+// Calls body with the CameraConstants for the camera's lens model.
 template <class S, class Body>
 inline decltype(auto) WithConstants(const PosedCamera& camera, const Body& body) {
   return OfModel<S>(LensModels(), camera.lens.model,
                     [&](auto model) { return body(ConstantsOf<typename decltype(model)::type>(camera)); });
 }
 
-// Intermediate results of the projection that the adjoint uses.
+// Intermediate results for the adjoint.
 template <class L, class T>
 struct ProjectionState {
   T t[3];                            // camera coordinates
-  typename L::template Point<T> at;  // point at which the derivative of the lens is evaluated
+  typename L::template Point<T> at;  // at which the derivative of the lens is evaluated
   T A[9];                            // W R_q
   T scale[3];                        // standard deviations
   T M0[3], M1[3];                    // rows of M
@@ -84,8 +84,8 @@ struct SplatShape {
   T u, v, r, s, beta;
 };
 
-// Computes the shape from mean[3], log_scale[3] and quaternion[4]. S is the scalar type of the camera's constants. For
-// depths z <= 0 the result may be infinite or NaN, and the caller must discard it.
+// S is the scalar type of the camera's constants. For depths z <= 0 the result may be infinite or NaN, and must be
+// discarded.
 template <class S, class L, class T>
 VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const T mean[3], const T log_scale[3],
                                       const T quaternion[4], ProjectionState<L, T>& state) {
@@ -113,8 +113,8 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   const T eps2d(camera.eps2d);
   state.B = Fma(m[0], n[0], Fma(m[1], n[1], m[2] * n[2]));
   state.C = nn + eps2d;
-  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, a sum of positive terms. For very elongated Gaussians, A C - B^2 would lose
-  // all digits in float.
+  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, a sum of positive terms. In float A C - B^2 would lose all digits for very
+  // elongated Gaussians.
   state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(eps2d, mm + nn, T(camera.eps2d_squared)))));
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
@@ -134,7 +134,7 @@ VESTA_HD inline auto IsProjectionAccurate(const L& lens, const ProjectionState<L
   return lens.IsInRange(state.t, state.at) | (variance <= limit * limit);
 }
 
-// Converts d, the derivative of a shape, to the first five components of a splat tangent (SplatTangent in types.h).
+// Converts d, a derivative of a shape, to the first five components of a splat tangent (SplatTangent in types.h).
 template <class T>
 VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
   const T two_ln2(kTwoLn2);
@@ -145,7 +145,7 @@ VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<
   w[kSigma] = two_ln2 * d.s / shape.s;
 }
 
-// Computes the cotangent of the projected mean (u, v) from w_bar, the cotangent of the splat.
+// Computes the cotangent of the projected mean (u, v) from w_bar, the splat's.
 template <class T>
 VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, const T* w_bar, T& u_bar, T& v_bar) {
   const T two_ln2(kTwoLn2);

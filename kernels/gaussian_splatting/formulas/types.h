@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain data types of the splatting kernels. They contain only float, double and integers, no SIMD types, so code that
-// is compiled for different instruction sets can share them.
+// Plain data types of the splatting kernels. Without SIMD types, so that code compiled for different instruction sets
+// can share them.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace vesta::splat {
 
-// Alpha floor, alpha cap, and the transmittance at which a pixel is closed (pixel_steps.h). They are the same in every
-// pass; otherwise the products with J and J^T would not be adjoint.
+// Alpha floor, alpha cap, and the transmittance at which a pixel is closed (pixel_steps.h). All passes must use the
+// same; otherwise the products with J and J^T would not be adjoint.
 inline constexpr double kAlphaFloor = 1.0 / 255.0;
 inline constexpr double kAlphaCap = 0.99;
 inline constexpr double kTransmittanceStop = 1e-4;
-// Default and limits of the 2D dilation eps2d, in pixels squared: the variance of the low-pass filter, which is added
-// to the screen covariance along both axes. 3DGS (Kerbl et al. 2023) and most viewers use the default.
+// Default and limits of the 2D dilation eps2d, in pixels squared: the variance of the low-pass filter, added to the
+// screen covariance along both axes. 3DGS (Kerbl et al. 2023) and most viewers use the default.
 inline constexpr double kEps2d = 0.3, kMinEps2d = 0.01, kMaxEps2d = 4;
 constexpr bool IsValidEps2d(double variance) { return variance >= kMinEps2d && variance <= kMaxEps2d; }
 
 // log2 of the alpha floor.
 inline constexpr double kLog2AlphaFloor = -7.994353436858858;
-// sqrt(log2(e) / 2): the factor with which whitened coordinates turn exp(-x^2 / 2) into a power of two.
+// sqrt(log2(e) / 2): with this factor whitened coordinates turn exp(-x^2 / 2) into a power of two.
 inline constexpr double kWhitening = 0.8493218002880191;
 inline constexpr double kTwoLn2 = 1.3862943611198906;
 
@@ -32,13 +32,13 @@ inline constexpr double kTwoLn2 = 1.3862943611198906;
 //   r = w sqrt(C / det),  beta = -B / C,  s = w / sqrt(C),  w = kWhitening.
 // (p, q) are the whitened coordinates of the pixel. The map from d to (p, q) is, up to a constant factor, the Cholesky
 // factor of the conic, the inverse of the screen covariance. Unlike the quadratic form of the conic, p^2 + q^2 does not
-// lose digits by cancellation for very elongated Gaussians.
+// lose digits for very elongated Gaussians.
 template <class S>
 struct alignas(16) Splat {
   S u, v;  // projected mean, pixels
   S r, s, beta;
-  S log2_opacity;  // of the opacity after the sigmoid
-  S support;       // alpha >= 1/255 where p^2 + q^2 <= log2(255 opacity); slightly larger, and only used to skip pixels
+  S log2_opacity;  // after the sigmoid
+  S support;       // alpha >= 1/255 where p^2 + q^2 <= log2(255 opacity); slightly larger, only for skipping pixels
   S color[3];      // after the clamp at 0
   S inv_r;         // 1 / r
   S pad;
@@ -70,12 +70,11 @@ struct SplatGram {
 
 inline constexpr int kTileSize = 16;  // width and height, pixels
 
-// Long sums are split into partial sums of this many terms, because in float a sum of a million equal terms loses three
-// digits.
+// Long sums are split into partial sums of this many terms: in float a sum of a million equal terms loses three digits.
 inline constexpr int kTermsPerPartialSum = 4096;
 
-// The splats of one view in depth order, and for each tile the list of the splats that touch it. The rank of a splat is
-// its index in `splats`. A (splat, tile) pair is an index into `ranks`.
+// The splats of one view in depth order, and for each tile the list of splats that touch it. The rank of a splat is its
+// index in `splats`. A (splat, tile) pair is an index into `ranks`.
 template <class S>
 struct TileLists {
   const Splat<S>* splats;
@@ -87,13 +86,13 @@ struct TileLists {
 
 // Work counters of a raster pass. A vector is a SIMD vector of pixels.
 struct VisitCounts {
-  std::int64_t pairs = 0;    // (splat, tile) pairs that are visited before all pixels of the tile are closed
+  std::int64_t pairs = 0;    // visited (splat, tile) pairs: before all pixels of the tile are closed
   std::int64_t vectors = 0;  // visited vectors
-  std::int64_t useful = 0;   // visited vectors with a pixel to which the splat contributes
+  std::int64_t useful = 0;   // with a pixel to which the splat contributes
   std::int64_t pixels = 0;   // pixels to which the splat contributes
 };
 
-// Counts of a view that determine the memory of its passes. They may be means over several views.
+// Counts of a view that determine the memory of its passes, or their means over views.
 struct ViewCounts {
   double pixels = 0, tiles = 0;
   double splats = 0;   // visible splats
@@ -101,14 +100,14 @@ struct ViewCounts {
   double entries = 0;  // (pixel, splat) pairs: entries of a cached Jacobian
 };
 
-// Spare capacity of buffers that views share, as a factor, so that the next view seldom needs a reallocation.
+// Spare capacity of buffers that views share, as a factor; the next view then seldom needs a reallocation.
 inline constexpr double kSpareCapacity = 1.125;
 
 // A camera with its pose, in the form of the kernels.
 //
 // World point mu to camera coordinates: t = R mu + T, with x right, y down, z forward, as in COLMAP. The projection
-// skips Gaussians with z <= near, Gaussians with means far outside the image (kGuardBand in project.h), and long ones
-// with means outside the image (kDepthSpread).
+// skips Gaussians with z <= near, with means far outside the image (kGuardBand in project.h), and long ones with means
+// outside the image (kDepthSpread).
 struct PosedCamera {
   double R[9];  // row-major
   double T[3];
@@ -116,7 +115,7 @@ struct PosedCamera {
   Lens lens;
   int width, height;  // image size, pixels
   double near;
-  double eps2d = kEps2d;  // 2D dilation: variance added to both screen axes, pixels squared
+  double eps2d = kEps2d;  // variance added to both screen axes, pixels squared
 };
 
 }  // namespace vesta::splat

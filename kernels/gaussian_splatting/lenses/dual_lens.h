@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of a lens model by dual numbers (kernels/math/dual.h), from its formula alone. A lens model M<S> derives
-// from DualLens<M<S>, S> and defines only kName, Plane and PointAt (lens.h). Hand-written derivatives, as in pinhole.h,
-// take a third of the time.
+// Derivatives of a lens model by dual numbers (kernels/math/dual.h). A lens model M<S> derives from DualLens<M<S>, S>
+// and defines only kName, Plane and PointAt (lens.h). Hand-written derivatives, as in pinhole.h, take a third of the
+// time.
 #pragma once
 
 #include "kernels/gaussian_splatting/lenses/lens.h"
@@ -28,7 +28,7 @@ struct DualLens : LensConstants<S> {
     return t[2] == t[2];
   }
 
-  // Computes the pixel (u, v) of t, and its derivative for a point that moves along `direction`.
+  // Computes the pixel (u, v) of t, and its derivative along `direction`.
   template <class T>
   VESTA_HD void Along(const T t[3], const T direction[3], Dual<T>& u, Dual<T>& v) const {
     Point<Dual<T>> at;

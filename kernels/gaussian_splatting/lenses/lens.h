@@ -9,14 +9,14 @@
 
 namespace vesta::splat {
 
-// A lens model maps camera coordinates to an image plane. For all models, the focal lengths (fx, fy) and the principal
-// point (cx, cy) map this plane to pixels. Pixel centres are at (i + 0.5, j + 0.5).
+// A lens model maps camera coordinates to an image plane, which the focal lengths (fx, fy) and the principal point (cx,
+// cy) map to pixels. Pixel centres are at (i + 0.5, j + 0.5).
 struct Lens {
   double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
   int model = 0;                          // index in LensModels (models.h); 0: the pinhole
 
   bool operator==(const Lens&) const = default;
-  // Returns the same lens for a resized image. across, down: factors of its width and height.
+  // The lens for a resized image. across, down: factors of its width and height.
   Lens Scaled(double across, double down) const { return {across * fx, down * fy, across * cx, down * cy, model}; }
 
   template <class Archive>
@@ -27,7 +27,7 @@ struct Lens {
 
 inline namespace VESTA_ISA {
 
-// Base class of all lens models: focal lengths and principal point in scalar type S.
+// Base class of all lens models.
 template <class S>
 struct LensConstants {
   using Scalar = S;
@@ -40,7 +40,7 @@ struct LensConstants {
         cx(static_cast<S>(lens.cx)),
         cy(static_cast<S>(lens.cy)) {}
 
-  // Maps a point of the image plane to a pixel.
+  // Maps the image plane to pixels.
   template <class T>
   VESTA_HD void Pixel(const T& x, const T& y, T& u, T& v) const {
     u = Fma(T(fx), x, T(cx));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of lens models. To add one, write its header in this folder and add its name to LensModels. The projection
-// on CPU and GPU, the readers of cameras, and the tests iterate over the list.
+// The list of lens models. To add one, write its header in this folder and add its name to LensModels. The projection,
+// the readers of cameras, and the tests iterate over the list.
 #pragma once
 
 #include <string_view>
@@ -17,7 +17,7 @@ requires(LensModel<Models<float>>&&...) struct LensList {
 
 using LensModels = LensList<Pinhole>;
 
-// Calls body(std::type_identity<M<S>>()), where M is the model with this index in the list.
+// M: the model with this index in the list.
 template <class S, class Body, template <class> class M, template <class> class... Others>
 VESTA_HD decltype(auto) OfModel(LensList<M, Others...>, int index, const Body& body) {
   if constexpr (sizeof...(Others) > 0) {
@@ -34,7 +34,7 @@ constexpr int IndexOf(LensList<Models...>, std::string_view name) {
   return found;
 }
 
-// Computes the pixel of t, a point in camera coordinates.
+// The pixel of t, a point in camera coordinates.
 VESTA_HD inline void PixelOf(const Lens& lens, const double t[3], double& u, double& v) {
   OfModel<double>(LensModels(), lens.model, [&](auto model) {
     double x, y;
@@ -42,7 +42,7 @@ VESTA_HD inline void PixelOf(const Lens& lens, const double t[3], double& u, dou
     LensConstants<double>(lens).Pixel(x, y, u, v);
   });
 }
-// Computes t, the point in camera coordinates at this depth that projects to pixel (u, v).
+// The point t in camera coordinates at this depth that projects to pixel (u, v).
 inline void PointAt(const Lens& lens, double u, double v, double depth, double t[3]) {
   OfModel<double>(LensModels(), lens.model, [&](auto model) {
     decltype(model)::type::PointAt((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy, depth, t);

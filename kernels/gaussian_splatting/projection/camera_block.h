@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of splats with respect to the camera pose: the functions in CameraKernels. They process a block of
-// Gaussians at a time, one per SIMD lane.
+// Derivatives of splats with respect to the camera pose: the functions in CameraKernels, with one Gaussian per SIMD
+// lane.
 //
-// The motion (omega, tau) of a pose, a rotation and a translation in camera axes (PoseTangent), has the same effect on
-// the projection as a rigid motion of all Gaussians about the camera's centre. In world axes it is the rotation turn =
+// A motion (omega, tau) of a pose in camera axes, rotation and translation (PoseTangent), has the same effect on the
+// projection as a rigid motion of all Gaussians about the camera's centre. In world axes this is the rotation turn =
 // R^T omega and the translation shift = R^T tau:
 //   d mean = turn x (mean - centre) + shift,   d quaternion = (0, turn) quaternion / 2.
 // Colours depend on the direction from the camera to the Gaussian in world axes, which only the shift changes. The
 // derivative with respect to the pose is therefore the derivative of projection and colour (project.h, color.h) along
-// this motion. The adjoint is computed in the same way.
+// this motion.
 #pragma once
 
 #include "kernels/gaussian_splatting/projection/project_block.h"
@@ -32,7 +32,7 @@ struct WorldMotion {
       }
     }
   }
-  // The adjoint of the constructor: converts a cotangent to camera axes.
+  // Adjoint of the constructor: converts a cotangent to camera axes.
   VESTA_HD PoseTangent InCamera(const PosedCamera& camera) const {
     PoseTangent xi;
     for (int i = 0; i < 3; ++i) {
@@ -45,7 +45,7 @@ struct WorldMotion {
   }
 };
 
-// Positions, relative to the camera centre, and orientations of a block of Gaussians, and their derivatives along a
+// Positions (relative to the camera centre) and orientations of a block of Gaussians, and their derivatives along a
 // rigid motion.
 template <class V>
 struct RigidBlock {
@@ -133,7 +133,7 @@ VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S,
     for (int c = 0; c < 3; ++c) color_bar[c] = color.Masked(c, w_bar[kColor + c]);
     color.MeanAdjoint(color_bar, shift_bar);
 
-    // Add in the order of the Gaussians. The lanes of invisible Gaussians may contain any value and are skipped.
+    // Add in the order of the Gaussians. Lanes of invisible Gaussians may contain any value and are skipped.
     alignas(64) S turns[3][Lane::kWidth], shifts[3][Lane::kWidth];
     for (int k = 0; k < 3; ++k) Lane::Store(turns[k], turn_bar[k]), Lane::Store(shifts[k], shift_bar[k]);
     for (int lane = 0; lane < block.n; ++lane) {

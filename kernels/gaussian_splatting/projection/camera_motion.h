@@ -7,8 +7,7 @@
 
 namespace vesta::splat {
 
-// A motion in the camera's frame: it maps a point t in camera coordinates to R(quaternion) t + translation. The default
-// is the identity.
+// Maps a point t in camera coordinates to R(quaternion) t + translation. The default is the identity.
 struct CameraMotion {
   double quaternion[4] = {1, 0, 0, 0};  // w, x, y, z, unit length
   double translation[3] = {};           // world units
@@ -17,14 +16,14 @@ struct CameraMotion {
   double Angle() const;
 };
 
-// Retraction: returns the motion that first applies `motion`, then xi, which maps t to exp(rotation) t + translation.
+// Returns the motion that first applies `motion`, then xi, which maps t to exp(rotation) t + translation (a
+// retraction).
 CameraMotion Compose(const PoseTangent& xi, const CameraMotion& motion);
 
-// Returns the motion that maps one pose (t = R mu + T for a world point mu, R row-major) to another.
+// The motion that maps one pose (t = R mu + T for a world point mu, R row-major) to another.
 CameraMotion MotionBetween(const double R[9], const double T[3], const double to_R[9], const double to_T[3]);
 
-// Applies the motion to a pose, or to a camera including its centre. With the default motion the result is
-// bit-identical to the input.
+// Applies the motion to a pose, or to a camera including its centre. The default motion changes no bit.
 void MovePose(const CameraMotion& motion, double R[9], double T[3]);
 PosedCamera Moved(const PosedCamera& camera, const CameraMotion& motion);
 

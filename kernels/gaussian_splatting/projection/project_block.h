@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Projection of Gaussians to a view, and its derivatives: the functions in ProjectKernels. They process a block of
-// neighbouring Gaussians at a time, one per SIMD lane. On a GPU a block is one Gaussian, processed by one thread.
+// neighbouring Gaussians, one per SIMD lane. On a GPU a block is one Gaussian.
 #pragma once
 
 #include <bit>
@@ -19,8 +19,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// ModelLayout::Offset of all attributes up to an SH degree. On the host it is a table. A GPU computes it each time,
-// because a table would not be in registers.
+// ModelLayout::Offset of all attributes up to an SH degree. A table on the host. A GPU computes it each time, because a
+// table would not be in registers.
 template <class V, int Degree>
 class AttributeOffsets {
  public:
@@ -54,7 +54,7 @@ class AttributeOffsets {
 };
 
 // A block of Gaussians i .. i + n - 1 in a structure of arrays. A row is the array of one attribute. If n is less than
-// the number of lanes, Load sets the other lanes to zero, and Add does not write them.
+// the number of lanes, Load zeroes the other lanes, and Add does not write them.
 template <class V, class S>
 struct Block {
   using L = Lanes<V>;
@@ -63,9 +63,8 @@ struct Block {
 
   VESTA_HD Block(std::int64_t first, std::int64_t end)
       : i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
-  // Prefetches the first `rows` rows of a later block, unless it reaches beyond `end`. offset(r): index of the first
-  // value of row r. Each row is a separate memory stream, and there are more streams than the hardware prefetcher can
-  // follow.
+  // Prefetches the first `rows` rows of a later block, unless it reaches beyond `end`. offset(r): first index of row r.
+  // The rows are more memory streams than the hardware prefetcher can follow.
   template <class Offset>
   VESTA_HD void PrefetchAhead(const S* x, const Offset& offset, int rows, std::int64_t end) const {
     if constexpr (L::kWidth > 1) {  // not on a device, where neighbouring threads read together
@@ -91,7 +90,7 @@ struct Block {
   }
 };
 
-// The geometric attributes of a block, and their projection.
+// Geometric attributes of a block, and their projection.
 template <class V, class L>
 struct ProjectedBlock {
   V mean[3], log_scale[3], quaternion[4], opacity;
@@ -108,7 +107,7 @@ struct ProjectedBlock {
   }
 };
 
-// Mask of the visible Gaussians of a block. rank_of[i]: index of Gaussian i in depth order, or -1 if not visible.
+// Visible Gaussians of a block. rank_of[i]: index of Gaussian i in depth order, or -1 if not visible.
 template <class V, class S>
 VESTA_HD typename Lanes<V>::Mask VisibleLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
   bool is_seen[Lanes<V>::kWidth];
@@ -116,8 +115,8 @@ VESTA_HD typename Lanes<V>::Mask VisibleLanes(const Block<V, S>& block, const st
   return Lanes<V>::LoadMask(is_seen);
 }
 
-// out[k] = scalar k of the record of each Gaussian of the block; 0 if the Gaussian is not visible. fields(rank) must
-// point to the N scalars of the record.
+// out[k] = scalar k of the record of each Gaussian of the block; 0 if not visible. fields(rank) points to the N scalars
+// of the record.
 template <int N, class V, class S, class Fields>
 VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
   alignas(64) S lanes[N][Lanes<V>::kWidth] = {};
@@ -130,7 +129,7 @@ VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_o
   for (int k = 0; k < N; ++k) out[k] = Lanes<V>::Load(lanes[k]);
 }
 
-// The inverse: writes values[k] to scalar k of the records of the visible Gaussians.
+// The inverse, for the visible Gaussians.
 template <int N, class V, class S, class Fields>
 VESTA_HD void ScatterRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields,
                              const V* values) {
@@ -164,14 +163,13 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     const ProjectedBlock<V, L> b(camera, load);
     const SplatShape<V>& shape = b.shape;
-    // Slightly enlarged, because raster passes only use it to skip pixels. The exact alpha decides which pixels a splat
-    // changes.
+    // Slightly enlarged, because raster passes only use it to skip pixels.
     const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
     const V support =
         V(static_cast<S>(1.0001)) * (log2_opacity - V(static_cast<S>(kLog2AlphaFloor))) + V(static_cast<S>(1e-3));
     const V reach_x = sqrt(support * (V(1) / (shape.r * shape.r) + Square(shape.beta / shape.s)));
     const V reach_y = sqrt(support) / shape.s;
-    // Comparisons with NaN are false, so Gaussians with non-finite values are skipped.
+    // Comparisons with NaN are false, so non-finite Gaussians are skipped.
     const auto seen = (b.state.t[2] > V(camera.near)) & (b.opacity >= floor_opacity) & (shape.u + reach_x > V(0)) &
                       (shape.u - reach_x < width) & (shape.v + reach_y > V(0)) & (shape.v - reach_y < height) &
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
@@ -219,9 +217,9 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// Computes the tangents of the splats, except kLambda, from the parameters and their derivatives. colored: the mean
-// from which the viewing direction of the colour is computed. If the camera rotates, its derivative differs from the
-// derivative of `mean`. sh: as in ShColor.
+// Computes the tangents of the splats, except kLambda, from the parameters and their derivatives. colored: the mean for
+// the viewing direction of the colour; if the camera rotates, its derivative differs from the one of `mean`. sh: as in
+// ShColor.
 template <int Degree, class S, class L, class V, class Sh>
 VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
                              const Dual<V> quaternion[4], const Dual<V> colored[3], const Sh& sh, V w[kSplatTangent]) {
@@ -305,8 +303,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
     for (int c = 0; c < 3; ++c) color_bar[c] = color.Masked(c, w_bar[kColor + c]);
     color.MeanAdjoint(color_bar, mean_bar);
 
-    // The lanes of invisible Gaussians may contain any value (for example if the mean is behind the camera), so they
-    // are masked.
+    // Lanes of invisible Gaussians may contain any value (for example if the mean is behind the camera).
     const auto add = [&](int a, const V& value) { block.Add(g + at(a), Select(seen, value, V(0))); };
     for (int k = 0; k < 3; ++k) add(kMean + k, mean_bar[k]), add(kLogScale + k, log_scale_bar[k]);
     for (int k = 0; k < 4; ++k) add(kQuaternion + k, quaternion_bar[k]);
@@ -317,7 +314,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// Computes the 9 x 9 Gram matrix of a splat from its sums (SplatGram in types.h).
+// Computes the Gram matrix of a splat from its sums (SplatGram in types.h).
 template <class V>
 VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
   const V* cross = m + kMoments4;
@@ -384,7 +381,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
       for (int row = col; row < kGeometry; ++row) {
         V value(0);
         for (int k = 0; k < kSplatTangent; ++k) value = Fma(K[k][row], GK[k], value);
-        // Exactly it is not negative, but rounding may make it negative.
+        // Rounding may make it negative.
         if (row == col) value = Max(value, V(0));
         block.Add(blocks + of_block(PackedLower(row, col)), Select(seen, value, V(0)));
       }

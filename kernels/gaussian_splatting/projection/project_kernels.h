@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Passes over ranges of Gaussians, for the instruction set chosen at run time: the projection of Gaussians to splats,
-// its derivatives with respect to the Gaussians' parameters, and its derivatives with respect to the camera pose.
+// and its derivatives with respect to their parameters and to the camera pose.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,7 @@
 
 namespace vesta::splat {
 
-// A model: the values x with this layout (not owned). Colours use SH bands up to active_sh_degree, which must not
-// exceed sh_degree.
+// A model: values x with this layout (not owned). Colours use SH bands up to active_sh_degree <= sh_degree.
 template <class S>
 struct Model : ModelLayout {
   const S* x = nullptr;
@@ -21,12 +20,12 @@ struct Model : ModelLayout {
   Model() = default;
   Model(const S* values, const ModelLayout& layout, int active)
       : ModelLayout(layout), x(values), active_sh_degree(active) {}
-  // A model in which all Gaussians have the same degree.
+  // All Gaussians have the same degree.
   Model(const S* values, std::int64_t gaussians, int degree, int active)
       : Model(values, ModelLayout{.count = gaussians, .sh_degree = degree}, active) {}
 
   // Divides the Gaussians begin .. end - 1 into ranges of equal SH degree, at most active_sh_degree, and calls
-  // body(degree, begin, end) for each range.
+  // body(degree, begin, end) for each.
   template <class Body>
   void ForEachDegree(std::int64_t begin, std::int64_t end, const Body& body) const {
     for (int degree = active_sh_degree; degree >= 0; --degree) {
@@ -40,27 +39,26 @@ struct Model : ModelLayout {
 // Sort key of a Gaussian that is not visible.
 inline constexpr std::uint32_t kInvisible = 0xffffffffu;
 
-// Kernels for one SH degree, for ranges of Gaussians whose colours have exactly this degree (Model::ForEachDegree).
-// rank_of[i] is the index of Gaussian i in depth order (its rank), or -1 if it is not visible. K is the derivative of a
-// splat, as a SplatTangent, with respect to the parameters of its Gaussian.
+// Kernels for ranges of Gaussians whose colours have exactly one SH degree (Model::ForEachDegree). rank_of[i] is the
+// index of Gaussian i in depth order (its rank), or -1 if it is not visible. K is the derivative of a splat, as a
+// SplatTangent, with respect to the parameters of its Gaussian.
 template <class S>
 struct ProjectKernels {
   // For Gaussians [begin, end): key[i] = the bits of the depth as float, which increase with the depth; kInvisible if
-  // the Gaussian is not visible. Computes splats[i] if it is visible. Gaussians are not visible if their depth is not
-  // above `near`, their opacity is below 1/255, their support is outside the image, a value is not finite, or a limit
-  // of project.h is exceeded.
+  // not visible. Computes splats[i] if visible. Gaussians are not visible if their depth is not above `near`, their
+  // opacity is below 1/255, their support is outside the image, a value is not finite, or a limit of project.h is
+  // exceeded.
   void (*project)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                   std::uint32_t* key, Splat<S>* splats);
   // tangents[rank] = K dx for the visible Gaussians in [begin, end). dx: change of the parameters, in the layout of x.
   void (*tangent)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                   const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents);
-  // g += K^T cotangents[rank] for the visible Gaussians in [begin, end). g has the layout of x.
+  // g += K^T cotangents[rank] for the same Gaussians. g has the layout of x.
   void (*adjoint)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                   const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g);
-  // blocks += K^T Gram K for the geometric attributes, where Gram is the Gram matrix of the splat (grams[rank]).
-  // Element (row, col) of the packed lower triangle of Gaussian i is blocks[PackedLower(row, col) * count + i].
-  // sh_diagonal += the diagonal of K^T Gram K for the SH attributes, in the layout of x without the geometric
-  // attributes.
+  // blocks += K^T Gram K for the geometric attributes, with the splat's Gram matrix (grams[rank]). Element (row, col)
+  // of the packed lower triangle of Gaussian i is blocks[PackedLower(row, col) * count + i]. sh_diagonal += the
+  // diagonal of K^T Gram K for the SH attributes, in the layout of x without the geometric attributes.
   void (*gram)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal);
 };
@@ -68,11 +66,11 @@ struct ProjectKernels {
 // The kernels for this degree (0..3).
 template <class S>
 const ProjectKernels<S>& GetProjectKernels(int degree);
-// The float kernels of one instruction set, which the CPU must support.
+// The float kernels of `isa`, which the CPU must support.
 const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree);
 
-// A tangent or cotangent of a camera pose (of SE(3)), in the camera's frame. As a motion it maps a point t in camera
-// coordinates to exp(rotation) t + translation. Rotation in radians, translation in world units.
+// A tangent or cotangent of a camera pose (of SE(3)), in the camera's frame. It maps a point t in camera coordinates to
+// exp(rotation) t + translation. Radians and world units.
 inline constexpr int kPoseTangent = 6;
 struct PoseTangent {
   double v[kPoseTangent] = {};  // rotation, then translation
@@ -83,19 +81,19 @@ struct PoseTangent {
   }
 };
 
-// Kernels for one SH degree, as in ProjectKernels. Here K is the derivative of a splat with respect to the camera pose.
-// Visibility and depth order are treated as constant.
+// Kernels for one SH degree, as in ProjectKernels. K is the derivative of a splat with respect to the camera pose, with
+// constant visibility and depth order.
 template <class S>
 struct CameraKernels {
   // tangents[rank] = K xi for the visible Gaussians in [begin, end).
   void (*tangent)(const Model<S>& model, const PosedCamera& view, const PoseTangent& xi, std::int64_t begin,
                   std::int64_t end, const std::int32_t* rank_of, SplatTangent<S>* tangents);
-  // Returns the sum of K^T cotangents[rank] over the same Gaussians, added in their order in double.
+  // Returns the sum of K^T cotangents[rank] over them, in their order in double.
   PoseTangent (*adjoint)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                          const std::int32_t* rank_of, const SplatTangent<S>* cotangents);
 };
 
-// The kernels for this degree (0..3). S = double is the reference in tests.
+// S = double is the reference in tests.
 template <class S>
 const CameraKernels<S>& GetCameraKernels(int degree);
 const CameraKernels<float>& FloatCameraKernelsFor(Isa isa, int degree);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Change of a view's loss when its pixels change. loss_passes.h uses it to predict the effect of removing or
+// Change of a view's loss when its pixels change, with which loss_passes.h predicts the effect of removing or
 // recolouring a splat. (Pixel penalty, SSIM, G, s, c: kernels/image/photometric_formula.h.)
 //
-// The penalty of each pixel is computed exactly. 1 - SSIM is approximated by its quadratic with the Hessian diag(G s) +
-// G diag(c) G, where G is the blur with the SSIM window. The second part couples pixels. To avoid a blur per splat, G
-// delta is approximated by a constant times delta, where delta is the change of the image when one splat changes. The
-// constant is the fraction of the energy (sum of squares) of a Gaussian with covariance C that remains after a blur of
-// variance v:
+// The penalty of each pixel is exact. 1 - SSIM is approximated by its quadratic with the Hessian diag(G s) + G diag(c)
+// G, where G is the blur with the SSIM window. The second part couples pixels. To avoid a blur per splat, G delta is
+// approximated by a constant times delta, the change of the image when one splat changes. The constant is the fraction
+// of the energy (sum of squares) of a Gaussian with covariance C that remains after a blur of variance v:
 //   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 #pragma once
 
@@ -30,13 +29,13 @@ struct LinearizedLoss {
   PenaltyCoefficients<S> penalty;
   S l1, ssim;                 // weights
   S window_variance;          // of the SSIM window, pixels squared
-  const S* counts = nullptr;  // one plane: 1, or 0 for masked pixels, which the loss ignores; null: all 1
+  const S* counts = nullptr;  // one plane: 1, or 0 for masked pixels; null: all 1
 };
 
 inline namespace VESTA_ISA {
 
-// Fraction of a splat's energy that remains after a blur of this variance. The inverse covariance C^-1 is the conic, 2
-// ln 2 times F^T F, where F is the map from d to (p, q) (types.h).
+// Fraction of a splat's energy that remains after a blur of this variance. C^-1 is the conic, 2 ln 2 times F^T F, where
+// F is the map from d to (p, q) (types.h).
 template <class S>
 VESTA_HD inline S EnergyAfterBlur(const Splat<S>& splat, S variance) {
   const S scale = static_cast<S>(kTwoLn2) * variance, r2 = splat.r * splat.r, s2 = splat.s * splat.s;
@@ -44,7 +43,7 @@ VESTA_HD inline S EnergyAfterBlur(const Splat<S>& splat, S variance) {
   return S(1) / std::sqrt(S(1) + scale * (trace + scale * r2 * s2));
 }
 
-// The loss at the pixels of one tile. offset: index of a pixel in the tile, the first of a SIMD vector.
+// The loss at the pixels of one tile. offset: first pixel of a SIMD vector, within the tile.
 template <class V, class S>
 struct LossOfChange {
   using L = Lanes<V>;
@@ -52,7 +51,7 @@ struct LossOfChange {
   alignas(64) S error[3][kTilePixels], gradient[3][kTilePixels], diagonal[3][kTilePixels], curvature[3][kTilePixels];
   alignas(64) S counts[kTilePixels];
 
-  // Copies the pixels of the tile from the images of `loss`.
+  // Copies the tile from the images of `loss`.
   void Load(const TileLists<S>& lists, const TileWindow& window) {
     const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
     alignas(64) S truth[kTilePixels];
@@ -70,9 +69,9 @@ struct LossOfChange {
       std::fill(counts, counts + kTilePixels, S(1));
     }
   }
-  // The factor window_factor of AddCurvature and AddRise for a splat.
+  // The argument window_factor of AddCurvature and AddRise.
   V WindowFactor(const Splat<S>& splat) const { return V(loss.ssim * EnergyAfterBlur(splat, loss.window_variance)); }
-  // second += the second derivative, with respect to t, of the loss when the pixels of channel k change by t * share.
+  // second += the second derivative of the loss with respect to t when the pixels of channel k change by t * share.
   void AddCurvature(int k, int offset, const V& share, const V& window_factor, V& second) const {
     const V of_pixel = Fma(window_factor, L::Load(curvature[k] + offset), L::Load(diagonal[k] + offset));
     const V own = share * L::Load(counts + offset);
@@ -83,7 +82,7 @@ struct LossOfChange {
     const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
     const PixelPenalty<V> before(e, loss.penalty), after(e + delta, loss.penalty);
-    // First and second derivative of the SSIM part of the loss: the totals minus the parts of the penalty.
+    // First and second derivative of the SSIM part of the loss: totals minus penalty.
     const V ssim_slope = Fnma(l1, before.derivative, L::Load(gradient[k] + offset));
     const V pointwise = Fnma(l1, before.Curvature(loss.penalty), L::Load(diagonal[k] + offset));
     const V ssim_curvature = Fma(window_factor, L::Load(curvature[k] + offset), pointwise);
@@ -93,9 +92,9 @@ struct LossOfChange {
 
 }  // namespace VESTA_ISA
 
-// Recolouring: the loss of a view if one splat had the colour c' instead of c. Pixels would change by exactly delta = w
-// (c' - c), w = alpha T.
-inline constexpr int kRecolors = 3;  // number of colours that are tried per splat: one for each lower SH degree
+// Recolouring: the loss of a view if one splat had the colour c' instead of c. Pixels change by exactly delta = w (c' -
+// c), w = alpha T.
+inline constexpr int kRecolors = 3;  // colours tried per splat: one for each lower SH degree
 
 // Colours to try for one splat.
 template <class S>

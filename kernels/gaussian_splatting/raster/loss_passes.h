@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Raster passes over one tile that predict how the loss of a view changes if one splat is removed or gets another
-// colour. Each splat is considered separately, with all others unchanged.
+// Raster passes over one tile that predict how the loss of a view changes if one splat is removed or recoloured, with
+// all others unchanged.
 //
 // The colour of a pixel is an affine function of the alpha of each splat. Without the splat, with colour c, it
 // therefore changes by exactly

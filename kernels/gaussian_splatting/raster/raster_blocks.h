@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// GPU versions of the raster passes as block kernels (kernels/core/block_kernel.h): a tile is one block of threads, a
-// pixel one thread. They use the formulas of the host's passes (passes.h) and the traversal of tile_block.h. S is float
-// on a device; tests run double on the host.
+// The raster passes as block kernels (kernels/core/block_kernel.h): a tile is a block of threads, a pixel one thread.
+// They use the formulas of passes.h and the traversal of tile_block.h. S is float on a device; tests run double on the
+// host.
 //
 // Forward and tangent passes sum over splats and keep the sums of a pixel in registers. Adjoint and Gram passes sum
-// over the pixels of each splat, within the tile. They do so for a few splats at a time, without atomics, in two steps.
-// First, each thread computes the contributions of the splats at its pixel and writes them to shared memory. Then each
-// thread adds the contributions of one row, or half a row, of one splat.
+// over the pixels of each splat, a few splats at a time, without atomics. First, each thread writes the contributions
+// of the splats at its pixel to shared memory. Then each thread adds the contributions of one row, or half a row, of
+// one splat.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/splat_sums.h"
@@ -76,13 +76,13 @@ struct TangentBlock {
   }
 };
 
-// GPU version of RasterKernels::adjoint. The sums of pair k of the lists are stored in sums[entries[k]]. entries[k]:
-// index of the pair in the order by splat.
+// GPU version of RasterKernels::adjoint. The sums of pair k of the lists are stored in sums[entries[k]]; entries[k]:
+// its index in the order by splat.
 template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Share {
-    S g, w;  // derivatives of the pixel's part of u . image with respect to log alpha, and with respect to u . c
+    S g, w;  // derivatives of the pixel's part of u . image, by log alpha and by u . c
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -125,8 +125,8 @@ struct AdjointBlock {
   }
 
  private:
-  // Index of a pixel in shares and in u. Rows are rotated to avoid bank conflicts: the pixels of half a warp (two rows
-  // of eight) are on different banks, and so are the pixels of a column.
+  // Rows are rotated to avoid bank conflicts: the pixels of half a warp (two rows of eight) are on different banks, and
+  // so are the pixels of a column.
   VESTA_HD static int IndexInShares(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
   VESTA_HD static int IndexInU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
 
@@ -150,7 +150,7 @@ struct GramBlock {
   // Two threads per row.
   static constexpr int kThreads = kRasterThreads, kBatch = 8, kParts = 2 * kTileSize, kHalf = kTileSize / 2;
   struct alignas(16) Share {
-    S w, d[3];  // derivatives of the pixel's colours with respect to the splat's colour, and to log alpha
+    S w, d[3];  // derivatives of the pixel's colours, by the splat's colour and by log alpha
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -210,8 +210,8 @@ struct GramBlock {
   }
 
  private:
-  // Index of a pixel in shares and omega. Half rows are rotated to avoid bank conflicts between eight neighbouring
-  // threads, each at the same pixel of its own half row.
+  // Half rows are rotated to avoid bank conflicts between eight neighbouring threads, each at the same pixel of its own
+  // half row.
   VESTA_HD static int PixelIndex(int x, int y) {
     const int half = x / kHalf;
     return y * kTileSize + half * kHalf + (x + 2 * y + half) % kHalf;

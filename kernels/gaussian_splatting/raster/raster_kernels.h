@@ -10,15 +10,15 @@ namespace vesta::splat {
 
 // Images are planar: plane c of a width x height image begins at index c * width * height. A pair is a splat and a tile
 // that it touches; pair arrays are indexed like lists.ranks. Every function writes only the pixels or pairs of its
-// tile, so tiles may be processed in parallel. The rank of a splat is its index in depth order.
+// tile, so tiles may run in parallel. The rank of a splat is its index in depth order.
 template <class S>
 struct RasterKernels {
-  // image = sum_k c_k alpha_k T_k + T_end background, where k runs over the splats front to back. T_k is the
-  // transmittance in front of splat k, T_end behind the last one.
+  // image = sum_k c_k alpha_k T_k + T_end background, over the splats k front to back. T_k is the transmittance in
+  // front of splat k, T_end behind the last one.
   void (*forward)(const TileLists<S>& lists, int tile, S* image);
-  // Computes d_image, the change of the image, from the tangents of the splats, by rank.
+  // Computes the change of the image from the tangents of the splats, by rank.
   void (*tangent)(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* d_image);
-  // Computes both with bit-identical results, faster than separately because the blending weights are shared.
+  // Both with bit-identical results, faster because the blending weights are shared.
   void (*forward_tangent)(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* image, S* d_image);
   // For each pair of the tile, the cotangent of its splat from the pixels of the tile. u: cotangent of the image.
   // image: from forward.
@@ -26,7 +26,7 @@ struct RasterKernels {
   // For each pair of the tile, the Gram sums (splat_sums.h) with the weights omega >= 0 (3 planes). image: from
   // forward.
   void (*gram)(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums);
-  // For each pair of the tile, the rise of the loss in the tile without its splat; negative if the loss falls.
+  // For each pair of the tile, the rise of the loss in the tile without its splat (may be negative).
   void (*removal)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, S* pair_rises);
   // For each pair of the tile, the second derivative of the loss with respect to the colour of its splat.
   void (*color_curvature)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss,
@@ -34,19 +34,19 @@ struct RasterKernels {
   // For each pair of the tile, the rise of the loss if its splat has other colours. recolors: by rank.
   void (*recolor)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, const Recolors<S>* recolors,
                   RecolorRises<S>* pair_sums);
-  // Counts the visited pairs, vectors and pixels, which are the same for all passes above.
+  // Counts the visited pairs, vectors and pixels, the same for all passes above.
   VisitCounts (*count)(const TileLists<S>& lists, int tile);
 };
 
-// S = float: SIMD over pixels. S = double: one pixel at a time from the same source, as the reference in tests.
+// S = float: SIMD over pixels. S = double: one pixel at a time from the same source, the reference in tests.
 template <class S>
 const RasterKernels<S>& GetRasterKernels();
-// The float kernels of one instruction set, which the CPU must support.
+// The float kernels of `isa`, which the CPU must support.
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
 
-// The median splat of a pixel is the splat at which the transmittance falls below one half. A MedianKernel writes the
-// three colour components of values[rank of the median splat] to the pixel in the three planes, or 0 if there is no
-// median splat. It writes only the pixels of its tile.
+// The median splat of a pixel is the splat at which the transmittance falls below one half. Writes the three colour
+// components of values[rank of the median splat] to the pixel in the three planes, or 0 without a median splat. Writes
+// only the pixels of its tile.
 template <class S>
 using MedianKernel = void (*)(const TileLists<S>& lists, int tile, const SplatTangent<S>* values, S* planes);
 

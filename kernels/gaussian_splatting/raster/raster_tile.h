@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions in RasterKernels: they load the pixels of a tile, run a pass (passes.h, loss_passes.h) and store the
-// result.
+// The functions in RasterKernels: load the pixels of a tile, run a pass (passes.h, loss_passes.h) and store the result.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/loss_passes.h"
@@ -17,7 +16,7 @@ void PrefetchImage(const TileLists<S>& lists, const TileWindow& window, const S*
   for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, image + k * plane);
 }
 
-// Stores the pass's accumulated colours plus the background.
+// Stores the pass's colours plus the background.
 template <class V, class S, class Pass>
 void StoreImage(const TileLists<S>& lists, const TileWindow& window, Pass& pass, S* image) {
   using L = Lanes<V>;
@@ -108,7 +107,7 @@ RasterKernels<S> MakeRasterKernels() {
           &RemovalTile<V, S>, &ColorCurvatureTile<V, S>, &RecolorTile<V, S>,        &CountTile<V, S>};
 }
 
-// A pass that does not blend: each pixel gets the values of the splat at which its transmittance falls below one half.
+// Each pixel gets the values of the splat at which its transmittance falls below one half.
 template <class V, class S>
 struct MedianPass {
   using L = Lanes<V>;

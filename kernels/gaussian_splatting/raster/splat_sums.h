@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over the pixels of a splat, for its cotangent and its Gram matrix. On the CPU they are computed pixel by pixel
-// (CotangentSums, GramSums). On a GPU, where many threads share the work, they are computed row by row (CotangentRow,
-// GramRow). Along a row the whitened coordinate q is constant, so the sums of a row contain only powers of p. They are
-// multiplied by powers of q when the rows are added.
+// Sums over the pixels of a splat, for its cotangent and its Gram matrix. The CPU computes them pixel by pixel
+// (CotangentSums, GramSums). On a GPU, many threads share the work row by row (CotangentRow, GramRow). Along a row the
+// whitened coordinate q is constant, so the sums of a row contain only powers of p. They are multiplied by powers of q
+// when the rows are added.
 //
-// Cotangent for the cotangent u of the image: g is the derivative of a pixel's part of u . image with respect to log
-// alpha, and w the derivative of its colour with respect to the splat's colour. With psi of pixel_steps.h:
+// Let u be the cotangent of the image. g is the derivative of a pixel's part of u . image with respect to log alpha,
+// and w the derivative of its colour with respect to the splat's colour. With psi of pixel_steps.h:
 //   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.
 //
 // Gram sums: each colour c of a pixel has the curvature omega_c of the loss and the derivative d_c with respect to log
-// alpha. The derivative w with respect to the splat's colour is the same for all colours. The sums are:
+// alpha; w is the same for all colours. The sums are:
 //   shape x shape    sum_c omega_c d_c^2, times the monomials p^a q^b of degree <= 4,
 //   shape x colour   omega_c w d_c, times the monomials of degree <= 2,
 //   colour x colour  omega_c w^2.
@@ -69,7 +69,7 @@ VESTA_HD inline S CotangentFromRows(const Splat<S>& splat, const S (&rows)[kTile
   return i < kLambda ? -sum : sum;
 }
 
-// omega_c and d_c of one colour of a pixel, and its contributions to the sums.
+// omega_c and d_c of one colour of a pixel, and its terms of the sums.
 template <class V>
 struct GramColor {
   V omega, d;
@@ -100,7 +100,7 @@ struct GramSums {
       for (V& moment : cross[c]) moment = V(0);
     }
   }
-  // color_of(c) returns the GramColor of colour c; called for one colour at a time to save registers.
+  // color_of(c) returns the GramColor of colour c, one at a time to save registers.
   template <class S, class ColorOf>
   [[gnu::always_inline]] void Add(const V& w, const V& p, const S& q, const ColorOf& color_of) {
     const S q2 = q * q;
@@ -127,7 +127,7 @@ struct GramSums {
   }
 };
 
-// Sums of a row, or of a part of it: m p^a for a <= 4, with m = sum_c omega_c d_c^2; then for each colour omega_c w d_c
+// Sums of a row, or a part of it: m p^a for a <= 4, with m = sum_c omega_c d_c^2; then for each colour omega_c w d_c
 // p^a for a <= 2; then omega_c w^2 for each colour.
 template <class S>
 struct GramRow {
@@ -157,8 +157,8 @@ VESTA_HD inline void PowersOfRow(const S& q, S power[kRowPowers]) {
   for (int b = 1; b < kRowPowers; ++b) power[b] = power[b - 1] * q;
 }
 
-// Returns sum i of SplatGram from the sums of the rows in a tile. parts: one or more consecutive parts for each row.
-// powers[y]: PowersOfRow of row y.
+// Sum i of SplatGram from the sums of the rows in a tile. parts: one or more consecutive parts for each row. powers[y]:
+// PowersOfRow of row y.
 template <int kParts, class S>
 VESTA_HD inline S GramSumFromRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
                                   int i) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop of the passes that sum over splats (image, tangent). It processes a tile in batches of splats, front to
-// back. For each batch it visits the tile row by row, so that the sums of a vector of pixels stay in registers while
-// all splats of the batch are added.
+// The loop of the passes that sum over splats (image, tangent). It visits a tile in batches of splats, front to back,
+// and for each batch row by row. The sums of a vector of pixels then stay in registers for the whole batch.
 #pragma once
 
 #include <bit>
@@ -15,8 +14,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A batch of consecutive splats of a tile, as a structure of arrays. It is long enough for efficient loops, and fits
-// into the first-level cache. The place of a splat is its index in the batch.
+// A batch of consecutive splats of a tile, as a structure of arrays. It fits into the first-level cache. The place of a
+// splat is its index in the batch.
 template <class V, class S>
 class RowBatch {
  public:
@@ -34,15 +33,15 @@ class RowBatch {
     log2_opacity_[size] = splat.log2_opacity, support_[size] = splat.support, inv_r_[size] = splat.inv_r;
     ++size;
   }
-  // Adds splats that cover no pixel until the arrays consist of complete vectors.
+  // Fills the last vector with splats that cover no pixel.
   void Pad() {
     for (int i = size; i % L::kWidth != 0; ++i) {
       u_[i] = v_[i] = r_[i] = s_[i] = beta_[i] = log2_opacity_[i] = inv_r_[i] = S(0), support_[i] = S(-1);
     }
   }
 
-  // Computes the position of each splat in row y of the tile, and for each vector of pixels the list of the splats that
-  // touch it. Calls row_done(first place, q) for each vector of splats.
+  // Computes the position of each splat in row y of the tile, and for each vector of pixels the splats that touch it.
+  // Calls row_done(first place, q) for each vector of splats.
   template <class RowDone>
   void SetRow(int y, const RowDone& row_done) {
     for (int& count : num_touching_) count = 0;
@@ -61,8 +60,7 @@ class RowBatch {
     }
     for (int k = 0; k < kVectors; ++k) touching_[k][num_touching_[k]] = touching_[k][num_touching_[k] + 1] = kSplats;
   }
-  // For the current row: number and places of the splats that touch vector k of pixels. Two empty places follow at the
-  // end of the list.
+  // For the current row: number and places of the splats that touch vector k of pixels. Two empty places follow.
   int num_touching(int k) const { return num_touching_[k]; }
   const std::uint32_t* touching(int k) const { return touching_[k]; }
   V P(std::uint32_t splat, const V& columns) const { return OffsetAt(columns, V(r_[splat]), V(p0_[splat])); }
@@ -110,7 +108,7 @@ template <class V, class S, class Pass>
         const V columns = iota + V(static_cast<S>(k * L::kWidth));
         V transmittance = L::Load(pixels.transmittance + offset);
         typename Pass::State state = pass.Load(offset);
-        // The exponent is computed two splats in advance and alpha one splat in advance, to hide their latency.
+        // The exponent is computed two splats ahead and alpha one splat ahead, to hide their latency.
         V p = batch.P(places[0], columns), alpha = EvaluateAlpha(batch.Exponent(places[0], p));
         V next_p = batch.P(places[1], columns), exponent = batch.Exponent(places[1], next_p);
         for (int i = 0; i < count; ++i) {

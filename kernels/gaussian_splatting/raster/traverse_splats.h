@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The loop of the passes that sum over the pixels of each splat (adjoint, Gram). It visits the splats of a tile front
-// to back, and for each splat the vectors of pixels that it may touch, so that the splat's sums stay in registers.
+// to back, and for each one the vectors of pixels that it may touch, so that its sums stay in registers.
 #pragma once
 
 #include <bit>
@@ -14,7 +14,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// The position of a splat in each row of a tile, and the vectors of pixels that it touches.
+// Position of a splat in each row of a tile, and the vectors of pixels that it touches.
 template <class V, class S>
 struct SplatRows {
   using L = Lanes<V>;
@@ -51,7 +51,7 @@ template <class V, class S, class Pass>
   const TileOrigin<S> origin(lists, tile);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
-  // Computed one splat in advance, so that the rows to visit are known when the loop over them begins.
+  // Computed one splat ahead, so that the rows to visit are known when the loop over them begins.
   SplatRows<V, S> prepared[2];
   const auto prepare = [&](std::int64_t next) {
     prepared[next & 1].Set(InTile(lists.splats[lists.ranks[next]], origin));
@@ -67,7 +67,7 @@ template <class V, class S, class Pass>
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
       std::uint32_t todo = rows.touched[k] & pixels.open[k];
       if (todo == 0) continue;
-      // alpha is computed one row in advance, to hide its latency.
+      // Computed one row ahead, to hide the latency.
       int row = std::countr_zero(todo);
       V p = OffsetAt(columns, r, V(rows.p0[row])), alpha = AlphaAt(p, V(rows.peak[row]));
       do {

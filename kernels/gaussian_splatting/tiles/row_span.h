@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels that a splat covers in each row of a tile, and the values of the splat that are constant along a row. The
-// same template is used in three ways, with bit-identical results on the host:
+// The pixels that a splat covers in each row of a tile, and its values that are constant along a row. The same template
+// is used in three ways, with bit-identical results on the host:
 //
 //   traverse_splats.h   the SIMD lanes are 16 rows of one splat
 //   traverse_rows.h     the SIMD lanes are 16 splats in one row
@@ -33,8 +33,8 @@ VESTA_HD inline Splat<S> InTile(const Splat<S>& splat, const TileOrigin<S>& orig
   return moved;
 }
 
-// The members of a splat from InTile that RowPosition and RowSpan need. V is a scalar or a SIMD vector. All lanes
-// contain the same splat, or each lane contains a different one.
+// The members of a splat from InTile that RowPosition and RowSpan need. V: a scalar or a SIMD vector, whose lanes
+// contain the same splat or different ones.
 template <class V>
 struct RowSplat {
   V u, v, r, s, beta, log2_opacity, support, inv_r;
@@ -45,7 +45,7 @@ VESTA_HD inline RowSplat<V> InAllLanes(const Splat<S>& splat) {
           V(splat.support), V(splat.inv_r)};
 }
 
-// Position of a row in the whitened coordinates (p, q) of a splat (types.h): pixel x of the tile is at (p0 + r x, q).
+// A row in the whitened coordinates (p, q) of a splat (types.h): pixel x of the tile is at (p0 + r x, q).
 template <class V>
 struct RowPosition {
   V q;
@@ -66,8 +66,8 @@ struct PixelRange {
   int begin, end;
 };
 
-// The covered pixels of a row: pixels with begin <= x <= end if `reaches` is true, else none. A pixel is covered if p^2
-// + q^2 is at most Splat::support. Only there can alpha reach 1/255.
+// The covered pixels of a row: begin <= x <= end if `reaches` is true, else none. A pixel is covered if p^2 + q^2 is at
+// most Splat::support. Only there can alpha reach 1/255.
 template <class V>
 struct RowSpan : RowPosition<V> {
   using L = Lanes<V>;
@@ -81,8 +81,7 @@ struct RowSpan : RowPosition<V> {
     using std::ceil;
     const V rest = Fnma(this->q, this->q, splat.support);
     reaches = rest > V(0);
-    // Splat::support is slightly enlarged. This margin is larger than the rounding error of the root, so no pixel is
-    // lost.
+    // Splat::support is enlarged by more than the rounding error of the root, so no pixel is lost.
     const V half_width = MaskedSquareRoot(reaches, rest) * splat.inv_r;
     begin = ceil(this->middle - half_width);
     end = this->middle + half_width;
@@ -95,15 +94,14 @@ struct RowSpan : RowPosition<V> {
             static_cast<int>(Clamp(end, S(first - 1), S(last))) + 1};
   }
 
-  // Returns one bit per lane: 1 if vector k of the lane's row has a covered pixel. It is 0 if the span contains no
-  // pixel centre.
+  // One bit per lane: 1 if vector k of the lane's row has a covered pixel. 0 if the span contains no pixel centre.
   VESTA_HD std::uint32_t TouchesVector(int k) const {
     const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
     return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));
   }
 };
 
-// The row y of a splat from InTile. Unused members are optimised away.
+// Unused members are optimised away.
 template <class S>
 VESTA_HD inline RowSpan<S> RowInTile(const Splat<S>& splat, int y) {
   return RowSpan<S>(InAllLanes<S>(splat), static_cast<S>(y));

@@ -14,10 +14,10 @@ namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRasterThreads / 32;
-// A warp covers 8 x 4 pixels: a compact shape, so that a splat touches fewer warps.
+// A warp covers 8 x 4 pixels: a splat touches fewer warps of a compact shape.
 inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
-// The tile of a block of threads. It is an int because divisions of int are faster.
+// An int, because divisions of int are faster.
 template <class Block>
 VESTA_HD inline int TileOf(const Block& block) {
   return static_cast<int>(block.id());
@@ -60,8 +60,8 @@ struct PixelBlending {
 
   VESTA_HD explicit PixelBlending(const BlockPixel& pixel) : open(pixel.inside) {}
   // Blends the next splat (from InTile). Calls hit(p, q, blend) if its alpha at the pixel is at least 1/255; (p, q) are
-  // the whitened coordinates of the pixel (row_span.h). A splat that would reduce the transmittance below 1e-4 closes
-  // the pixel: blend.alpha is then 0, and no later splat is blended.
+  // the pixel's whitened coordinates (row_span.h). A splat that would reduce the transmittance below 1e-4 closes the
+  // pixel: blend.alpha is then 0, and no later splat is blended.
   template <class Hit>
   VESTA_HD void BlendNext(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
     const RowSpan<S> row = RowInTile(splat, pixel.y);
@@ -74,8 +74,8 @@ struct PixelBlending {
   }
 };
 
-// Returns a mask: bit w is set if the support of the splat (from InTile) touches the pixels of warp w. If it is not
-// set, alpha is 0 at all pixels of the warp.
+// Bit w is set if the support of the splat (from InTile) touches the pixels of warp w. Otherwise alpha is 0 in the
+// warp.
 template <class S>
 VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   const SupportReach<S> reach(splat);
@@ -93,7 +93,7 @@ VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   return warps;
 }
 
-// A batch of a tile's splats in shared memory, and the warps that each of them touches.
+// A batch of a tile's splats in shared memory, and the warps that each one touches.
 template <class S, int kBatch>
 struct SplatBatch {
   Splat<S> splats[kBatch];
@@ -102,7 +102,7 @@ struct SplatBatch {
   VESTA_HD const Splat<S>& operator[](int k) const { return splats[k]; }
   VESTA_HD bool Touches(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
 
-  // Loads the splats of the pairs first .. first + count - 1. The caller must call Sync before and after it.
+  // Loads the splats of the pairs first .. first + count - 1. Call Sync before and after it.
   template <class Block>
   VESTA_HD void Stage(Block& block, const TileLists<S>& lists, std::int64_t first, int count) {
     const int k = block.thread();
@@ -112,14 +112,13 @@ struct SplatBatch {
   }
 };
 
-// A SplatBatch with a mask per warp: its bits select the splats that touch the warp, so that the warp visits only
-// these.
+// A SplatBatch with a mask per warp, which selects the splats that touch it.
 template <class S, int kBatch>
 struct MaskedSplatBatch : SplatBatch<S, kBatch> {
   static constexpr int kWords = (kBatch + 31) / 32;
   std::uint32_t masks[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
 
-  // Computes the masks. The caller must call Sync between Stage and ComputeMasks, and after ComputeMasks.
+  // Call Sync between Stage and ComputeMasks, and after ComputeMasks.
   template <class Block>
   VESTA_HD void ComputeMasks(Block& block, int count) {
     if (block.thread() >= kRasterWarps * kWords) return;
@@ -138,8 +137,7 @@ VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int max_size
 }
 
 // Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() returns true.
-// go_on must contain a barrier, so that visit may overwrite the shared memory of the previous batch. Returns the first
-// pair that was not visited.
+// go_on must contain a barrier, so that visit may overwrite the shared memory. Returns the first pair not visited.
 template <int kBatch, class S, class Block, class GoOn, class Visit>
 VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
                                           const Visit& visit) {
@@ -153,7 +151,7 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
 }
 
 // For passes that sum over splats: calls hit(k, p, q, blend) for each splat splats[k] that contributes to the thread's
-// pixel, front to back until the pixel is closed. stage(first, count) is called for each batch, to load further data.
+// pixel, front to back until the pixel is closed. stage(first, count) loads further data for each batch.
 template <int kBatch, class S, class Block, class Stage, class Hit>
 VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                 PixelBlending<S>& blending, MaskedSplatBatch<S, kBatch>& splats, const Stage& stage,
@@ -178,9 +176,8 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
 }
 
 // For passes that sum over the pixels of each splat. For each splat k of a batch, every thread calls put(k, share) with
-// the share of its pixel: share_of(k, blend) if the splat contributes to the pixel, else Share{}. All threads then call
-// sum(first, count), which must add the shares. Returns the first pair that was not summed because all pixels were
-// closed.
+// its pixel's share: share_of(k, blend) if the splat contributes to the pixel, else Share{}. All threads then call
+// sum(first, count), which must add the shares. Returns the first pair not summed because all pixels were closed.
 template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
 VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
                                            SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,
@@ -205,8 +202,8 @@ VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lis
       });
 }
 
-// Calls visit(pair, i) for 0 <= i < kN and all pairs from `first` to the end of the block's tile. The calls are divided
-// among all threads.
+// Calls visit(pair, i) for 0 <= i < kN and all pairs from `first` to the end of the block's tile, divided among all
+// threads.
 template <int kN, class S, class Block, class Visit>
 VESTA_HD inline void ForEachRemaining(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
   const std::int64_t end = lists.tile_begin[block.id() + 1];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels of one tile: their position in the image, their transmittance, and copies to and from planes.
+// The pixels of one tile: position in the image, transmittance, and copies to and from planes.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +24,9 @@ inline TileWindow WindowOf(const TileLists<S>& lists, int tile) {
   return {x0, y0, w < kTileSize ? w : kTileSize, h < kTileSize ? h : kTileSize};
 }
 
-// Blending state of a tile's pixels. All passes update it splat by splat, from front to back. The transmittance of a
-// pixel is the fraction of the light from behind that the splats so far let through. A pixel is closed once a splat
-// would bring it below 1e-4; no further splat is then blended (BlendSplat).
+// Blending state of a tile's pixels, updated splat by splat, front to back. The transmittance of a pixel is the
+// fraction of the light from behind that the splats so far let through. A pixel is closed once a splat would bring it
+// below 1e-4; no further splat is then blended (BlendSplat).
 template <class V, class S>
 struct TilePixels {
   using L = Lanes<V>;
@@ -62,8 +62,7 @@ inline void SetZero(S* tile) {
   for (int i = 0; i < kTilePixels; i += Lanes<V>::kWidth) Lanes<V>::Store(tile + i, V(0));
 }
 
-// Copies the tile's window of one plane of a planar image to `tile`, an array of 16 rows of 16 pixels. Pixels outside
-// the image become zero.
+// Copies the tile's window of one plane of a planar image to `tile`, 16 rows of 16 pixels; zero outside the image.
 template <class V, class S>
 inline void LoadPlane(const TileLists<S>& lists, const TileWindow& window, const S* plane, S* tile) {
   for (int y = 0; y < kTileSize; ++y) {
@@ -76,7 +75,7 @@ inline void LoadPlane(const TileLists<S>& lists, const TileWindow& window, const
     }
   }
 }
-// Prefetches the cache lines that StorePlane will write. Call it before the tile is processed.
+// Prefetches the cache lines that StorePlane will write, before the tile is processed.
 template <class S>
 inline void PrefetchPlane(const TileLists<S>& lists, const TileWindow& window, const S* plane) {
   for (int y = 0; y < window.height; ++y) {
@@ -85,7 +84,7 @@ inline void PrefetchPlane(const TileLists<S>& lists, const TileWindow& window, c
     __builtin_prefetch(row + window.width - 1, 1);
   }
 }
-// Copies the pixels of `tile` that lie inside the image back to the plane.
+// Copies the pixels inside the image back to the plane.
 template <class V, class S>
 inline void StorePlane(const TileLists<S>& lists, const TileWindow& window, const S* tile, S* plane) {
   for (int y = 0; y < window.height; ++y) {

@@ -19,7 +19,7 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
   splat_begin_.Resize(count + 1);
   constexpr Index kGrain = 1024;
   std::atomic<Index> pairs = 0;
-  // Finding a splat's tiles costs more than copying them, so each chunk of splats stores the tiles that it finds.
+  // Finding a splat's tiles costs more than copying them, so each chunk of splats stores them.
   std::vector<std::vector<std::uint32_t>> found(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
   ParallelForChunks(count, kGrain, [&](Index begin, Index end) {
     std::vector<std::uint32_t>& mine = found[static_cast<std::size_t>(begin / kGrain)];
@@ -42,8 +42,8 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
     mine = {};
   });
 
-  // Counting sort by tile that keeps the depth order. Slices of the splats count and place their own entries. The
-  // slices of a tile follow each other, so the result does not depend on their number.
+  // Counting sort by tile that keeps the depth order. Slices of the splats count and place their own entries, one after
+  // the other in each tile, so the result does not depend on the number of slices.
   const Index slices = std::clamp<Index>(count / 4096, 1, 16);
   const Index tiles = num_tiles();
   std::vector<std::uint32_t> cursor(static_cast<std::size_t>(slices * tiles), 0);

@@ -7,13 +7,12 @@
 
 namespace vesta::splat {
 
-// The (splat, tile) pairs of one view. A pair is an index into the lists of the tiles, which are ordered by tile and
-// then by rank, the index of a splat in depth order. The inverse lists the pairs of each splat.
+// The (splat, tile) pairs of one view. A pair is an index into the lists of the tiles, ordered by tile and then by
+// rank, the index of a splat in depth order. The inverse lists the pairs of each splat.
 class TileBins {
  public:
-  // splats: in depth order. A splat is listed in a tile if and only if the ellipse of its support (Splat::support)
-  // intersects the rectangle of the tile's pixel centres. Runs in parallel; the lists do not depend on the number of
-  // threads.
+  // splats: in depth order. A splat is listed in a tile if the ellipse of its support (Splat::support) intersects the
+  // rectangle of the tile's pixel centres. Runs in parallel; the lists do not depend on the number of threads.
   template <class S>
   void Build(HostSpan<const Splat<S>> splats, int width, int height);
 
@@ -21,7 +20,6 @@ class TileBins {
   int tiles_y() const { return tiles_y_; }
   int num_tiles() const { return tiles_x_ * tiles_y_; }
   Index num_splats() const { return splat_begin_.size() - 1; }
-  // Number of (splat, tile) pairs.
   Index num_pairs() const { return ranks_.size(); }
   // [num_tiles + 1] first pair of each tile.
   const std::int64_t* tile_begin() const { return tile_begin_.data(); }
@@ -34,7 +32,7 @@ class TileBins {
   // [num_pairs] tile of each element of pairs_of_splat.
   const std::uint32_t* tiles_of_splat() const { return tiles_of_splat_.data(); }
 
-  // Memory of the lists of a view, in bytes.
+  // Bytes of the lists of a view.
   static double Bytes(const ViewCounts& view) {
     return sizeof(std::int64_t) * (view.tiles + view.splats) + 3 * sizeof(std::uint32_t) * view.pairs;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Processing of wide splats, which touch many tiles (tile_pairs.h), as block kernels (kernels/core/block_kernel.h). All
-// threads of a block together list the tiles of one splat, or sum its records. With one thread per splat, all other
-// threads would wait for it.
+// Block kernels (kernels/core/block_kernel.h) for wide splats, which touch many tiles (tile_pairs.h). All threads of a
+// block together list the tiles of one splat, or sum its records. With one thread per splat, the others would wait for
+// it.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -10,12 +10,12 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Size of the array of slots, in which each wide splat has its own slot. A wide splat has more than kFewTiles entries,
-// so one of their indices is a multiple of kFewTiles. The first such index, divided by kFewTiles, is its slot. A slot
-// contains 1 + rank, or 0 if it is empty.
+// Number of slots, one for each wide splat. A wide splat has more than kFewTiles entries, so one of their indices is a
+// multiple of kFewTiles. The first such index, divided by kFewTiles, is its slot. A slot contains 1 + rank, or 0 if
+// empty.
 constexpr Index NumWideSlots(Index pairs) { return pairs / kFewTiles + 1; }
 
-// For rank r: stores 1 + r in the slot of the splat if it is wide. slots must be 0 before.
+// For rank r: stores 1 + r in the slot of a wide splat. slots must be 0 before.
 struct MarkWideSplats {
   const Index* splat_begin;
   std::uint32_t* slots;
@@ -27,15 +27,15 @@ struct MarkWideSplats {
 
 inline constexpr int kWideThreads = 256;
 
-// All slots. Each block of threads processes kWideThreads of them.
+// Each block of threads processes kWideThreads slots.
 struct WideSlots {
   const std::uint32_t* slots;
   Index count;
 
   static constexpr Index NumBlocks(Index count) { return (count + kWideThreads - 1) / kWideThreads; }
 
-  // Calls visit(rank), with all threads, for each splat in the slots of the block. There is a barrier before each call.
-  // mine: shared memory.
+  // Calls visit(rank), with all threads, for each splat in the slots of the block. A barrier precedes each call. mine:
+  // shared memory.
   template <class Block, class Visit>
   VESTA_HD void ForEach(Block& block, std::uint32_t (&mine)[kWideThreads], const Visit& visit) const {
     const Index at = block.id() * kWideThreads + block.thread();
@@ -49,7 +49,7 @@ struct WideSlots {
   }
 };
 
-// EmitPairs for wide splats. Each thread processes one row of tiles at a time.
+// EmitPairs for wide splats. A thread processes one row of tiles at a time.
 template <class S>
 struct EmitWidePairs {
   static constexpr int kThreads = kWideThreads;
@@ -93,9 +93,9 @@ struct EmitWidePairs {
   }
 };
 
-// SumEntries for wide splats. kN threads form a lane, one thread per component. Lane l adds every kLanes-th entry from
-// l on, in the order of the tiles. The sums of the lanes are then added in order, so the result is bit-identical in
-// every run.
+// SumEntries for wide splats. kN threads, one per component, form a lane. Lane l adds every kLanes-th entry from l on,
+// in the order of the tiles. The sums of the lanes are then added in order, so the result is bit-identical in every
+// run.
 template <class S, int kN>
 struct SumWideBlock {
   static constexpr int kThreads = kWideThreads, kLanes = kThreads / kN;

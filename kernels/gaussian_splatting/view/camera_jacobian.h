@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the derivatives of a view's image with respect to the pose and the lens of its camera.
+// Products with the derivatives of a view's image with respect to its camera's pose and lens.
 #pragma once
 
 #include "kernels/gaussian_splatting/projection/lens_motion.h"
@@ -8,18 +8,18 @@
 
 namespace vesta::splat {
 
-// The image of a view as a function of its camera's pose: products with the derivative J and its transpose.
+// The image of a view as a function of the pose: products with the derivative J and its transpose.
 //
-// J = J_raster K. K is the derivative of the splats with respect to the pose (CameraKernels), and J_raster the
-// derivative of the image with respect to the splats (SplatView). Results are bit-identical for any number of threads.
-// view must have been built from the same model.
+// J = J_raster K. K is the derivative of the splats with respect to the pose (CameraKernels), J_raster the derivative
+// of the image with respect to the splats (SplatView). Results are bit-identical for any number of threads. view must
+// be built from the same model.
 //
 // d_image = J xi.
 template <class S>
 void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi, S* d_image,
                 ViewWorkspace<S>& workspace);
-// d_image = J_model dx + J xi, in one raster pass. J_model is the derivative with respect to the model's parameters. dx
-// has the layout of the model. If xi is null, d_image = J_model dx.
+// d_image = J_model dx + J xi, in one raster pass. J_model is the derivative with respect to the model's parameters, dx
+// has the model's layout. If xi is null, d_image = J_model dx.
 template <class S>
 void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent* xi, S* d_image,
                         ViewWorkspace<S>& workspace);
@@ -27,12 +27,11 @@ void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S
 template <class S>
 PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,
                         ViewWorkspace<S>& workspace);
-// Returns K^T cotangents. cotangents: J_raster^T u, by rank; SplatView::AddJT stores it in workspace.splat_sums.
+// Returns K^T cotangents. cotangents: J_raster^T u, by rank, which AddJT of SplatView stores in workspace.splat_sums.
 template <class S>
 PoseTangent PoseCotangent(const SplatView<S>& view, const Model<S>& model, const SplatTangent<S>* cotangents);
 
-// The image of a view as a function of its lens (lens_motion.h): products with the derivative J and its transpose.
-// Results are bit-identical for any number of threads.
+// The same for the lens (lens_motion.h).
 //
 // d_image = J delta.
 template <class S>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selects the kernels of an instruction set, and instantiates the double-precision reference from the same source.
+// Selects the kernels of an instruction set, and instantiates the double-precision reference.
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/gaussian_splatting/cache/cache_passes.h"
 #include "kernels/gaussian_splatting/projection/camera_block.h"

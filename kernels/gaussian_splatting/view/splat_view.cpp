@@ -18,8 +18,7 @@ void EnsureSize(HostBuffer<T>& buffer, Index size) {
   if (buffer.size() < size) buffer.ResizeForOverwrite(size + size / 8);
 }
 
-// splat_sums[k] = the sum of pair_sums over the pairs of splat k, in the fixed order of its tiles. Record consists of
-// kN scalars.
+// splat_sums[k] = the sum of pair_sums over the pairs of splat k, in the order of its tiles. Record: kN scalars.
 template <class S, class Record>
 void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, Record* splat_sums) {
   constexpr Index kRecordBytes = sizeof(Record), kN = kRecordBytes / static_cast<Index>(sizeof(S));
@@ -50,7 +49,7 @@ const Record* SumTiles(const TileBins& bins, Index num_splats, HostBuffer<Record
   return splats.data();
 }
 
-// Calls run(kernels, begin, end) for ranges that cover all Gaussians, with the kernels of their SH degree.
+// Calls run(kernels, begin, end) for ranges of all Gaussians, with the kernels of their SH degree.
 template <class S, class Run>
 void ForGaussians(const Model<S>& model, const Run& run) {
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {

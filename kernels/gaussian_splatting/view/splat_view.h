@@ -15,8 +15,7 @@
 
 namespace vesta::splat {
 
-// Scratch memory that several views may use one after the other. Its contents are undefined between calls, unless
-// stated otherwise.
+// Scratch memory that several views may share, one after the other. Undefined between calls, unless stated otherwise.
 template <class S>
 struct ViewWorkspace {
   HostBuffer<std::uint32_t> keys;
@@ -30,7 +29,7 @@ struct ViewWorkspace {
   HostBuffer<RecolorRises<S>> pair_recolors, splat_recolors;
   HostBuffer<S> u_tiles;
 
-  // Bytes of this memory that SplatView::Build needs for a view.
+  // Bytes that SplatView::Build needs for a view.
   static double BuildBytes(const ViewCounts& view, double gaussians) {
     return kSpareCapacity * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
   }
@@ -38,7 +37,7 @@ struct ViewWorkspace {
   static double ProductBytes(const ViewCounts& view) {
     return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatTangent<S>);
   }
-  // Additional bytes for these products if the Jacobian is cached.
+  // Additional bytes if the Jacobian is cached.
   static double CacheBytes(const ViewCounts& view) { return 3 * sizeof(S) * kTileSize * kTileSize * view.tiles; }
   // Bytes for AddGram.
   static double GramBytes(const ViewCounts& view) {
@@ -46,26 +45,26 @@ struct ViewWorkspace {
   }
 };
 
-// The image of a model in a view. The parameters x of the model determine the splats y, and y determines the image. The
-// Jacobian J of the image is therefore J_raster J_project. Both factors are evaluated at the x given to Build. The rank
-// of a splat is its index in depth order. Results are bit-identical for any number of threads.
+// The image of a model in a view. The model's parameters x determine the splats y, and y the image, so the Jacobian J
+// of the image is J_raster J_project, both at the x given to Build. The rank of a splat is its index in depth order.
+// Results are bit-identical for any number of threads.
 template <class S>
 class SplatView {
  public:
   using Cache = JacobianCache<S>;
 
-  // Memory of a view without a cache, in bytes.
+  // Bytes of a view without a cache.
   static double Bytes(const ViewCounts& view, double gaussians) {
     return sizeof(Splat<S>) * view.splats + sizeof(std::int32_t) * gaussians + TileBins::Bytes(view);
   }
 
   // Projects the Gaussians, sorts the visible ones by (depth, index), and assigns them to tiles. Discards a cached
-  // Jacobian. The operators below read x again, so they must get the same model with unchanged x.
+  // Jacobian. The operators below need the same model with unchanged x.
   void Build(const Model<S>& model, const PosedCamera& view, const double background[3], ViewWorkspace<S>& workspace);
 
   const PosedCamera& camera() const { return camera_; }
   Index num_pixels() const { return Index{camera_.width} * camera_.height; }
-  // Number of visible splats, and of (splat, tile) pairs.
+  // Visible splats, and (splat, tile) pairs.
   Index num_splats() const { return splats_.size(); }
   Index num_pairs() const { return bins_.num_pairs(); }
   // rank_of[i]: rank of Gaussian i, or -1 if it is not visible.
@@ -74,13 +73,13 @@ class SplatView {
 
   // For RasterKernels; valid until the next Build.
   TileLists<S> Lists() const;
-  // Counts the work of a raster pass over this view. Takes about the time of Render.
+  // Counts the work of a raster pass, in about the time of Render.
   VisitCounts CountVisits() const;
-  // Renders the view. image: 3 planes (red, green, blue) of num_pixels values.
+  // image: 3 planes (red, green, blue) of num_pixels values.
   void Render(S* image) const;
   Index num_tiles() const { return bins_.num_tiles(); }
-  // Stores J_raster until the next Build. All products with J_raster then use it, with the errors given in
-  // JacobianCache. image: from Render.
+  // Stores J_raster until the next Build, for all products with it, with the errors given in JacobianCache. image: from
+  // Render.
   void CacheJacobian(const S* image, CacheFormat format, ViewWorkspace<S>& /*workspace*/) {
     cache_.Build(Lists(), bins_, image, format);
   }
@@ -91,26 +90,26 @@ class SplatView {
   void RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
-  // Returns J_project dx: the tangents of the splats, by rank, stored in workspace.splat_sums.
+  // Returns J_project dx, the tangents of the splats, by rank, in workspace.splat_sums.
   SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
-  // Products with J_raster alone, for derivatives with respect to other parameters, such as the camera. d_image =
-  // J_raster tangents. tangents: by rank.
+  // Products with J_raster alone, for derivatives with respect to others, such as the camera. d_image = J_raster
+  // tangents. tangents: by rank.
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
-  // Returns J_raster^T u: the cotangents of the splats, by rank, stored in workspace.splat_sums. image: from Render.
+  // Returns J_raster^T u, the cotangents of the splats, by rank, in workspace.splat_sums. image: from Render.
   const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
-  // Adds parts of J^T diag(omega) J: to `blocks` its diagonal block of each Gaussian for the geometric attributes, to
-  // `sh_diagonal` its diagonal for the SH attributes (layouts: ProjectKernels::gram). omega: 3 planes like the image,
+  // Adds parts of J^T diag(omega) J: to `blocks` each Gaussian's diagonal block for the geometric attributes, to
+  // `sh_diagonal` the diagonal for the SH attributes (layouts: ProjectKernels::gram). omega: 3 planes like the image,
   // >= 0. image: from Render.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace) const;
-  // For each visible Gaussian i: adds to rises[i] how much the loss would grow if only Gaussian i were removed
-  // (loss_passes.h). loss.rendered: from Render.
+  // For each visible Gaussian i: adds to rises[i] how much the loss would grow if only i were removed (loss_passes.h).
+  // loss.rendered: from Render.
   void AddRemovalRises(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
-  // Returns the second derivative of the loss with respect to the colour of each splat, by rank. It is stored in the
-  // workspace until the next call.
+  // Second derivative of the loss with respect to the colour of each splat, by rank, in the workspace until the next
+  // call.
   const ColorCurvature<S>* ColorCurvatures(const LinearizedLoss<S>& loss, ViewWorkspace<S>& workspace) const;
-  // recolor(i): kRecolors other colours for Gaussian i. For each visible Gaussian i and each of these colours: adds to
-  // rises[i] how much the loss would grow if only Gaussian i changed to this colour.
+  // recolor(i): kRecolors other colours for Gaussian i. Adds to rises[i] how much the loss would grow if only the
+  // visible Gaussian i changed to each colour.
   template <class Recolor>
   void AddRecolorRises(const LinearizedLoss<S>& loss, const Recolor& recolor, RecolorRises<double>* rises,
                        ViewWorkspace<S>& workspace) const {

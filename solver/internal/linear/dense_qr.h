@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense least squares by Householder QR, for small problems. The accuracy depends on J's condition number, not on the
-// square of it (as with the normal equations).
+// Dense least squares by Householder QR, for small problems. The accuracy depends on J's condition number, not on its
+// square (as with the normal equations).
 #pragma once
 
 #include <memory>
@@ -9,8 +9,7 @@
 
 namespace vesta {
 
-// Computes the x that minimises |J x + r|^2 + lambda x^T D x. J is factorised once, and then used for any number of
-// dampings lambda D.
+// Computes the x that minimises |J x + r|^2 + lambda x^T D x. J is factorised once for any number of dampings lambda D.
 class DenseQr {
  public:
   // jacobian: rows x cols, column-major; residuals: rows entries. Both must be finite.
@@ -25,8 +24,8 @@ class DenseQr {
 
   // (J^T J)^-1, cols x cols. The columns of J are first scaled to length 1. A direction is singular if its singular
   // value is at most relative_threshold times the largest one. truncate = true ignores singular directions (the
-  // pseudo-inverse). truncate = false returns no values if there is a singular direction. rank: the number of
-  // directions that are not singular.
+  // pseudo-inverse); with false, there are no values if there is one. rank: the number of directions that are not
+  // singular.
   struct Inverse {
     int rank = 0;
     std::vector<double> values;

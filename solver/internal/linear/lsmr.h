@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // LSMR: least squares by Golub-Kahan bidiagonalisation (Fong and Saunders, LSMR: an iterative algorithm for sparse
-// least-squares problems, SIAM J. Sci. Comput. 33, 2011). Its accuracy depends on the condition number of A, not on the
-// square of it. With r = b - A x, the norm |A^T r| decreases in every iteration.
+// least-squares problems, SIAM J. Sci. Comput. 33, 2011). Its accuracy depends on the condition number of A, not on its
+// square. With r = b - A x, |A^T r| decreases in every iteration.
 #pragma once
 
 #include "kernels/core/vector_backend.h"
@@ -10,7 +10,7 @@
 namespace vesta {
 
 struct LsmrOptions {
-  // Each iteration computes one product with A and one with A^T; >= 0.
+  // Each one computes one product with A and one with A^T; >= 0.
   int max_iterations = 500;
   // Stop when |A^T (b - A x)| <= relative_tolerance |A| |b - A x|; within (0, 1).
   double relative_tolerance = 1e-10;
@@ -27,7 +27,7 @@ struct LsmrSummary {
 };
 
 // Computes the x that minimises |b - A x|; if A is rank-deficient, the one with the smallest norm. b has a.rows()
-// entries, x has a.cols() and is overwritten. If NaN or infinity occurs, x is the last finite iterate.
+// entries, x a.cols(); overwrites x. If NaN or infinity occurs, x is the last finite iterate.
 template <Backend B>
 LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, typename B::ConstVectorView b,
                       typename B::VectorView x);

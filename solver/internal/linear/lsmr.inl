@@ -58,11 +58,11 @@ LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, t
   }
   summary.normal_residual_norm = alpha * beta1;
   summary.finite = std::isfinite(summary.normal_residual_norm);
-  // If alpha = 0 at the start, x = 0 is a solution: b is orthogonal to the range of A.
+  // alpha = 0 at the start: x = 0 is a solution, because b is orthogonal to the range of A.
   summary.converged = summary.finite && summary.normal_residual_norm == 0;
   if (!summary.finite || summary.converged) return summary;
 
-  // Names follow section 2.8 of the paper: the two rotations of the QR factorisations of B_k and of R_k^T, then the
+  // Names follow section 2.8 of the paper: the rotations of the QR factorisations of B_k and of R_k^T, then the
   // recursions of the iterate and of the norms (section 5).
   double alpha_bar = alpha, zeta_bar = alpha * beta1, rho = 1, rho_bar = 1, c_bar = 1, s_bar = 0;
   double beta_dd = beta1, beta_d = 0, rho_d_old = 1, tau_tilde_old = 0, theta_tilde = 0, zeta_old = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Preconditioned conjugate gradients (PCG): solves A x = b for a symmetric positive definite operator A, on any
-// backend. In this file, r = b - A x is the residual, M the preconditioner, z = M^-1 r, and p the search direction.
+// backend. r = b - A x is the residual, M the preconditioner, z = M^-1 r, and p the search direction.
 #pragma once
 
 #include "kernels/core/vector_backend.h"
@@ -10,7 +10,7 @@ namespace vesta {
 
 enum class PcgStatus {
   kConverged,       // |r| <= relative_tolerance |b|, or absolute_tolerance
-  kModelConverged,  // the Nash-Sofer test was met (PcgOptions::model_tolerance)
+  kModelConverged,  // Nash-Sofer test (PcgOptions::model_tolerance)
   kMaxIterations,
   kIndefinite,  // p^T A p <= 0 or r^T z <= 0: the operator or the preconditioner is not positive definite
   kNonFinite,   // NaN or infinity occurred
@@ -23,9 +23,9 @@ enum class PcgStart {
 };
 
 struct PcgOptions {
-  // Limit on the number of iterations, >= 0. Each iteration computes one product A p.
+  // Limit, >= 0. Each iteration computes one product A p.
   int max_iterations = 500;
-  // The Nash-Sofer test is not used before this number of iterations, >= 0.
+  // No Nash-Sofer test before this number of iterations, >= 0.
   int min_iterations = 0;
   // Stop at |r| <= relative_tolerance |b|. 0 disables the test except for r = 0.
   double relative_tolerance = 0;
@@ -36,11 +36,11 @@ struct PcgOptions {
   // truncated-Newton method, 1990; Ceres's eta.
   double model_tolerance = 0.1;
   // Normally r is updated by a recursion, in which rounding errors accumulate. Every residual_reset_period iterations,
-  // compute r = b - A x instead, which costs one more product. 0: never.
+  // compute r = b - A x instead, for one more product. 0: never.
   int residual_reset_period = 0;
   PcgStart start = PcgStart::kZero;
 
-  // Throws Error with one line about the first option that is out of range.
+  // Throws Error about the first option that is out of range.
   void Validate() const;
 };
 
@@ -52,25 +52,24 @@ struct PcgSummary {
   double residual_norm = 0;  // |r| at the end
 };
 
-// Work memory of a solve, which the caller can reuse for the next solve.
+// Work memory, reusable for the next solve.
 template <Backend B>
 class PcgWorkspace {
  public:
   void Resize(Index size);
-  // Frees the vectors.
   void Release() { r = {}, p = {}, w = {}; }
   // r at the end of SolvePcg.
   typename B::ConstVectorView residual() const { return r.view(); }
 
-  // w holds M^-1 r, later A p. They are never needed at the same time.
+  // M^-1 r, later A p, which are never needed at the same time, are both in w.
   typename B::Vector r, p, w;
   typename B::Slots scalars;
 };
 
 // Solves A x = b. m_inverse computes products with M^-1, which must be symmetric positive definite. The stopping tests
-// use the norm sqrt(sum_k w_k r_k^2) with w = norm_weights, or the Euclidean norm if norm_weights is empty. Overwrites
-// x with the last iterate, or with zeros if an entry of it is not finite. products: computes inner products; a derived
-// class is needed if the vectors are divided among processes.
+// use the norm sqrt(sum_k w_k r_k^2) with w = norm_weights, or the Euclidean norm if these are empty. Overwrites x with
+// the last iterate, or with zeros if it has an entry that is not finite. products: inner products; a derived class
+// serves vectors divided among processes.
 template <Backend B>
 PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstVectorView b,
                     LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::VectorView x,

@@ -76,7 +76,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   backend.UpdatePcg(PcgPhase::kBegin, scalars);
   backend.Copy(w, p);
 
-  // The flag may be one iteration old. UpdatePcgScalars makes an iteration after the stop do nothing.
+  // The flag may be one iteration old; UpdatePcgScalars then does nothing.
   for (int k = 1; k <= options.max_iterations && backend.ReadLagged(slot(kPcgStop)) == 0; ++k) {
     if (k > 1) {
       precondition(r, w);
@@ -101,7 +101,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   summary.iterations = static_cast<int>(end[kPcgIteration]);
   summary.rhs_norm = std::sqrt(end[kPcgRhsNorm2]);
   summary.residual_norm = std::sqrt(end[kPcgResidualNorm2]);
-  // x may have overflowed even if the residual has converged.
+  // x may have overflowed even after convergence.
   if (!products.AllFinite(x)) {
     summary.status = PcgStatus::kNonFinite;
     backend.Fill(0, x);

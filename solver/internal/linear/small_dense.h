@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with small dense matrices, such as the blocks of block-sparse Jacobians. The loops are unrolled for common
-// sizes. A packed lower triangle is an array with entry (row, col), col <= row, at PackedLower(row, col)
-// (kernels/core/packed.h).
+// Products with small dense matrices, such as blocks of block-sparse Jacobians, with loops unrolled for common sizes.
+// Entry (row, col), col <= row, of a packed lower triangle is at PackedLower(row, col) (kernels/core/packed.h).
 #pragma once
 
 #include <type_traits>
@@ -33,11 +32,11 @@ inline void WithSize(int size, const Body& body) {
   }
 }
 
-// out += A x. A has `rows` rows and `cols` columns; row i begins at a + i * stride. Likewise below.
+// out += A x. A is rows x cols; row i begins at a + i * stride. Likewise below.
 inline void AddProduct(const double* a, int stride, int rows, int cols, const double* x, double* out) {
   WithSize(cols, [&](auto n) {
     for (int i = 0; i < rows; ++i) {
-      // Two independent sums, which the compiler puts in one vector register.
+      // Two independent sums for one vector register.
       double even = 0, odd = 0;
       const double* row = a + i * stride;
       for (int c = 0; c + 1 < n; c += 2) {
@@ -71,7 +70,7 @@ inline void AddGram(const double* a, int stride, int rows, int cols, double* pac
   });
 }
 
-// W += A^T B. W is row-major, cols_a x cols_b. A and B have the same number of rows and the same stride.
+// W += A^T B. W is row-major, cols_a x cols_b. A and B have the same rows and stride.
 inline void AddCrossProduct(const double* a, const double* b, int stride, int rows, int cols_a, int cols_b, double* w) {
   WithSize(cols_b, [&](auto n) {
     for (int i = 0; i < rows; ++i) {

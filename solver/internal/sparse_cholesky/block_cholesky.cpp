@@ -20,7 +20,7 @@ constexpr Index kTaskColumns = 48;
 
 std::size_t At(Index i) { return static_cast<std::size_t>(i); }
 
-// Zeroes the lower triangle and the values above it that the kernels access.
+// Zeroes the lower triangle and the values above it that kernels access.
 void ClearLower(double* values, Index stride, Index columns) {
   for (Index col = 0; col < columns; ++col) {
     const Index begin = std::max<Index>(col - kFrontStrip + 1, 0) / kFrontPad * kFrontPad;
@@ -277,7 +277,7 @@ std::shared_ptr<SparseCholesky> SparseCholesky::Plan(const BlockPattern& pattern
   ExceededLimit found = ExceededLimit::kNone;
   std::optional<EliminationPlan> plan = PlanElimination(
       pattern, {.factor_values = max_bytes / sizeof(double), .multiplications = max_multiplications}, &found);
-  // Merged fronts store more values, and their rows are padded.
+  // Merged fronts store more values, with padded rows.
   if (plan && BlockCholesky::Bytes(*plan) > max_bytes) {
     found = ExceededLimit::kFactorValues;
   } else if (plan && plan->multiplications > max_multiplications) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sparse Cholesky factorisation of symmetric positive definite block matrices by the multifrontal method
-// (elimination.h). The factor of H + lambda D is used as a preconditioner. PCG then needs one or two iterations.
+// (elimination.h). PCG needs one or two iterations with the factor of H + lambda D as its preconditioner.
 #pragma once
 
 #include <memory>
@@ -14,23 +14,22 @@
 
 namespace vesta {
 
-// A Cholesky factor L with L L^T = the matrix, up to a permutation. The result does not depend on the number of
-// threads.
+// A Cholesky factor L with L L^T = the matrix, up to a permutation. Independent of the number of threads.
 class BlockCholesky {
  public:
   explicit BlockCholesky(std::shared_ptr<const EliminationPlan> plan);
-  // Memory of a factor of this plan in bytes, without the update matrices that exist during factorisation.
+  // Bytes of a factor of this plan, without the update matrices during factorisation.
   static double Bytes(const EliminationPlan& plan);
 
   // Factorises matrix + scale * diag(added). The matrix must have the planned pattern; `added` has one entry per scalar
   // row. A pivot below 1e-13 times its diagonal entry is raised to this value, so that the factor is always positive
-  // definite, as a preconditioner must be. Returns the number of raised pivots.
+  // definite. Returns the number of raised pivots.
   Index Factorize(const BlockMatrix& matrix, double scale, HostSpan<const double> added);
   // y = (L L^T)^-1 x. x and y may be the same memory.
   void Solve(HostSpan<const double> x, HostSpan<double> y);
 
  private:
-  // Buffers for update matrices, which later fronts reuse.
+  // Buffers for update matrices, reused by later fronts.
   class Pool {
    public:
     // Returns at least `size` values with arbitrary contents.
@@ -52,23 +51,23 @@ class BlockCholesky {
   // These functions return the number of raised pivots.
   Index FactorizeSubtree(const EliminationSubtree& subtree, const Input& input);
   // Factorises a front after the updates of all its children were added, and computes its own update matrix. parallel:
-  // use several threads.
+  // on several threads.
   Index FactorizeFront(Index front, const Input& input, bool parallel);
   // least: smallest allowed value of each pivot.
   Index FactorizePanel(const FrontPanel& panel, const double* least, bool parallel) const;
-  // Copies the front's entries of the matrix to its panel, and allocates its update matrix. Only the first call of a
+  // Copies the front's entries of the matrix to its panel, and allocates its update matrix. Only the first call in a
   // factorisation has an effect.
   void Assemble(Index front, const Input& input);
-  // Adds the update matrix of a front to the panel and the update matrix of its parent, then releases its memory.
+  // Adds a front's update matrix to its parent's panel and update matrix, then releases it.
   void AddToParent(Index front, const Input& input);
 
   std::shared_ptr<const EliminationPlan> plan_;
   const FrontKernels& kernels_;
   std::vector<Index> first_value_;  // per front: position of its panel in values_
   HostBuffer<double> values_;       // the panels of all fronts: their columns of L
-  std::vector<Pool> pools_;         // one per subtree of a wave, and one per front that is in no subtree
+  std::vector<Pool> pools_;         // one per subtree of a wave, and per front in no subtree
   std::vector<std::size_t> pool_of_front_;
-  std::vector<std::vector<double>> updates_;  // per front: its update matrix, until it is added to the parent
+  std::vector<std::vector<double>> updates_;  // per front, until it is added to the parent
   std::vector<char> assembled_;               // per front: 1 after Assemble
   HostBuffer<double> least_;                  // smallest allowed value per pivot, in elimination order
   HostBuffer<double> permuted_, local_;       // work memory of Solve
@@ -78,24 +77,23 @@ class BlockCholesky {
 class NormalMatrixSource {
  public:
   virtual ~NormalMatrixSource() = default;
-  // H = J^T W J. All linearizations of a problem must use the same pattern. Computed at the first call; valid as long
-  // as this object.
+  // H = J^T W J, computed at the first call and valid as long as this object. All linearizations of a problem must use
+  // the same pattern.
   virtual const BlockMatrix& NormalMatrix() = 0;
 };
 
-// A plan and the memory of its factor, which a problem reuses for all linearizations and solves.
+// A plan and the memory of its factor, for all linearizations and solves of a problem.
 class SparseCholesky {
  public:
-  // Plans the factorisation for a pattern. Returns null if the factor would need more memory than max_bytes, or more
-  // multiplications than max_multiplications; exceeded, if not null, is then set to the limit.
+  // Returns null if the factor would need more than max_bytes or max_multiplications; exceeded, if not null, is then
+  // set to the limit.
   static std::shared_ptr<SparseCholesky> Plan(const BlockPattern& pattern, double max_bytes,
                                               double max_multiplications = std::numeric_limits<double>::infinity(),
                                               ExceededLimit* exceeded = nullptr);
 
   const EliminationPlan& plan() const { return *plan_; }
   double bytes() const { return BlockCholesky::Bytes(*plan_); }
-  // Returns an object for a factor: the previous one if it is no longer in use (its memory is large), otherwise a new
-  // one.
+  // An object for a factor: the previous one (its memory is large) if it is no longer in use, else a new one.
   std::shared_ptr<BlockCholesky> Factor() {
     return factor_.Get([&] { return std::make_shared<BlockCholesky>(plan_); });
   }
@@ -110,8 +108,8 @@ class SparseCholesky {
 class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
-  // For linearizations that derive from NormalMatrixSource and have the planned pattern. why: reason for the choice of
-  // this preconditioner, appended to the description.
+  // For linearizations that derive from NormalMatrixSource and have the planned pattern. why: reason for this
+  // preconditioner, for the description.
   explicit SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why = "");
 
   Index size() const override { return cholesky_->plan().num_scalars; }
@@ -120,7 +118,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, B::ConstVectorView metric) override;
   bool exact() const override { return true; }
-  // Number of pivots that the last SetDamping raised (BlockCholesky::Factorize).
+  // Pivots that the last SetDamping raised (BlockCholesky::Factorize).
   Index num_raised() const { return num_raised_; }
   std::string description() const override;
 

@@ -28,7 +28,7 @@ BlockPattern::BlockPattern(std::span<const int> sizes, std::span<const Pair> pai
     uniform_size_ = sizes_.front();
   }
 
-  // Sort the pairs by larger row, then by smaller row; blocks are numbered in that order.
+  // By larger row, then smaller row: the order of the blocks.
   const auto row_of = [&](std::size_t k) { return std::max(pairs[k].a, pairs[k].b); };
   const auto col_of = [&](std::size_t k) { return std::min(pairs[k].a, pairs[k].b); };
   std::vector<std::size_t> begin(sizes_.size() + 1, 0), order(pairs.size());
@@ -60,8 +60,8 @@ BlockPattern::BlockPattern(std::span<const int> sizes, std::span<const Pair> pai
   }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   neighbors_.resize(first_.back());
-  // Blocks are sorted by row, then column. So each row lists its smaller neighbours first, ascending, then the larger
-  // ones.
+  // Blocks are sorted by row, then column. So each row lists its smaller neighbours first, then the larger ones,
+  // ascending.
   next.assign(first_.begin(), first_.end() - 1);
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     neighbors_[next[At(blocks[k].first)]++] = {blocks[k].second, static_cast<Index>(k)};
@@ -222,7 +222,7 @@ double BlockNormalMatrix::Multiplications(const BlockStructure& structure) {
 }
 
 double BlockNormalMatrix::Bytes(const BlockStructure& structure) {
-  // The term of a pair, its block in the pattern, and the temporary memory to find them.
+  // The term of a pair, its block in the pattern, and temporary memory.
   constexpr double kPair = 2 * sizeof(Term) + sizeof(BlockPattern::Pair) + 6 * sizeof(Index);
   return kPair * static_cast<double>(NumPairs(structure));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse symmetric matrices of small dense blocks, and the computation of H = J^T J as such a matrix. In this file a
-// row means a row of blocks. Block (i, j) has size(i) scalar rows and size(j) scalar columns.
+// Sparse symmetric matrices of small dense blocks, and the computation of H = J^T J as one. Here a row means a row of
+// blocks. Block (i, j) has size(i) scalar rows and size(j) scalar columns.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,7 @@
 
 namespace vesta {
 
-// Reuses the memory of an object. Get returns the previous object if no other pointer refers to it, and otherwise
-// creates a new one.
+// Get returns the previous object if no other pointer refers to it, else a new one.
 template <class T>
 class Reusable {
  public:
@@ -27,19 +26,19 @@ class Reusable {
   std::shared_ptr<T> last_;
 };
 
-// The sizes of the rows, and the positions of the off-diagonal blocks that are stored. All diagonal blocks are stored.
+// The sizes of the rows, and the positions of the stored off-diagonal blocks. All diagonal blocks are stored.
 class BlockPattern {
  public:
-  // Rows a and b of an off-diagonal block; a != b, in any order. A repeated pair means the same block.
+  // Rows of an off-diagonal block; a != b, in any order. A repeated pair is the same block.
   struct Pair {
     Index a, b;
   };
-  // An off-diagonal block of a given row: the other row (its column), and the index of the block.
+  // An off-diagonal block of a given row: its other row (column), and its index.
   struct Neighbor {
     Index row, block;
   };
 
-  // sizes: number of scalars per row, >= 1. pairs: the off-diagonal blocks; 0 <= a, b < the number of rows.
+  // sizes: scalars per row, >= 1. pairs: the off-diagonal blocks; 0 <= a, b < the number of rows.
   BlockPattern(std::span<const int> sizes, std::span<const Pair> pairs);
 
   Index num_rows() const { return static_cast<Index>(sizes_.size()); }
@@ -57,8 +56,8 @@ class BlockPattern {
   }
   // For each of the constructor's pairs, the index of its block.
   const std::vector<Index>& block_of_pair() const { return block_of_pair_; }
-  // Position of the first value of a diagonal block, or of an off-diagonal block. With num_rows() or num_blocks() as
-  // the argument: the number of values.
+  // Position of the first value of a diagonal or off-diagonal block; for num_rows() or num_blocks(), the number of
+  // values.
   Index diagonal_value(Index row) const { return diagonal_values_[At(row)]; }
   Index block_value(Index block) const { return block_values_[At(block)]; }
 
@@ -85,11 +84,11 @@ class BlockMatrix {
 
   double* diagonal(Index row) { return diagonal_.data() + pattern_->diagonal_value(row); }
   const double* diagonal(Index row) const { return diagonal_.data() + pattern_->diagonal_value(row); }
-  // An off-diagonal block, below the diagonal: its row index is larger than its column index.
+  // A block below the diagonal: its row index is larger than its column index.
   double* block(Index k) { return blocks_.data() + pattern_->block_value(k); }
   const double* block(Index k) const { return blocks_.data() + pattern_->block_value(k); }
 
-  // y = A x for this matrix A. Terms are added in ascending order of the columns.
+  // y = A x for this matrix A. Terms are added in ascending order of columns.
   void Apply(HostSpan<const double> x, HostSpan<double> y) const;
 
  private:
@@ -101,9 +100,9 @@ class BlockMatrix {
   HostBuffer<double> diagonal_, blocks_;
 };
 
-// Computes H = J^T J of a block-sparse Jacobian as a sparse matrix, with one row of blocks per free parameter block.
+// Computes H = J^T J of a block-sparse Jacobian, with one row of blocks per free parameter block.
 //
-// The constructor finds the nonzero blocks of H and the terms of their sums, once per structure.
+// The constructor finds the nonzero blocks of H and the terms of their sums.
 class BlockNormalMatrix {
  public:
   explicit BlockNormalMatrix(const BlockStructure& structure);
@@ -112,13 +111,13 @@ class BlockNormalMatrix {
   // Computes H; jacobian must have the structure of the constructor. Terms are added in the order of the residual
   // blocks, for any number of threads. Reuses the memory of the previous result if it is no longer in use.
   std::shared_ptr<const BlockMatrix> Sum(const BlockJacobian& jacobian);
-  // Number of multiplications of one Sum, and memory of a BlockNormalMatrix in bytes. No object is needed.
+  // Multiplications of one Sum, and bytes of a BlockNormalMatrix.
   static double Multiplications(const BlockStructure& structure);
   static double Bytes(const BlockStructure& structure);
 
  private:
-  // A term of an off-diagonal block: a residual block (row) that depends on both free blocks, and the first columns of
-  // the two in its dense Jacobian. larger: the free block with the larger index.
+  // A term of an off-diagonal block: a residual block (row) that depends on both free blocks, and their first columns
+  // in its dense Jacobian. larger: the free block with the larger index.
   struct Term {
     Index row;
     int larger, smaller;

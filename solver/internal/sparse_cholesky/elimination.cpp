@@ -39,7 +39,7 @@ std::vector<Index> EliminationTree(const BlockPattern& pattern, const std::vecto
   std::vector<Index> parent(order.size(), -1), ancestor(order.size(), -1);
   for (Index k = 0; k < pattern.num_rows(); ++k) {
     for (const auto& neighbor : pattern.neighbors(order[At(k)])) {
-      // Climb to the root of the subtree with the neighbour, and shorten the path for the next climb.
+      // Climb to the root of the neighbour's subtree, and shorten the path for the next climb.
       for (Index i = position[At(neighbor.row)]; i != -1 && i < k;) {
         const Index next = std::exchange(ancestor[At(i)], k);
         if (next == -1) parent[At(i)] = k;
@@ -61,7 +61,7 @@ std::vector<Index> Postorder(const std::vector<Index>& order, const std::vector<
   for (Index root = n; root-- > 0;) {
     if (parent[At(root)] < 0) stack.push_back(root);
   }
-  // Push each row again, marked, below its children. It is taken when it is reached again.
+  // Push each row again, marked, below its children. It is taken when reached again.
   while (!stack.empty()) {
     const Index k = stack.back();
     stack.pop_back();
@@ -97,7 +97,7 @@ std::vector<std::vector<Index>> ColumnStructures(const BlockPattern& pattern, co
 }
 
 // The limit that the factor exceeds. Visits the rows of the factor one by one, as subtrees of the elimination tree
-// (Liu, 1986), so it needs little memory.
+// (Liu, 1986), with little memory.
 ExceededLimit FindExceeded(const EliminationLimits& limits, const BlockPattern& pattern,
                            const std::vector<Index>& order, const std::vector<Index>& parent) {
   const std::vector<Index> position = Inverse(order);
@@ -125,12 +125,12 @@ ExceededLimit FindExceeded(const EliminationLimits& limits, const BlockPattern& 
   return ExceededLimit::kNone;
 }
 
-// Number of values in the trapezoid of a panel; arguments in scalars.
+// Number of values in the trapezoid of a panel, in scalars.
 double PanelValues(Index pivots, Index rows) {
   return 0.5 * static_cast<double>(pivots) * static_cast<double>(2 * rows - pivots + 1);
 }
 
-// Merges columns with nested structures into one front, then fronts with their parents if that stores few zeros.
+// Merges columns with nested structures into one front, then fronts with their parents if that adds few zeros.
 std::vector<EliminationFront> JoinColumns(const std::vector<EliminationPlan::Row>& order,
                                           std::vector<std::vector<Index>> below) {
   struct Candidate {
@@ -275,7 +275,7 @@ void ChooseWaves(EliminationPlan* plan) {
   }
 }
 
-// Splits the forest into subtrees small enough for an even distribution over threads.
+// Splits the forest into subtrees that distribute evenly over threads.
 void ChooseSubtrees(EliminationPlan* plan) {
   constexpr double kShare = 1.0 / 32;
   const Index count = static_cast<Index>(plan->fronts.size());

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense kernels of the multifrontal Cholesky factorisation, compiled once per instruction set. They use plain pointers.
-// block_cholesky.h owns the memory and the threads.
+// Dense kernels of the multifrontal Cholesky factorisation, compiled once per instruction set. block_cholesky.h owns
+// the memory and the threads.
 //
 // A front is a small symmetric dense matrix whose first `pivots` columns are eliminated (elimination.h). Its panel is
-// these columns, with all `rows` rows, column-major with stride `stride`. Only the values on and below the diagonal are
-// valid. Values above the diagonal are overwritten and have no meaning.
+// these columns, with all `rows` rows, column-major with stride `stride`. Values above the diagonal are overwritten and
+// have no meaning.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
@@ -12,7 +12,7 @@
 
 namespace vesta {
 
-// Kernels also read and write rows beyond the last one (padding), so every stride must be at least PaddedRows(rows).
+// Kernels also access rows beyond the last one (padding), so every stride must be at least PaddedRows(rows).
 constexpr Index kFrontPad = 8;
 constexpr Index PaddedRows(Index rows) { return (rows + kFrontPad - 1) / kFrontPad * kFrontPad + kFrontPad; }
 
@@ -26,21 +26,19 @@ struct FrontPanel {
 };
 
 struct FrontKernels {
-  // Replaces the panel by the columns of the Cholesky factor. least: one value >= 0 per pivot. A pivot that is not
-  // larger than its value is replaced by this value, or by 1 if the value is 0. Returns the number of replaced pivots.
+  // Replaces the panel by the columns of the Cholesky factor. least: one value >= 0 per pivot, which replaces a pivot
+  // that is not larger; 1 replaces it if the value is 0. Returns the number of replaced pivots.
   Index (*factorize)(const FrontPanel& panel, const double* least);
-  // update -= L2 L2^T, in the columns [begin, end) of the lower triangle. L2 is the part of the factorised panel below
-  // its pivots.
+  // update -= L2 L2^T, in the columns [begin, end) of the lower triangle. L2 is the factorised panel below its pivots.
   void (*subtract_outer)(const FrontPanel& panel, double* update, Index update_stride, Index begin, Index end);
-  // The step of forward substitution (L y = x) for this front: replaces x[0..pivots) by y and subtracts L2 y from
-  // x[pivots..rows).
+  // Forward substitution (L y = x) for this front: replaces x[0..pivots) by y and subtracts L2 y from x[pivots..rows).
   void (*forward)(const FrontPanel& panel, double* x);
-  // The step of back substitution (L^T y = x) for this front: replaces x[0..pivots) by y. x[pivots..rows) already
-  // contains the solution of the rows below.
+  // Back substitution (L^T y = x) for this front: replaces x[0..pivots) by y. x[pivots..rows) already contains the
+  // solution of the rows below.
   void (*backward)(const FrontPanel& panel, double* x);
 };
 
-// Returns the kernels for an instruction set that the CPU supports.
+// The kernels for an instruction set that the CPU supports.
 const FrontKernels& FrontKernelsFor(Isa isa);
 
 }  // namespace vesta

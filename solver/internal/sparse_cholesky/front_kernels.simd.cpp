@@ -16,7 +16,7 @@ constexpr Index kLanes = static_cast<Index>(V::size);
 // Returns c - a b.
 inline V SubtractProduct(const V& a, const V& b, const V& c) {
 #if defined(__AVX512F__)
-  // xsimd 8.1 uses two instructions for this at this width.
+  // xsimd 8.1 uses two instructions at this width.
   return _mm512_fnmadd_pd(a, b, c);
 #elif defined(__FMA__)
   return xsimd::fnma(a, b, c);
@@ -49,7 +49,7 @@ inline void UpdateTile(const double* a, const double* b, Index stride, Index cou
 // The same for `rows` rows, rounded up to whole batches.
 template <int kColumns>
 void UpdateStrip(const double* a, const double* b, Index stride, Index count, double* c, Index c_stride, Index rows) {
-  // As many accumulators as fit in sixteen registers together with the operands.
+  // As many accumulators as fit in sixteen registers with the operands.
   constexpr int kBatches = kColumns == 1 ? 4 : 12 / kColumns;
   Index r = 0;
   for (; r + (kBatches - 1) * kLanes < rows; r += kBatches * kLanes) {
@@ -61,7 +61,7 @@ void UpdateStrip(const double* a, const double* b, Index stride, Index count, do
 // Columns first..first + kColumns of the panel: subtracts the contribution of the columns before them, then factorises.
 template <int kColumns>
 Index FactorizeStrip(const FrontPanel& panel, Index first, const double* least) {
-  // Batches begin at multiples of their width. They include rows above the diagonal, whose results are not used.
+  // Batches begin at multiples of their width, so they include rows above the diagonal, whose results are not used.
   const Index begin = first / kLanes * kLanes;
   double* const columns = panel.values + first * panel.stride;
   UpdateStrip<kColumns>(panel.values + begin, panel.values + first, panel.stride, first, columns + begin, panel.stride,

@@ -32,7 +32,7 @@ using testing::Not;
 using testing::StartsWith;
 using testing::UnorderedElementsAre;
 
-// All files below a folder: relative path and contents.
+// Relative path and contents of all files below a folder.
 std::map<std::string, std::string> Contents(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -56,7 +56,7 @@ class Outputs : public testing::Test {
     flags.insert(flags.begin(), {"train", scene_, "--iterations=40", "--lm_iterations=1"});
     return flags;
   }
-  // The command is refused with one line that contains these tokens, before any work and without changing any file.
+  // The command is refused with one line that contains these tokens, and changes no file.
   void ExpectRefused(const std::vector<std::string>& words, const std::vector<std::string>& tokens) const {
     SCOPED_TRACE(testing::PrintToString(words));
     const auto before = Contents(folder_.path());
@@ -100,7 +100,7 @@ TEST_F(Outputs, DoNotReplaceTheSplatThatIsRead) {
                 {"--out=" + out_, out_ + "/metrics.json"});
 }
 
-// transforms.json may place the initial points where the training would write its results.
+// transforms.json may place the initial points at an output of the training.
 TEST_F(Outputs, DoNotReplaceThePointsOfANerfScene) {
   const std::string nerf = folder_ / "nerf", transforms = nerf + "/transforms.json";
   fs::create_directories(nerf + "/data");
@@ -151,14 +151,14 @@ TEST_F(Outputs, TakeTheNameOfNoFolderOrDevice) {
   EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
-// `cameras`, the output folder for optimised cameras, exists as a file.
+// `cameras`, the output folder for refined cameras, exists as a file.
 TEST_F(Outputs, AFileIsNoFolder) {
   fs::create_directories(out_);
   WriteBytes(out_ + "/cameras", "a letter");
   ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, out_ + "/cameras"});
 }
 
-// The scene's model links to the optimised cameras in the output folder.
+// The scene's model links to the refined cameras in the output folder.
 TEST_F(Outputs, DoNotReplaceTheModelThatIsRead) {
   fs::create_directories(out_);
   fs::rename(scene_ + "/sparse/0", out_ + "/cameras");
@@ -167,7 +167,7 @@ TEST_F(Outputs, DoNotReplaceTheModelThatIsRead) {
   EXPECT_EQ(RunProgram(Train({"--out=" + (folder_ / "other")})).status, 0);
 }
 
-// For example, renderings of test views next to the splat of their training.
+// For example, renderings of test views next to their splat.
 TEST_F(Outputs, MayLieBesideWhatIsRead) {
   fs::create_directories(out_);
   fs::copy_file(ply_, out_ + "/point_cloud.ply");
@@ -220,7 +220,7 @@ TEST_F(Outputs, FindADiskTooFullBeforeTheFirstIteration) {
   }
 }
 
-// Test views of the NeRF split; their names collide if folders are flattened.
+// Their names collide if folders are flattened.
 TEST_F(Outputs, TwoViewsAreTwoFiles) {
   const std::string nerf = folder_ / "nerf";
   fs::create_directories(nerf + "/a");
@@ -237,7 +237,7 @@ TEST_F(Outputs, TwoViewsAreTwoFiles) {
   write("transforms_test.json", {"a/b.png", "a_b.png", "a_b.jpg", "a/c.png"});
   ASSERT_EQ(RunProgram({"render", ply_, nerf, "--out=" + out_}).status, 0);
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("a_b.png.png", "a_b.png_2.png", "a_b.jpg.png", "a_c.png.png"));
-  // A photograph named like the preview of another one.
+  // Named like the preview of another photograph.
   write("transforms_test.json", {"c.png", "c_preview.png"});
   const std::string depths = folder_ / "depths";
   ASSERT_EQ(RunProgram({"render", ply_, nerf, "--out=" + depths, "--show=depth"}).status, 0);
@@ -273,7 +273,7 @@ TEST_F(Outputs, WhatAKilledRunLeavesIsRemovedByTheNext) {
   ASSERT_EQ(RunProgram(Train({"--out=" + out_})).status, 0);
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html", "letter.12.tmp",
                                                   "point_cloud.ply.tmp"));
-  // The same for a file given by name.
+  // For a file given by name.
   const std::string json = folder_ / "eval.json";
   WriteBytes(json + ".77.tmp", "half");
   WriteBytes(folder_ / "other.json.77.tmp", "another's");
@@ -310,7 +310,7 @@ TEST_F(Outputs, WhatCannotBePrintedIsAnErrorAndLosesNothing) {
       "{} train {} --out={} --iterations=200 --lm_iterations=0 2>&1 >/dev/full", VESTA_PROGRAM, scene_, out_));
   EXPECT_EQ(train.status, 1);
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
-  // A stderr that cannot be written does not end the program by a signal.
+  // An unwritable stderr does not end the program by a signal.
   EXPECT_EQ(RunShell(fmt::format("{} trian 2>/dev/full", VESTA_PROGRAM)).status, 2);
 }
 
@@ -328,7 +328,6 @@ TEST_F(Outputs, ComplaintsAreOneLineThatCanBeRead) {
     EXPECT_EQ(CountLines(output.err), 1) << output.err;
     EXPECT_LT(output.err.size(), 1100u);
   }
-  // A symbolic link to itself is reported in plain words.
   const std::string loop = folder_ / "loop";
   fs::create_symlink(loop, loop);
   for (const std::vector<std::string>& words : {std::vector<std::string>{"train", loop, "--out=" + out_},

@@ -33,7 +33,7 @@ void Train(ProgressLine* line) {
   line->Finish();
 }
 
-// The output for a terminal with this number of columns.
+// For a terminal with this number of columns.
 std::string OnTerminal(unsigned short columns) {
   int master = -1, slave = -1;
   winsize size{};
@@ -95,7 +95,7 @@ gs::TrainProgress At(gs::Stage stage, int iteration, double seconds) {
   return progress;
 }
 
-// The first iteration of the training has no start time; the second stage starts where the first one ended.
+// The first iteration has no start time; the second stage starts where the first one ended.
 TEST(TimeLeft, FollowsFromWhatHasBeenSeenOfTheStage) {
   TimeLeft left;
   EXPECT_TRUE(std::isnan(left.Observe(At(gs::Stage::kAdam, 1, 100))));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program warns about probable mistakes and reports where it deviates from the options. Infinite figures are not
-// printed.
+// The program warns about probable mistakes and reports deviations from the options. Infinite figures are not printed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -96,7 +95,7 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   WriteTinyScene(scene_);
   fs::create_directory(scene_ + "/masks");
   fs::copy(scene_ + "/sparse/0", scene_ + "/sparse/1");
-  // The predicted memory of this build, which is larger with a sanitizer.
+  // Of this build; larger with a sanitizer.
   Train();
   const double foreseen = Metrics()["memory"]["predicted_mib"];
   const std::string budget = fmt::format("--memory_budget={:.5f}", (foreseen + 1) / 1024);
@@ -115,8 +114,7 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   EXPECT_EQ(notes.find(" MiB were used") != std::string::npos, is_over) << notes;
 }
 
-// At 16 million scene sizes from the origin, floats are too coarse. The results still equal the results near the
-// origin.
+// At 16 million scene sizes from the origin, floats are too coarse. The results still equal those near the origin.
 TEST_F(Doubts, AFarSceneIsAnyOther) {
   gs::ColmapModel model = TinyModel();
   WriteTinyScene(scene_, model);

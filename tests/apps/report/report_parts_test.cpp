@@ -80,7 +80,7 @@ TEST(ErrorMap, KnowsInHowFewPixelsHalfOfItIs) {
   EXPECT_NEAR(FractionWithHalfOfError(render, truth), 0.005, 1e-12) << "half of one pixel out of 100";
 }
 
-// With masks, the report has the same figures as the training's evaluation, and the error uses only unmasked pixels.
+// With masks, the report has the figures of the training's evaluation, from unmasked pixels only.
 TEST(ViewErrors, AreOfThePixelsThatCount) {
   const gs::SplatModel model = gs::test::RandomModel(40, 0, 1);
   gs::Scene scene = gs::test::RingOfCameras(8, 48, 32, true);
@@ -161,7 +161,7 @@ TEST(ReportPage, IsSoundWithoutAnything) {
   EXPECT_THAT(HtmlFaults(ReportPage(WithoutScenes({"{}", "{}", "{}"}, "run"))), IsEmpty());
 }
 
-// Text from files is escaped and never becomes markup.
+// Text from files never becomes markup.
 TEST(ReportPage, EscapesAllThatFilesSay) {
   const std::string evil = R"(\"'><script>alert(1)</script><img src=x onerror=alert(2)>&lt;)";
   const std::string shown = R"("'><script>alert(1)</script><img src=x onerror=alert(2)>&lt;)";

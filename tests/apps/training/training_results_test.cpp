@@ -14,7 +14,7 @@
 namespace vesta::app {
 namespace {
 
-// Limits the size of written files while it exists, to emulate a full disk.
+// Limits the size of written files, to emulate a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
@@ -31,7 +31,7 @@ class FileSizeLimit {
   rlimit before_ = {};
 };
 
-// Adam's result cannot be saved, so LM is skipped. The final result is saved once the disk has space.
+// If Adam's result cannot be saved, LM is skipped. The final result is saved once the disk has space.
 TEST(TrainingResults, WhatFoundNoRoomIsNotPartOfWhatComesLater) {
   const TempFolder folder;
   OutputFolder out(folder / "out");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shells and man accept the completion scripts and the manual that the program prints. Missing shells are skipped.
+// Shells and man accept the completion scripts and the manual. Missing shells are skipped.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,14 +24,14 @@ bool Has(const char* program) { return !Shell(fmt::format("command -v {}", progr
 
 class Completion : public testing::Test {
  protected:
-  // Writes the script to a file and returns its path.
+  // Returns the script's path.
   std::string Write(const std::string& kind) const {
     const ProgramOutput output = RunProgram({"help", kind});
     EXPECT_EQ(output.status, 0) << output.err;
     std::ofstream(file_, std::ios::binary) << output.out;
     return file_;
   }
-  // The completions that bash offers after these words. Bash splits words at "=".
+  // The completions of bash after these words. Bash splits words at "=".
   std::string InBash(const std::string& words) const {
     return Shell(
         fmt::format("bash -c 'source {} && COMP_WORDS=({}) && COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)) && "
@@ -84,7 +84,7 @@ TEST_F(Completion, OfFish) {
 }
 
 TEST_F(Completion, NamesEveryFlagInEveryShell) {
-  // As printed by the help, one a line.
+  // The help prints one a line.
   const std::regex flag_of_help("\n  --([a-z_]+)"), command_of_help("\n  vesta ([a-z_]+)");
   const auto all_of = [](const std::string& text, const std::regex& what) {
     std::vector<std::string> found;

@@ -15,7 +15,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-// The text with every line break and the spaces around it as one space: rows as they are before wrapping.
+// Every line break and the spaces around it as one space.
 std::string Unwrapped(const std::string& text) { return std::regex_replace(text, std::regex("[ \n]+"), " "); }
 
 std::size_t LongestLine(const std::string& text) {
@@ -25,7 +25,7 @@ std::size_t LongestLine(const std::string& text) {
   return longest;
 }
 
-// The output of a help command, after checks that hold for every one.
+// The output of a help command, after checks for every one.
 std::string Help(const std::vector<std::string>& arguments) {
   const ProgramOutput output = RunProgram(arguments);
   EXPECT_EQ(output.status, 0);
@@ -78,7 +78,7 @@ TEST(Help, GroupsFlagsUnderHeadings) {
   EXPECT_THAT(all, HasSubstr("\nPruning:\n  pruning.unseen="));
 }
 
-// Rows wrap, also with --all, and continuation lines are indented.
+// Rows wrap, with indented continuation lines.
 TEST(Help, FitsEightyColumns) {
   for (const std::string command : {"train", "refine", "prune", "eval", "render", "view", "convert", "doctor", "report",
                                     "config", "bundle_adjust"}) {

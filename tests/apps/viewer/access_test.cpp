@@ -25,7 +25,7 @@ TEST(Access, OfLoopbackTheHostMustBeOne) {
   for (const char* host : {"127.0.0.1:7007", "localhost:7007", "LOCALHOST:80", "[::1]:7007", "127.0.0.1"}) {
     EXPECT_TRUE(IsOwnPage("127.0.0.1", host, "")) << host;
   }
-  // Host names that a foreign site could point to this address.
+  // A foreign site could point them to this address.
   for (const char* host :
        {"", "evil.example:7007", "127.0.0.1.evil.example", "localhost.evil.example", "[::2]:7007", ":"}) {
     EXPECT_FALSE(IsOwnPage("127.0.0.1", host, "")) << host;

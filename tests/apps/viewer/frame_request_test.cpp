@@ -51,7 +51,7 @@ TEST_F(FrameRequests, OfAFreeCamera) {
   EXPECT_NEAR(ahead[2], 10, 1e-12);
 }
 
-// A photograph and its difference to the render have at most the photograph's resolution.
+// At most the photograph's resolution.
 TEST_F(FrameRequests, OfAPhotograph) {
   const FrameRequest render = ParseFrameRequest(OfPhoto("render"), scene_);
   EXPECT_EQ(render.photo, 2u);

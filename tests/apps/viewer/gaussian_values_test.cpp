@@ -36,7 +36,7 @@ class GaussianValuesTest : public testing::Test {
     Put();
   }
   void Put() { shown_.Put(std::make_shared<const gs::SplatModel>(model_)); }
-  // Requests the values until they belong to the current model.
+  // Until the values belong to the current model.
   std::vector<float> Wait(GaussianValue value) {
     for (;;) {
       const auto measured = values_->Get(value, shown_.Get());
@@ -85,7 +85,7 @@ TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
   EXPECT_EQ(Wait(GaussianValue::kCoverage)[0], 0);
 }
 
-// Uses the optimised cameras and exposures: undoing a known perturbation gives the original values.
+// With refined cameras and exposures: undoing a known perturbation gives the original values.
 TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
   const std::vector<float> true_removal_cost = Wait(GaussianValue::kRemovalCost),
                            true_coverage = Wait(GaussianValue::kCoverage);
@@ -106,7 +106,7 @@ TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
   EXPECT_THAT(Wait(GaussianValue::kCoverage), testing::Pointwise(testing::FloatNear(1e-4f), true_coverage));
 }
 
-// The decoding order of the store belongs to the training.
+// The store's decoding order belongs to the training.
 TEST_F(GaussianValuesTest, KeepNothingInTheStoreOfTheScene) {
   const std::vector<float> in_memory = Wait(GaussianValue::kRemovalCost);
   Store([](const gs::Image& image) { return image; });
@@ -129,7 +129,7 @@ TEST_F(GaussianValuesTest, TellOfAPhotographThatIsGone) {
   EXPECT_EQ(Wait(GaussianValue::kRemovalCost).back(), 0);
 }
 
-// Otherwise closing the page of a large scene would have to wait.
+// Otherwise closing the page of a large scene would wait.
 TEST_F(GaussianValuesTest, AreBrokenOff) {
   scene_ = gs::test::RingOfCameras(200, 16, 12, false);
   gs::test::RenderTruth(model_, 0, &scene_);

@@ -135,7 +135,7 @@ TEST_F(HostileRequests, TenThousandDoNothing) {
   EXPECT_EQ(done_, 1) << "works with the token";
 }
 
-// Clients that send slowly or endlessly are disconnected, and others are served meanwhile.
+// Slow or endless senders are disconnected, and others served meanwhile.
 TEST_F(HostileRequests, SlowAndEndlessSendersAreCutOff) {
   std::vector<std::unique_ptr<Connection>> slow;
   for (int i = 0; i < 20; ++i) {
@@ -155,7 +155,6 @@ TEST_F(HostileRequests, SlowAndEndlessSendersAreCutOff) {
   EXPECT_TRUE(IsAlive());
 }
 
-// Further connections are closed at once; existing ones are kept.
 TEST_F(HostileRequests, MoreConnectionsThanThreadsAreClosed) {
   std::vector<std::unique_ptr<Connection>> many;
   for (int i = 0; i < 80; ++i) {

@@ -60,7 +60,7 @@ struct Reply {
   std::string headers, body;
 };
 
-// Sends the request and reads until the connection ends.
+// Reads until the connection ends.
 inline Reply Ask(int port, const std::string& request) {
   const Connection connection(port);
   connection.Send(request);
@@ -75,7 +75,7 @@ inline Reply Ask(int port, const std::string& request) {
   return reply;
 }
 
-// token: empty for none. headers: additional ones, each with its line end.
+// token: may be empty. headers: additional ones, with line ends.
 inline std::string Request(const std::string& method, const std::string& target, const std::string& token,
                            const std::string& headers = "") {
   std::string text = method + " " + target + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n" + headers;

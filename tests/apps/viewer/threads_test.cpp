@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other threads render images and measure Gaussians during a training, without changing it.
+// Rendering and measuring threads do not change a training.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -43,7 +43,7 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
   };
   gs::TrainCallbacks callbacks;
   monitor.Follow(&callbacks);
-  // Ensures at least one image, even of a very fast training.
+  // At least one image, even of a very fast training.
   callbacks.watch.wants_model = [] { return true; };
   const auto waits = callbacks.watch.waits;
   callbacks.watch.waits = [&] { return waits() || drawn == 0; };

@@ -80,7 +80,7 @@ TEST_F(ViewerTest, ThePageIsForWhoHasTheLink) {
   for (const char* target : {"/state", "/scene", "/frame?kind=render&width=40&height=30&photo=0"}) {
     EXPECT_EQ(Ask(link.port, Request("GET", target, "")).status, 403) << target;
     EXPECT_EQ(Ask(link.port, Request("GET", target, std::string(32, '0'))).status, 403) << target;
-    // A token in the URL is accepted only for the page itself, because forms of foreign pages can send URLs too.
+    // A token in the URL is accepted only for the page, because forms of foreign pages can send URLs too.
     const std::string linked =
         std::string(target) + (std::string(target).find('?') < 99 ? "&" : "?") + "token=" + link.token;
     EXPECT_EQ(Ask(link.port, Request("GET", linked, "")).status, 403) << linked;
@@ -113,7 +113,7 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
       << "up to JPEG compression at edges";
   EXPECT_GT(MeanDifference(Picture("kind=normals&photo=1"), Picture("kind=depth&photo=1")), 0.1);
 
-  // The same camera given by numbers.
+  // The same camera by numbers.
   const json view = json::parse(Get("/scene").body)["views"][1];
   const auto numbers = [](const json& list) {
     std::string text;
@@ -126,7 +126,7 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
   EXPECT_EQ(Get("/frame?kind=render&width=40&height=30").status, 400);
 }
 
-// Values are drawn as colours of the Gaussians. While they are measured, the page gets status 202.
+// The page gets status 202 while values are measured.
 TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
   const splat::Model<float> kernel_model = gs::ToKernelModel(model_);
   const gs::ScoringViews scoring_views = gs::TrainingViewsOf(scene_, {0, 0, 0});
@@ -162,7 +162,7 @@ TEST_F(ViewerTest, ShowsTheNewestModel) {
   EXPECT_GT(MeanDifference(Picture("kind=render&photo=1"), before), 0.02);
 }
 
-// Optimised cameras are listed for all but the test views, in order.
+// Refined cameras are listed in order, except for test views.
 TEST_F(ViewerTest, PhotographsAreSeenFromWhereTheirCamerasStand) {
   const gs::Image before = Picture("kind=render&photo=2");
   std::vector<gs::ViewUnknowns> cameras(7);
@@ -190,7 +190,7 @@ TEST_F(ViewerTest, APortIsOneProgramsAlone) {
   EXPECT_NE(Link(second.link()).token, link.token);
 }
 
-// Sets the stack size of new threads while it exists.
+// Sets the stack size of new threads.
 class StacksOf {
  public:
   explicit StacksOf(std::size_t bytes) {
@@ -236,7 +236,7 @@ TEST(TrainingViewTest, CommandsAndState) {
   };
   gs::TrainCallbacks callbacks;
   std::vector<std::string> seen;
-  // Commands are sent from the training thread, so that their order is fixed.
+  // The training thread sends commands, for a fixed order.
   callbacks.progress = [&](const gs::TrainProgress& p) {
     if (p.iteration == 10) {
       EXPECT_EQ(command("pause"), 200);

@@ -23,7 +23,7 @@ TEST(Generate, TheTruthHasTheNoiseAskedFor) {
   const GenerateOptions options = {.num_cameras = 60, .num_points = 2000, .mean_track = 6, .pixel_noise = 0.5};
   GenerateOptions truth = options;
   truth.start_noise = truth.start_drift = 0;
-  // Two coordinates with standard deviation 0.5 each; 12,000 observations estimate it within a few per cent.
+  // Two coordinates with standard deviation 0.5; 12,000 observations estimate it within a few per cent.
   EXPECT_NEAR(RmsError(Generate(truth)), 0.5 * std::sqrt(2.0), 0.02);
   const double start = RmsError(Generate(options));
   EXPECT_GT(start, 5);
@@ -57,7 +57,7 @@ TEST(Generate, NobodySeesAPointTwice) {
 
 TEST(Generate, TheRingClosesTheLoop) {
   const BundleData data = Generate({.num_cameras = 220, .num_points = 5000, .mean_track = 8});
-  // Some point is visible both at the end of the street (about camera 100) and from the last cameras.
+  // Some point is visible at the end of the street (about camera 100) and from the last cameras.
   std::map<std::int32_t, std::pair<int, int>> range;
   for (const Observation& o : data.observations) {
     auto [it, fresh] = range.try_emplace(o.point, o.camera, o.camera);

@@ -15,7 +15,7 @@ namespace {
 
 using B = CpuBackend<double>;
 
-// A point near the start at which no term vanishes by symmetry.
+// Near the start; no term vanishes by symmetry.
 double NearStart(std::span<const double> start, int k) {
   return 1.1 * start[static_cast<std::size_t>(k)] + 0.01 * (k + 1);
 }

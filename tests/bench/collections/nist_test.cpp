@@ -17,7 +17,7 @@ namespace {
 
 using B = CpuBackend<double>;
 
-// Lanczos1 has no noise: its certified residuals are rounding errors of its data.
+// Lanczos1 has no noise: its residuals are rounding errors of its data.
 bool HasResidual(const nist::Problem& problem) { return problem.residual_sum_of_squares > 1e-20; }
 
 TEST(Nist, CertifiedValuesBelongToTheDataAndTheModels) {
@@ -31,7 +31,7 @@ TEST(Nist, CertifiedValuesBelongToTheDataAndTheModels) {
     if (!HasResidual(problem)) continue;
     EXPECT_NEAR(2 * blocks->Cost(x), problem.residual_sum_of_squares, 1e-9 * problem.residual_sum_of_squares)
         << problem.name;
-    // Standard deviations are the square roots of the diagonal of s^2 (J^T J)^-1.
+    // Square roots of the diagonal of s^2 (J^T J)^-1.
     const auto linearization = LinearizeAt(*blocks, x);
     Eigen::MatrixXd jacobian(linearization->num_residuals(), n);
     B::Vector unit(n), column(linearization->num_residuals());
@@ -61,7 +61,7 @@ TEST(Nist, DerivativesAreTheJets) {
       ceres::Jet<double, n> p[n], r;
       for (int k = 0; k < n; ++k) p[k] = ceres::Jet<double, n>(problem.start2[static_cast<std::size_t>(k)], k);
       functor(p, &r);
-      // Entries that are zero up to rounding of an angle are compared relative to the row's other entries.
+      // Entries that are zero up to rounding of an angle are compared relative to the row.
       const double rounding = 1e-5 * r.v.template lpNorm<Eigen::Infinity>();
       for (int k = 0; k < n; ++k) {
         Dual<double> q[n], s;
@@ -105,7 +105,7 @@ TEST(Nist, VestaReachesTheMinimumFromBothStarts) {
       }
     }
   }
-  // From its first start, BoxBOD converges to another minimum at b2 = infinity, with Ceres too.
+  // From its first start, BoxBOD converges to another minimum at b2 = infinity, as in Ceres.
   EXPECT_EQ(four_digits, 53);
   EXPECT_EQ(four_digits_ceres, 53);
   RecordProperty("four_digits_of_54", four_digits);

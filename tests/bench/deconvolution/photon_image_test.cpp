@@ -22,7 +22,7 @@ using B = CpuBackend<double>;
 constexpr Index kSide = 64;
 constexpr int kFrames = 3;
 
-// Pixel (row, column) of the blurred frame A_f x by definition; light(k) is pixel k of the image x.
+// Pixel (row, column) of A_f x by definition; light(k) is pixel k of x.
 template <class T, class Light>
 T BlurredPixel(Index side, const Aperture& aperture, Index row, Index column, const Light& light) {
   T sum(0);
@@ -42,7 +42,7 @@ PhotonImage MakeProblem(Index side, int frames = kFrames) {
   return {side, apertures, Expose(side, apertures, TestScene(side))};
 }
 
-// Logarithms of light intensities that differ from the scene.
+// Logarithms of other light intensities than the scene's.
 B::Vector SomePoint(Index side) {
   B::Vector x(side * side);
   B backend;
@@ -53,7 +53,7 @@ B::Vector SomePoint(Index side) {
 }
 
 TEST(CodedBlur, IsTheSumOverTheAperture) {
-  // Narrower than a vector, odd, and wider than a tile of the kernel.
+  // Narrower than a vector, odd, and wider than a kernel's tile.
   for (const Index side : {Index{1}, Index{3}, Index{30}, Index{61}, Index{283}}) {
     const auto apertures = CodedApertures(2);
     const auto scene = TestScene(side);
@@ -144,7 +144,7 @@ TEST(PhotonImage, ProductsAgree) {
   JacobianMap<B> jacobian(linearization->get());
   EXPECT_LE(WorstAdjointError<B>(backend, jacobian, 7), 1e-12);
   EXPECT_LE(DiagonalError<B>(backend, linearization->get(), 0, 61), 1e-10);
-  // The fused product with H equals the two separate products.
+  // The fused product with H equals the two products.
   B::Vector v(x.size()), u(problem.num_residuals()), two(x.size()), fused(x.size());
   FillRandom(backend, 9, v.view());
   linearization->ApplyJ(v, u);
@@ -171,7 +171,7 @@ TEST(PhotonImage, EntriesOfTheJacobianAreCounted) {
   EXPECT_EQ(problem.stored_jacobian_bytes(), static_cast<double>(12 * entries + 4 * (problem.num_residuals() + 1)));
 }
 
-// As in the benchmark, recovers the image behind the photon counts from a uniform start.
+// As in the benchmark, from a uniform start.
 TEST(PhotonImage, RecoversTheImageWithTheSameBitsOnAnyNumberOfThreads) {
   const auto scene = TestScene(kSide);
   test::ExpectSameForAnyThreads([&] {

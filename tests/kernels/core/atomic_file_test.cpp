@@ -46,7 +46,7 @@ TEST(AtomicFile, RefusesFoldersItCannotWrite) {
   EXPECT_EQ(NumFiles(folder), 2) << "no temporary file may remain";
 }
 
-// A file size limit simulates a full disk: write() fails in the same way after some bytes.
+// A file size limit simulates a full disk: write() fails after some bytes.
 TEST(AtomicFile, ReportsAFullDiskAndKeepsTheOldFile) {
   const TempFolder folder;
   const std::string path = folder / "out.bin";

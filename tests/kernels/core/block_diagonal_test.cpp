@@ -24,13 +24,13 @@ class BlockDiagonalTest : public ::testing::Test {
   static constexpr double kTolerance = sizeof(S) == sizeof(float) ? 2e-5 : 1e-12;
 
   // Blocks of 11 x 11 as structure of arrays, of 3 x 3 as array of structures, and single entries. The counts 37, 20
-  // and 45 are not multiples of the lane count.
+  // and 45 are no multiples of the lane count.
   static std::vector<BlockGroup> Groups() {
     return {{11, 37, 0, 37, 1}, {3, 20, 11 * 37, 1, 3}, {1, 45, 11 * 37 + 60, 45, 1}};
   }
   static constexpr Index kSize = 11 * 37 + 60 + 45;
 
-  // Random positive definite blocks, as double matrices and in the container.
+  // Random positive definite blocks, also as double matrices.
   void FillRandom(BlockDiagonal<CpuBackend<S>>& blocks, std::vector<std::vector<Matrix>>& dense) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
@@ -81,12 +81,12 @@ TYPED_TEST(BlockDiagonalTest, AppliesAndSolvesLikeDenseBlocks) {
       const Eigen::VectorXd expected = a * this->Gather(group, i, x);
       EXPECT_LE((this->Gather(group, i, y) - expected).norm(), this->kTolerance * expected.norm());
       EXPECT_LE((this->Gather(group, i, diagonal) - a.diagonal()).norm(), 1e-7 * a.diagonal().norm());
-      // Backward error: the solution satisfies the system to rounding, whatever its condition number.
+      // The solution satisfies the system to rounding, whatever its condition number.
       const Eigen::VectorXd solution = this->Gather(group, i, back);
       EXPECT_LE((a * solution - this->Gather(group, i, y)).norm(), this->kTolerance * (a.norm() * solution.norm() + 1));
     }
   }
-  // Solving in place gives the same result.
+  // In place, too.
   blocks.Solve(y, y.view());
   for (Index k = 0; k < this->kSize; ++k) EXPECT_EQ(y[k], back[k]);
 }
@@ -110,7 +110,7 @@ TYPED_TEST(BlockDiagonalTest, AddsMatricesAndDiagonals) {
 TYPED_TEST(BlockDiagonalTest, ColumnsWithoutAPositiveDiagonalSolveToZero) {
   using S = TypeParam;
   using B = CpuBackend<S>;
-  // Block 0: the middle column is zero. Block 1: a negative diagonal entry with non-zero neighbours.
+  // Block 0: a zero middle column. Block 1: a negative diagonal entry with non-zero neighbours.
   BlockDiagonal<B> blocks(6, {{3, 2, 0, 1, 3}});
   auto values = blocks.values(0);
   const double first[] = {4, 0, 0, 2, 0, 9}, second[] = {4, 1, -1, 2, 5, 9};

@@ -54,7 +54,7 @@ TEST(BlockKernel, ReductionsHaveFewChunksOfAFixedSize) {
   }
 }
 
-// The emulator detects the faults for which it was made.
+// The emulator detects the faults it was made for.
 struct ForgetsABarrier {
   static constexpr int kThreads = 64;
   struct Shared {
@@ -89,7 +89,7 @@ TEST(EmulatedBlock, ABarrierThatSomeThreadsNeverReachIsAnError) {
   EXPECT_THROW(test::Emulate(HalfReachABarrier{}, 1), std::logic_error);
 }
 
-// Adds up the threads' numbers, or throws in one of them while others wait.
+// Adds the threads' numbers, or throws in one of them while others wait.
 struct SumsOrThrows {
   static constexpr int kThreads = 64;
   struct Shared {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel launches that fail for lack of GPU memory, on an emulated device.
+// Kernel launches that fail for lack of memory, on an emulated device.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

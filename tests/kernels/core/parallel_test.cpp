@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// This test has the label "threads": it also runs under the thread sanitizer (preset tsan).
+// Has the label "threads": also runs under the thread sanitizer (preset tsan).
 #include "kernels/core/parallel.h"
 
 #include <gtest/gtest.h>
@@ -85,15 +85,15 @@ TEST_P(Parallel, VectorAndBlockOperationsRunClean) {
   EXPECT_NEAR(backend.Dot(x, z), kSize, 1e-2);
 }
 
-// Proves that the sanitizer sees code that runs on our threads.
+// The sanitizer sees code on these threads.
 TEST(ParallelDeathTest, APlantedRaceIsReported) {
 #if defined(__SANITIZE_THREAD__)
   ::testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(
       {
         SetNumThreads(2);
-        // Each of two chunks waits until the other has started, so that two threads write at any machine load. The
-        // order is relaxed, so that the waiting itself does not synchronise them.
+        // Each of two chunks waits until the other has started, so that two threads write at any machine load. Relaxed,
+        // so that the waiting itself does not synchronise them.
         int shared = 0;
         std::atomic<int> begun{0};
         ParallelFor(2, 1, [&](Index) {

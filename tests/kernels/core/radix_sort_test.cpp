@@ -10,7 +10,7 @@
 namespace vesta {
 namespace {
 
-// The result must equal std::stable_sort. Values are positions, so an unstable sort would be detected.
+// Equal to std::stable_sort. Values are positions, which detect an unstable sort.
 void Check(std::vector<KeyValue> expected) {
   HostBuffer<KeyValue> items, scratch;
   items.CopyFrom({expected.data(), static_cast<Index>(expected.size())});
@@ -23,7 +23,7 @@ void Check(std::vector<KeyValue> expected) {
   }
 }
 
-// Each mask makes a different set of the sort's passes necessary.
+// Each mask needs different passes of the sort.
 TEST(RadixSort, IsTheStableSort) {
   std::mt19937 random(1);
   for (const std::uint32_t mask : {0xffffffffu, 0x7ffu, 0x3ff800u, 0xffc00000u, 0x00400001u, 0u}) {

@@ -43,7 +43,7 @@ const Table<Things>& Fields() {
   return fields;
 }
 
-// Sets a field from a text. Returns the field's new text, or "refused" after checking that the field is unchanged.
+// Returns the field's new text, or "refused" if the field is unchanged.
 std::string After(const std::string& name, const std::string& text) {
   Things things;
   const Field<Things>* field = Find(Fields(), name);

@@ -19,7 +19,7 @@ class VectorBackendTest : public ::testing::Test {
   using Vector = typename B::Vector;
   static constexpr S kNaN = std::numeric_limits<S>::quiet_NaN();
 
-  // Long enough for several chunks, and not a multiple of any lane count.
+  // Several chunks, and no multiple of any lane count.
   static constexpr Index kLong = 100003;
 
   static Vector Of(std::initializer_list<double> values) {
@@ -89,7 +89,7 @@ TYPED_TEST(VectorBackendTest, ElementwiseOperations) {
 }
 
 TYPED_TEST(VectorBackendTest, DotsAreAccumulatedInDouble) {
-  // 2^24 + 1 is not a float, so a float accumulator would lose all of the small terms.
+  // 2^24 + 1 is not a float; a float accumulator would lose the small terms.
   auto x = this->Of({4096, 1, 1, 1, 1, 1, 1, 1, 1, 1});
   EXPECT_EQ(this->backend_.Dot(x, x), 16777216.0 + 9);
   EXPECT_EQ(this->backend_.WeightedDot(this->Of({1, 2, 2, 2, 2, 2, 2, 2, 2, 2}), x, x), 16777216.0 + 18);

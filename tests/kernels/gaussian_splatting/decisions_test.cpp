@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image and its derivatives where a decision changes along a step: alpha floor, alpha cap, early stop, and the
-// tiles of a splat.
+// Image and derivatives where a decision changes along a step: alpha floor, alpha cap, early stop, and the tiles of a
+// splat.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using test::Scene;
 
 double Logit(double p) { return std::log(p / (1 - p)); }
 
-// Layers so wide that each is constant over the image, with these opacities, front to back, white before black.
+// Each layer is constant over the image, with these opacities, front to back, white before black.
 Scene Layers(const std::vector<double>& opacities) {
   Scene scene = test::EmptyScene(test::AxisView(4, 4, 4), static_cast<int>(opacities.size()), 0);
   for (int i = 0; i < scene.count; ++i) {
@@ -51,8 +51,7 @@ class Decision : public testing::TestWithParam<Threshold> {};
 INSTANTIATE_TEST_SUITE_P(At, Decision, testing::ValuesIn(Thresholds()),
                          [](const auto& param) { return std::string(param.param.name); });
 
-// The image jumps by at most the splat's weight. On each side, products are adjoint and J is the derivative on that
-// side.
+// The image jumps by at most the splat's weight. On each side, products are adjoint and J is the derivative there.
 template <class S>
 void CheckDecision(const Threshold& threshold) {
   constexpr bool kDouble = sizeof(S) == 8;
@@ -98,7 +97,7 @@ TEST(Decisions, TilesOfASplatChangeNothing) {
     const reference::Image<double> expected = reference::Render(scene.x, 1, 0, scene.view, scene.background);
     for (std::size_t i = 0; i < rendered.image.size(); ++i) {
       ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-12) << "step " << step;
-      // The bound: the steepest slope of exp(-x^2 / 2 sigma^2) with colour differences below 1, plus the floor.
+      // The steepest slope of exp(-x^2 / 2 sigma^2) with colour differences below 1, plus the floor.
       if (!last.empty()) {
         ASSERT_LE(std::abs(rendered.image[i] - last[i]), 0.012 * 1.42 / 1.1 + kAlphaFloor);
       }
@@ -135,7 +134,7 @@ TEST(Decisions, CachedEntriesOf16BitsSaturateAtContrastsOf255) {
     ASSERT_TRUE(test::AllFinite(Jv));
     ASSERT_TRUE(test::AllFinite(JTu));
     EXPECT_LE(test::AdjointGap(u, Jv, JTu, v), 1e-5);
-    // The derivative with respect to a logit is alpha (1 - alpha) times the contrast.
+    // The derivative by a logit is alpha (1 - alpha) times the contrast.
     std::vector<float> by_opacity(v.size());
     by_opacity[static_cast<std::size_t>(Index{kOpacity} * scene.count + 1)] = 1;
     for (const float value : rendered.ApplyJ(by_opacity)) EXPECT_LE(std::abs(value), 0.7 * 0.24 * 256);

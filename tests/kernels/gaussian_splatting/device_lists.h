@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tile lists of a view, computed on the host with the steps of the GPU (tile_pairs.h).
+// Tile lists of a view, on the host with the GPU's steps (tile_pairs.h).
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ std::vector<T> Permuted(const std::vector<T>& values, const std::vector<std::siz
   return result;
 }
 
-// Sorts by key and keeps the order of equal keys, like a radix sort on a GPU.
+// Keeps the order of equal keys, like a radix sort.
 inline void SortPairs(std::vector<std::uint32_t>& keys, std::vector<std::uint32_t>& values) {
   std::vector<std::size_t> order(keys.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Growth of rounding errors in float: the image, J v, J^T u and Gram matrices in float are compared with double.
-// Parameters are the number of splats per ray, their opacity, and the condition of their screen covariance.
-// docs/numerics.md has the table; --gtest_output=xml:FILE writes it.
+// Growth of rounding errors: the image, J v, J^T u and Gram matrices in float against double, over the number of splats
+// per ray, their opacity, and the condition of their screen covariance. docs/numerics.md has the table;
+// --gtest_output=xml:FILE writes it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -45,9 +45,8 @@ double ErrorOfImage(const std::vector<float>& a, const std::vector<double>& b, c
   return all.RelativeTo(0);
 }
 
-// The largest error over the groups of attributes. The errors of scales are relative to the larger of the norms of
-// scales and opacities. Both are derivatives with respect to relative changes, and the one by the length of a needle
-// vanishes.
+// The largest error over the groups of attributes. Errors of scales are relative to the larger norm of scales and
+// opacities. Both are derivatives by relative changes, and the one by the length of a needle vanishes.
 template <class Attribute>
 double ErrorOfGroups(const std::vector<float>& a, const std::vector<double>& b, const Attribute& attribute) {
   const auto over = [&](const Group& group) {
@@ -76,8 +75,8 @@ inline Scene Layers(int count, double opacity) {
   return RandomScene(AxisView(20, 12, 24), options, random);
 }
 
-// Needles with standard deviations of `length` pixels along the axis. The low-pass filter alone determines their width,
-// so the condition of the screen covariance is length^2 / 0.3.
+// Needles of `length` pixels standard deviation. Only the low-pass filter gives them width, so the condition of the
+// screen covariance is length^2 / 0.3.
 inline Scene Needles(double length) {
   SceneOptions options;
   options.count = 20, options.sh_degree = 1, options.border = 0, options.aspect_max = 1;
@@ -104,7 +103,7 @@ inline std::vector<Growth> Growths() {
   return all;
 }
 
-// Let n be the largest number of splats on a ray and eps 1.2e-7. Let c be the condition of the colour behind a splat
+// Let n be the largest number of splats on a ray, eps 1.2e-7, and c the condition of the colour behind a splat
 // (reference::Image). The bounds are
 //   image 2 eps sqrt(n), J v 24 eps sqrt(n), J^T u 32 eps c sqrt(n), Gram 32 eps sqrt(n).
 // Only the adjoint computes the colour behind a splat as a difference of images. The condition of the covariance does
@@ -117,7 +116,7 @@ void CheckGrowth(const Scene& scene) {
   Random random(41);
   const auto v = random.NormalVector<float>(scene.x.size());
   auto u = random.NormalVector<float>(in_float.image.size()), omega = u;
-  // Excludes pixels where rounding may change a decision; render_test.cpp limits those errors.
+  // Without pixels where rounding may change a decision; render_test.cpp limits those errors.
   const auto is_safe = [&](std::size_t i) { return expected.margin[i % expected.margin.size()] > 1e-4; };
   std::size_t safe = 0;
   for (std::size_t i = 0; i < u.size(); ++i) {

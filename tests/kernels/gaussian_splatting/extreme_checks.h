@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of every extreme scene, for each precision and memory space. The view type V must have the interface of
+// Checks of extreme scenes, for each precision and memory space. The view type V has the interface of
 // test::RenderedView.
 #pragma once
 
@@ -21,7 +21,7 @@ bool AllFinite(const std::vector<S>& values) {
   return std::all_of(values.begin(), values.end(), [](S value) { return std::isfinite(value); });
 }
 
-// The image and its derivative along v from the slow reference.
+// Image and derivative along v from the slow reference.
 struct ExpectedImage {
   using Jet = ceres::Jet<double, 1>;
   Image<Jet> image;
@@ -35,11 +35,11 @@ struct ExpectedImage {
       brightest = std::max(brightest, std::abs(color.a)), steepest = std::max(steepest, std::abs(color.v[0]));
     }
   }
-  // True if a decision at this pixel is so close that rounding may change it.
+  // Rounding may change a decision at this pixel.
   bool IsNearADecision(std::size_t i, double band) const { return image.margin[i % image.margin.size()] < band; }
 };
 
-// The kernels treat a zero quaternion as the identity and ignore its derivative; the reference has no such rule.
+// The kernels treat a zero quaternion as the identity and ignore its derivative; the reference does not.
 inline Scene WithoutZeroQuaternions(Scene scene, std::vector<double>& v) {
   for (int i = 0; i < scene.count; ++i) {
     const auto q = [&](int k) -> double& { return scene.At(splat::kQuaternion + k, i); };
@@ -50,8 +50,8 @@ inline Scene WithoutZeroQuaternions(Scene scene, std::vector<double>& v) {
   return scene;
 }
 
-// Checks the number of visible Gaussians, and that the image and J v equal the reference. Products must be adjoint, and
-// Gram matrices must have no negative diagonal entry. All results must be finite, and zero for invisible Gaussians.
+// The number of visible Gaussians must be right, and the image and J v equal the reference. Products must be adjoint,
+// and Gram matrices have no negative diagonal entry. All results must be finite, and zero for invisible Gaussians.
 template <class V>
 void CheckExtremeScene(const ExtremeScene& extreme) {
   using S = typename V::Scalar;
@@ -63,7 +63,7 @@ void CheckExtremeScene(const ExtremeScene& extreme) {
 
   Random random(30);
   std::vector<double> v = random.NormalVector<double>(scene.x.size());
-  // The derivative by a quaternion is proportional to the inverse of its length, so the step is scaled by the length.
+  // The derivative by a quaternion is proportional to the inverse of its length, and so is scaled.
   for (int i = 0; i < scene.count; ++i) {
     double square = 0;
     for (int k = 0; k < 4; ++k) square += std::pow(scene.At(splat::kQuaternion + k, i), 2);
@@ -87,7 +87,7 @@ void CheckExtremeScene(const ExtremeScene& extreme) {
     ASSERT_NEAR(Jv[i], expected.image.color[i].v[0], 10 * tolerance * expected.steepest) << "J v, entry " << i;
   }
   EXPECT_GE(compared, 0.9 * static_cast<double>(Jv.size()));
-  // The same tolerance as in jacobian_test.cpp.
+  // As in jacobian_test.cpp.
   const double conditioned = 32 * std::numeric_limits<S>::epsilon() * expected.image.condition_of_all;
   EXPECT_LE(AdjointGap(u, Jv, JTu, v_in), std::max(kDouble ? 1e-12 : 1e-5, conditioned));
 

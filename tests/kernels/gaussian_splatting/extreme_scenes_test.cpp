@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Extreme Gaussians and cameras in both precisions. The same on a device: tests/cuda/extreme_scenes_test.cpp.
+// Extreme Gaussians and cameras in both precisions (on a device: tests/cuda/extreme_scenes_test.cpp).
 #include <gtest/gtest.h>
 
 #include "tests/kernels/gaussian_splatting/extreme_checks.h"
@@ -19,7 +19,7 @@ INSTANTIATE_TEST_SUITE_P(Cameras, Extremes, testing::ValuesIn(test::ExtremeCamer
 TEST_P(Extremes, InDouble) { test::CheckExtremeScene<RenderedView<double>>(GetParam()); }
 TEST_P(Extremes, InFloat) { test::CheckExtremeScene<RenderedView<float>>(GetParam()); }
 
-// The scene matches its name: thousands of splats are blended, and rounding does not decide where the pixel closes.
+// Thousands of splats are blended, and rounding does not decide where the pixel closes.
 TEST(ExtremeScenes, TenThousandSplatsCoverOnePixel) {
   const std::vector<ExtremeScene> cases = test::ExtremeGaussians();
   const test::Scene& scene = std::ranges::find(cases, "TenThousandOnOnePixel", &ExtremeScene::name)->scene;
@@ -29,7 +29,7 @@ TEST(ExtremeScenes, TenThousandSplatsCoverOnePixel) {
   EXPECT_GT(image.margin[static_cast<std::size_t>(most - image.blended.begin())], 1e-3);
 }
 
-// One Gaussian with a parameter that is swept from far below to far beyond the range of float.
+// One parameter of a Gaussian is swept from far below to far beyond the range of float.
 struct Sweep {
   const char* name;
   double from, to, step;
@@ -68,7 +68,7 @@ class ExtremeSweep : public testing::TestWithParam<Sweep> {};
 INSTANTIATE_TEST_SUITE_P(Of, ExtremeSweep, testing::ValuesIn(kSweeps),
                          [](const auto& param) { return std::string(param.param.name); });
 
-// The image is finite, and so are its derivatives and their squares.
+// The image, its derivatives and their squares are finite.
 template <class S>
 void CheckSweep(const Sweep& sweep) {
   const std::vector<ExtremeScene> cases = test::ExtremeGaussians();

@@ -47,8 +47,7 @@ class GramMatrices : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, GramMatrices, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-// Selects three Gaussians for explicit columns: the ones with the largest, the median and the smallest effect on the
-// image.
+// The Gaussians with the largest, the median and the smallest effect on the image.
 std::vector<int> Chosen(const Gram<double>& gram, const RenderedView<double>& rendered) {
   std::vector<int> seen;
   for (int i = 0; i < rendered.model.count; ++i) {
@@ -101,9 +100,9 @@ TEST_P(GramMatrices, AreSumsOverColumnsOfTheJacobian) {
 
 // Entries in float are near those in double: within 5e-4 times the condition of the derivatives by alpha
 // (reference::Image), which is 1 to 10 for an unoccluded Gaussian. The error is relative to the Gaussian's own
-// diagonal, with two floors. The first is 1e-2 of the largest entry of the same group of attributes, since terms may
-// cancel so that an attribute hardly moves the splat. The second is 1e-6 of the attribute's mean, below which damping
-// dominates. That suffices, because the blocks are used for preconditioning and damping, not as gradients.
+// diagonal, with two floors: 1e-2 of the largest entry of the group of attributes, since terms may cancel so that an
+// attribute hardly moves the splat; and 1e-6 of the attribute's mean, below which damping dominates. That suffices for
+// preconditioning and damping.
 TEST_P(GramMatrices, InFloatAreNearThoseInDouble) {
   for (std::uint64_t seed = 42; seed < 45; ++seed) {
     SCOPED_TRACE(seed);
@@ -137,7 +136,7 @@ TEST_P(GramMatrices, InFloatAreNearThoseInDouble) {
   }
 }
 
-// Needles, flat splats and splats within one pixel: sums of squares never round below zero.
+// Needles, flat splats and splats within a pixel: sums of squares never round below zero.
 TEST_P(GramMatrices, InFloatHaveNoNegativeDiagonal) {
   for (std::uint64_t seed = 42; seed < (GetParam().name == "OnePixel" ? 342 : 62); ++seed) {
     const Scene scene = test::RandomScene(GetParam(), seed);

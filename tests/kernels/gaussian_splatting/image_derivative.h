@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares a derivative of the image with respect to a view parameter with central differences.
+// Compares a derivative of the image by a view parameter with central differences.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace vesta::test {
 
-// changed(step): the scene with the parameter increased by `step`. Pixels near a decision are not compared.
+// changed(step): the parameter increased by `step`. Pixels near a decision are not compared.
 template <class Changed>
 void ExpectDerivativeOfImage(const Scene& scene, const Changed& changed, const std::vector<double>& d_image) {
   const splat::reference::Image<double> decisions = splat::reference::Render(scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moving, scaling, rotating or reordering a whole scene does not change its image or its derivatives.
+// Moving, scaling, rotating or reordering a scene does not change its image or derivatives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ Scene Moved(Scene scene, const double (&by)[3]) {
   return scene;
 }
 
-// Rotates the world and the camera by a quaternion; colours must not depend on direction.
+// Rotates world and camera; colours must not depend on direction.
 Scene Turned(Scene scene, const double (&quaternion)[4]) {
   double Q[9], R[9];
   RotationFromQuaternion(quaternion, Q);
@@ -118,7 +118,7 @@ void CheckInvariance(const Change& change) {
   RenderedView<S> before(scene), after(change.apply(scene));
   EXPECT_EQ(after.num_splats(), before.num_splats());
   test::Random random(51);
-  // v is scaled with the unit of length; it is zero for quaternions, because a rotation mixes them.
+  // Scaled with the unit of length; zero for quaternions, which a rotation mixes.
   std::vector<double> v = random.NormalVector<double>(scene.x.size());
   std::fill_n(v.begin() + kMean * scene.count, 3 * scene.count, 0);
   std::fill_n(v.begin() + kQuaternion * scene.count, 4 * scene.count, 0);
@@ -130,7 +130,7 @@ void CheckInvariance(const Change& change) {
     ASSERT_NEAR(after.image[i], before.image[i], tolerance * expected.brightest) << i;
     ASSERT_NEAR(after_J[i], before_J[i], 10 * tolerance * expected.steepest) << i;
   }
-  // The gradient by a mean is proportional to the inverse of the unit of length.
+  // The gradient by a mean is proportional to the inverse unit of length.
   const std::vector<S> u = random.NormalVector<S>(after.image.size());
   const std::vector<S> before_JT = before.ApplyJT(u), after_JT = after.ApplyJT(u);
   double largest = 0;
@@ -148,7 +148,7 @@ void CheckInvariance(const Change& change) {
 TEST_P(Invariance, InDouble) { CheckInvariance<double>(GetParam()); }
 TEST_P(Invariance, InFloat) { CheckInvariance<float>(GetParam()); }
 
-// Bit-identical, because no sum depends on the order of Gaussians in memory.
+// Bit-identical: no sum depends on the order in memory.
 template <class S>
 void CheckPermutation() {
   test::SceneOptions options;

@@ -22,7 +22,7 @@ class Jacobian : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, Jacobian, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-// J v equals the derivative from Jets along v through the reference rasteriser, which makes the same decisions.
+// J v equals the Jets' derivative along v of the reference, which makes the same decisions.
 TEST_P(Jacobian, TangentIsTheDerivativeOfTheReference) {
   using Jet = ceres::Jet<double, 1>;
   const Scene scene = test::RandomScene(GetParam(), 10);
@@ -65,7 +65,7 @@ TEST_P(Jacobian, ImageAndTangentInOnePassAreThoseOfTwo) {
 
 constexpr CacheFormat kFullFormat = CacheFormat::kFull;
 
-// v restricted to some attributes and some Gaussians.
+// v, restricted.
 template <class S>
 std::vector<S> Confined(std::vector<S> v, int count, int first_attribute, int last_attribute, int first, int last) {
   for (std::size_t i = 0; i < v.size(); ++i) {
@@ -89,7 +89,7 @@ constexpr Group kGroups[] = {{"mean", kMean, kMean + 2},
 
 // The adjoint computes the colour behind a splat as the image minus the part in front. Behind little transmittance this
 // difference has few digits: its rounding error, up to 32 units in the last place, is multiplied by
-// reference::Image::condition. The tolerance includes this for single Gaussians and in extreme scenes only.
+// reference::Image::condition. The tolerance includes this only for single Gaussians and extreme scenes.
 template <class S>
 void CheckAdjointness(const Scene& scene, bool extreme, double tolerance) {
   RenderedView<S> rendered(scene);
@@ -144,7 +144,7 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
       CheckAdjointness<double>(scene, false, 1e-12);
       CheckAdjointness<float>(scene, false, 1e-5);
 
-      // Bands above the active degree do not affect the image, and their gradient is zero.
+      // Bands above the active degree have no effect, and gradient zero.
       RenderedView<double> rendered(scene);
       test::Random random(31);
       const int first_inactive = kSh + 3 * (active + 1) * (active + 1);
@@ -159,7 +159,7 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
   }
 }
 
-// AddJT accumulates: a second call doubles the result of the first.
+// A second call doubles the result of the first.
 TEST(JacobianDegrees, AdjointAddsToItsOutput) {
   const Scene scene = test::RandomScene(SceneOptions(), 32);
   RenderedView<double> rendered(scene);

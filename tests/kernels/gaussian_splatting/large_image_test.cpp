@@ -15,7 +15,7 @@ using test::Scene;
 
 constexpr int kSize = 8192, kCorner = 64;
 
-// Gaussians in the last 64 x 64 pixels of a large image, rendered as a whole or in that corner only.
+// Gaussians in the last 64 x 64 pixels of a large image, rendered whole or there only.
 Scene CornerScene(bool whole) {
   test::SceneOptions options;
   options.count = 12, options.border = -0.3, options.sigma_min = 2, options.sigma_max = 4, options.sh_degree = 1;
@@ -51,7 +51,7 @@ TEST(LargeImage, ItsCornerEqualsTheImageOfTheCorner) {
   EXPECT_LE(std::sqrt(difference / size), 1e-3);
 }
 
-// One Gaussian so wide that it is constant over all pixels, before black.
+// One Gaussian, constant over all pixels, before black.
 struct WideGaussian {
   static constexpr double kColor = 0.3;  // coefficient 0 of the spherical harmonics
   Scene scene;
@@ -69,7 +69,8 @@ struct WideGaussian {
   }
 };
 
-// Derivatives are sums of millions of equal terms. Sequential addition over the 65,536 tiles would lose three digits.
+// Derivatives are sums of millions of equal terms. Adding them in sequence over the 65,536 tiles would lose three
+// digits.
 TEST(LargeImage, SumsOverAllPixelsKeepTheirDigits) {
   const WideGaussian wide(4096);
   RenderedView<float> rendered(wide.scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene with a target photograph and the loss between them, for the passes that predict how the loss changes.
+// A scene, a target photograph and their loss, for the passes that predict changes of the loss.
 #pragma once
 
 #include <utility>
@@ -16,7 +16,7 @@ inline SceneOptions Open(int count) {
   return {.name = "open", .width = 53, .height = 37, .count = count, .opacity_min = 0.1, .opacity_max = 0.5};
 }
 
-// A photograph of the scene with other colours.
+// The scene in other colours.
 inline std::vector<double> TruthOf(Scene scene) {
   Random random(5);
   for (int c = 0; c < 3; ++c) {

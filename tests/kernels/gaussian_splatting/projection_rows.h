@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The derivative K of a splat's whitened shape with respect to its parameters, by Jets and by the adjoint.
+// The derivative K of a splat's whitened shape by its parameters, by Jets and by the adjoint.
 #pragma once
 
 #include <ceres/jet.h>
@@ -16,7 +16,7 @@ namespace vesta::splat {
 inline constexpr int kParameters = 10;  // mean, log-scale, quaternion
 using Jet = ceres::Jet<double, kParameters>;
 
-// K by Jets through Project and WhitenTangent: rows are the entries of the splat tangent.
+// Through Project and WhitenTangent; rows are the entries of the splat tangent.
 template <class L>
 void JetRows(const CameraConstants<double, L>& camera, const double* p, double K[kLambda][kParameters]) {
   Jet jets[kParameters];
@@ -31,8 +31,8 @@ void JetRows(const CameraConstants<double, L>& camera, const double* p, double K
   }
 }
 
-// Compares rows relative to their largest entry within a group of parameters. For quaternions the scales' group is
-// included, because their derivative is a difference of terms of that size, which cancel for round splats.
+// Relative to the row's largest entry within a group of parameters. For quaternions this includes the scales, because
+// their derivative is a difference of terms of that size, which cancel for round splats.
 inline void ExpectRowsNear(const double K[kLambda][kParameters], const double expected[kLambda][kParameters]) {
   for (int row = 0; row < kLambda; ++row) {
     double scale[3] = {};

@@ -44,7 +44,7 @@ struct RasterInputs {
   }
 };
 
-// A scene rendered on the host, and its inputs for the GPU's kernels.
+// Rendered on the host, with inputs for the GPU's kernels.
 template <class S>
 struct RasterScene {
   Scene scene;
@@ -53,7 +53,7 @@ struct RasterScene {
   RasterInputs<S> in{lists.splats.size(), rendered.image.size()};
 };
 
-// More splats in a tile than a kernel loads at once, and pixels that close before the last splat.
+// More splats in a tile than a kernel loads at once, and pixels that close before the last one.
 inline Scene ManySplatsInATile(std::uint64_t seed) {
   return RandomScene({.width = 33, .height = 20, .count = 700, .sh_degree = 0, .sigma_min = 1, .sigma_max = 8}, seed);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slow, simple rasteriser in double precision that tests every pixel against every Gaussian with textbook formulas.
-// It shares only the parameter layout and the constants of the method with the kernels. As a template it also gives
-// exact derivatives with ceres::Jet, under the same decisions.
+// A slow rasteriser in double that tests every pixel against every Gaussian with textbook formulas. It shares only the
+// parameter layout and the constants of the method with the kernels. As a template it gives exact derivatives with
+// ceres::Jet, under the same decisions.
 #pragma once
 
 #include <ceres/jet.h>
@@ -26,7 +26,7 @@ double Value(const ceres::Jet<T, N>& x) {
   return x.a;
 }
 
-// One Gaussian on the screen: mean, conic (a b; b c), opacity, colour. Sorted by float_depth, then by index.
+// Mean, conic (a b; b c), opacity, colour. Sorted by float_depth, then by index.
 template <class T>
 struct ScreenGaussian {
   T u, v, a, b, c, opacity;
@@ -47,7 +47,7 @@ void Rotation(const T* q, T R[3][3]) {
   R[2][0] = 2.0 * (x * z - w * y), R[2][1] = 2.0 * (y * z + w * x), R[2][2] = w * w - x * x - y * y + z * z;
 }
 
-// p: the attributes of one Gaussian, in the order of layout.h.
+// p: the attributes, in the order of layout.h.
 template <class T>
 ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PosedCamera& view) {
   using std::exp, std::sqrt;
@@ -114,19 +114,19 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PosedC
 template <class T>
 struct Image {
   std::vector<T> color;  // planar, as in the kernels
-  // Per pixel: the distance of the closest decision from its threshold, the minimum of |alpha 255 - 1| and |T (1 -
-  // alpha) / 1e-4 - 1|.
+  // Per pixel, how near the closest decision is to its threshold: the minimum of |alpha 255 - 1| and |T (1 - alpha) /
+  // 1e-4 - 1|.
   std::vector<double> margin;
-  std::vector<int> blended;    // per pixel: number of splats blended
-  int capped = 0, closed = 0;  // over all pixels: number of capped alphas and of closed pixels
+  std::vector<int> blended;    // per pixel
+  int capped = 0, closed = 0;  // over all pixels: capped alphas, closed pixels
   // Per Gaussian: how much worse its derivatives by alpha are conditioned than those by colour, if the colour behind it
-  // is computed as a difference of images. It is the ratio of the root mean squares of alpha / (1 - alpha) and of alpha
-  // T over its pixels. condition_of_all is the same over all Gaussians.
+  // is a difference of images. This is the ratio of the root mean squares of alpha / (1 - alpha) and of alpha T over
+  // its pixels. condition_of_all: over all Gaussians.
   std::vector<double> condition;
   double condition_of_all = 1;
 };
 
-// x: a model in the layout of layout.h with `count` Gaussians.
+// x: `count` Gaussians in the layout of layout.h.
 template <class T>
 Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const PosedCamera& view,
                 const double background[3]) {

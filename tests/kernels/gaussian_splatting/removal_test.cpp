@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Predictions of the removal pass agree with the loss of an image rendered without the splat.
+// Predictions of the removal pass agree with the loss without the splat.
 #include <gtest/gtest.h>
 
 #include <algorithm>

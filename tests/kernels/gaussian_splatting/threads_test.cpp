@@ -35,7 +35,7 @@ void CheckThreads(int count, int degree) {
   test::ExpectSameForAnyThreads([&] { return Everything<S>(scene); });
 }
 
-// More Gaussians than a single task, and enough splats that several slices fill the tiles.
+// More Gaussians than a task, and several slices that fill the tiles.
 TEST(SplatThreads, FloatIsBitIdenticalForAnyNumber) { CheckThreads<float>(10000, 1); }
 TEST(SplatThreads, DoubleIsBitIdenticalForAnyNumber) { CheckThreads<double>(3000, 1); }
 TEST(SplatThreads, DifferentDegreesAreBitIdenticalForAnyNumber) { CheckThreads<float>(10000, 3); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPU kernels of the loss, run on the host thread by thread, agree with the host's loss.
+// The GPU kernels of the loss, run thread by thread on the host, agree with the host's loss.
 #include "kernels/image/blur_blocks.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 using test::ThreadOrder;
 
-// Different images over several blocks, some partly outside the image.
+// Over several blocks, some partly outside the image.
 struct Images {
   ImageShape shape;
   std::vector<double> rendered, truth, v;
@@ -62,7 +62,7 @@ class BlurBlocks : public testing::TestWithParam<ThreadOrder> {};
 INSTANTIATE_TEST_SUITE_P(Orders, BlurBlocks,
                          testing::Values(ThreadOrder::kForward, ThreadOrder::kBackward, ThreadOrder::kShuffled));
 
-// Results of the host's loss with one choice of SSIM linearization.
+// The host's loss with one SSIM linearization.
 struct HostLoss {
   PhotometricWeights weights;
   PhotometricValue value;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loss of extreme images in both precisions, for every choice of loss and instruction set.
+// The loss of extreme images in both precisions, for all losses and instruction sets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,8 +70,8 @@ std::vector<PhotometricWeights> Choices() {
   return choices;
 }
 
-// Value, gradient, curvature and its products are finite, and the curvature is nowhere negative. For equal images the
-// dissimilarity and the gradient are zero.
+// Value, gradient, curvature and its products are finite, and the curvature is never negative. For equal images
+// dissimilarity and gradient are zero.
 template <class S>
 void CheckPair(const Pair& pair, Isa isa) {
   for (const ImageShape& shape : {ImageShape{1, 1}, ImageShape{2, 1}, ImageShape{17, 19}}) {
@@ -116,7 +116,7 @@ TEST(LargeImages, OfBothSignsStayFinite) {
   for (const Isa isa : test::CpuIsas()) CheckPair<float>(large, isa);
 }
 
-// The value agrees with direct sums: in double to the last digits, in float to four.
+// Against direct sums: in double to the last digits, in float to four.
 template <class S>
 void CheckValue(const Pair& pair, double tolerance) {
   const ImageShape shape{17, 19};
@@ -138,7 +138,7 @@ TEST_P(ExtremeImages, ValueIsThatOfDirectSums) {
   CheckValue<float>(GetParam(), 1e-4);
 }
 
-// The sum of a row is accumulated in float per lane, the sum of rows in double.
+// Rows are summed in float per lane, their sums in double.
 TEST(LongRows, SumsKeepTheirDigits) {
   const ImageShape shape{8192, 3};
   HostBuffer<float> x(shape.NumValues()), y(shape.NumValues());

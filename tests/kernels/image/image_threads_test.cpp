@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every operator is bit-identical for any number of threads, and nearly equal for all instruction sets.
+// Operators are bit-identical for any number of threads, and nearly equal for all instruction sets.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr ImageShape kShape{.width = 83, .height = 205};
 
-// All results of the loss and the metrics in float for one pair of images.
+// Loss and metrics in float for one pair of images.
 std::vector<HostBuffer<float>> EverythingFor(Isa isa) {
   const Index n = kShape.NumValues();
   const auto x = reference::RandomImage<float>(kShape, 61), y = reference::RandomImage<float>(kShape, 62);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every choice of cost and curvature (loss_options.h) agrees with its definition by direct sums and Jets.
+// Costs and curvatures (loss_options.h) agree with direct sums and Jets.
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ std::vector<PhotometricWeights> AllChoices() {
   return all;
 }
 
-// The cost of one pixel, as defined in loss_options.h.
+// As defined in loss_options.h.
 template <class T>
 T PixelCost(const T& e, PixelLinearization pixel) {
   const T absolute = e < T(0.0) ? -e : e;
@@ -108,7 +108,7 @@ TEST(LossChoices, CostAndGradientAreThoseOfJets) {
   }
 }
 
-// The derivative of each window's score with respect to its own centre.
+// Each window's score by its own centre.
 std::vector<double> CenterDerivatives(const Point<double>& point) {
   auto jets = reference::ToVector<Jet>(point.x);
   const auto truth = reference::ToVector<Jet>(point.y);
@@ -137,7 +137,7 @@ TEST(LossChoices, CenterDifferentiatesEachScoreWithRespectToItsOwnPixel) {
   }
 }
 
-// For equal images the derivative would be 0 / 0 without its floor.
+// The derivative would be 0 / 0 without its floor.
 TEST(LossChoices, RootIsFiniteWhereImagesAgree) {
   PhotometricLoss<float> loss(Choice(PixelLinearization::kSqrt, SsimLinearization::kRootCenter));
   const auto image = RandomImage<float>(kShape, 76);
@@ -159,7 +159,7 @@ TYPED_TEST(LossChoicesTyped, WIsSymmetricAndPositiveSemidefinite) {
   constexpr double kTolerance = sizeof(S) == 4 ? 1e-5 : 1e-12;
   for (const PhotometricWeights& choice : AllChoices()) {
     PhotometricWeights weights = choice;
-    weights.l1 = 1e-3;  // so that it hides little of the SSIM part
+    weights.l1 = 1e-3;  // hides little of the SSIM part
     Point<S> point(weights);
     for (const double frequency : {0.0, 0.1, 1.0}) {
       HostBuffer<S> v(kShape.NumValues());
@@ -183,8 +183,7 @@ TEST(LossChoices, DiagonalIsThatOfUnitVectors) {
       unit[i] = 1.0;
       const double want = point.Apply(unit)[i];
       unit[i] = 0.0;
-      // The diagonal weight for Gram matrices equals the diagonal of W; for the quadratic linearization it is only
-      // close.
+      // The weight for Gram matrices is the diagonal of W; for the quadratic linearization it is only close.
       const double ratio = point.w.diagonal[i] / want;
       if (weights.structure != SsimLinearization::kQuadratic) {
         EXPECT_NEAR(ratio, 1.0, 1e-10);
@@ -196,7 +195,7 @@ TEST(LossChoices, DiagonalIsThatOfUnitVectors) {
   }
 }
 
-// For every pointwise choice, W equals its diagonal.
+// For pointwise choices, W is its diagonal.
 TEST(LossChoices, WIsPointwiseWithoutNeighbours) {
   for (const PhotometricWeights& choice : AllChoices()) {
     PhotometricWeights weights = choice;
@@ -208,7 +207,7 @@ TEST(LossChoices, WIsPointwiseWithoutNeighbours) {
   }
 }
 
-// Newton's step for one pixel reaches e = 0 with the reweighted quadratic, and goes twice as far with the square root.
+// Newton's step for one pixel reaches e = 0 with the reweighted quadratic, twice as far with the square root.
 TEST(LossChoices, TheRootOfTheAbsoluteValueStepsTwiceAsFar) {
   PhotometricWeights irls = Choice(PixelLinearization::kIrls, SsimLinearization::kQuadratic);
   PhotometricWeights root = Choice(PixelLinearization::kSqrt, SsimLinearization::kQuadratic);
@@ -221,7 +220,7 @@ TEST(LossChoices, TheRootOfTheAbsoluteValueStepsTwiceAsFar) {
   }
 }
 
-// Half of e^T W e equals the cost if the cost is a square, and half of the cost if it is the reweighted |e|.
+// Half of e^T W e is the cost if that is a square, and half of it for the reweighted |e|.
 TEST(LossChoices, TheQuadraticHasTheCostAtItsPoint) {
   for (const auto pixel : {PixelLinearization::kL2, PixelLinearization::kIrls}) {
     PhotometricWeights weights = Choice(pixel, SsimLinearization::kQuadratic);

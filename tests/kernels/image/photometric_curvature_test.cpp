@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// W, the curvature of the reweighted quadratic, agrees with its definition by direct sums.
+// W, the curvature of the reweighted quadratic, agrees with direct sums.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -85,7 +85,7 @@ TYPED_TEST(PhotometricCurvatureTyped, IsSymmetric) {
   }
 }
 
-// Smooth vectors are the hard case: there the two SSIM terms nearly cancel.
+// For smooth vectors the two SSIM terms nearly cancel.
 TYPED_TEST(PhotometricCurvatureTyped, IsPositiveSemidefinite) {
   using S = TypeParam;
   const ImageShape shape{.width = 41, .height = 37};

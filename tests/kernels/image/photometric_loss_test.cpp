@@ -40,7 +40,7 @@ TEST(PhotometricLoss, ValueIsThatOfDirectSums) {
   }
 }
 
-// The cost by direct sums; the Jets hold its derivative.
+// By direct sums; the Jets hold its derivative.
 Jet Cost(const std::vector<Jet>& x, const std::vector<Jet>& y, const ImageShape& shape,
          const PhotometricWeights& weights) {
   Jet cost(0.0);
@@ -92,7 +92,7 @@ TEST(PhotometricLoss, GradientAndLinearizeAgreeWithEvaluate) {
   for (Index i = 0; i < gradient.size(); ++i) EXPECT_EQ(gradient[i], again[i]);
 }
 
-// In bright images that nearly agree, window statistics suffer most from cancellation.
+// In bright images that nearly agree, window statistics lose most digits.
 TEST(PhotometricLoss, FloatIsNearDouble) {
   const ImageShape shape{.width = 45, .height = 38};
   for (const double amplitude : {1.0, 1e-2, 1e-4}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loss by direct sums over two-dimensional windows, in textbook form: slow, simple, for any scalar type.
+// The loss by direct sums over two-dimensional windows, for any scalar type.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ inline WindowWeights Window() {
   return window;
 }
 
-// Weighted sum of f(neighbour) over the window around value `centre`; neighbours outside the image are skipped.
+// Weighted sum of f(neighbour) over the window around `centre`, within the image.
 template <class T, class F>
 T Blur(const ImageShape& shape, Index centre, const F& f, bool squared_weights = false) {
   static const WindowWeights kWindow = Window();
@@ -89,7 +89,7 @@ HostBuffer<S> RandomImage(const ImageShape& shape, unsigned seed, double lo = 0.
   return image;
 }
 
-// An image in 0..1 that differs from `image` by up to `amplitude`.
+// In 0..1, up to `amplitude` from `image`.
 template <class S>
 HostBuffer<S> Near(const HostBuffer<S>& image, const ImageShape& shape, unsigned seed, double amplitude) {
   HostBuffer<S> other = RandomImage<S>(shape, seed, -amplitude, amplitude);
@@ -111,7 +111,7 @@ double Dot(const HostBuffer<S>& a, const HostBuffer<S>& b) {
   return sum;
 }
 
-// Reference scale for adjointness errors: the root of the sum of the squared terms of a dot product.
+// Scale for adjointness errors: the root of the sum of the squared terms of a dot product.
 template <class S>
 double DotScale(const HostBuffer<S>& a, const HostBuffer<S>& b) {
   double sum = 0.0;
@@ -126,8 +126,8 @@ double MaxAbs(const HostBuffer<S>& a) {
   return result;
 }
 
-// Sizes smaller than the window in one or both directions, odd, larger than a band of rows and several vectors, and
-// multiples of every vector width.
+// Smaller than the window in one or both directions, odd, larger than a band of rows and several vectors, and multiples
+// of every vector width.
 inline std::vector<ImageShape> Shapes() {
   return {{.width = 1, .height = 1},   {.width = 3, .height = 7},   {.width = 12, .height = 9},
           {.width = 17, .height = 31}, {.width = 32, .height = 13}, {.width = 69, .height = 101}};

@@ -33,7 +33,7 @@ void ExpectSame(const Dual<double, N>& dual, const ceres::Jet<double, N>& jet, c
   }
 }
 
-// For functions whose Jet formula rounds more coarsely.
+// The Jet formula rounds more coarsely.
 template <int N>
 void ExpectNear(const Dual<double, N>& dual, const ceres::Jet<double, N>& jet, const char* what) {
   EXPECT_NEAR(dual.a, jet.a, 1e-14 * (1 + std::abs(jet.a))) << what;
@@ -128,7 +128,7 @@ void ExpectFunctionsOfJets() {
     ExpectSame(a * 2.5, ja * 2.5, "dual * number");
     ExpectSame(3 / positive, 3.0 / jp, "number / dual");
     ExpectSame(a / 2.5, ja / 2.5, "dual / number");
-    // Jets lack the inverse hyperbolic functions, so the reference uses logarithms.
+    // Jets lack the inverse hyperbolic functions; the reference uses logarithms.
     ExpectNear(asinh(positive), log(jp + sqrt(jp * jp + 1.0)), "asinh");
     const Number above = Number(1.1) + positive * positive;
     ExpectNear(acosh(above), log(ToJet(above) + sqrt(ToJet(above) * ToJet(above) - 1.0)), "acosh");
@@ -137,7 +137,7 @@ void ExpectFunctionsOfJets() {
   }
 }
 
-// One derivative, a part of a SIMD register, several registers, and more than the processor has.
+// One derivative, a part of a SIMD register, several, and more than the processor has.
 TEST(Dual, EveryFunctionAgreesWithJets) {
   ExpectFunctionsOfJets<1>();
   ExpectFunctionsOfJets<2>();
@@ -203,12 +203,12 @@ TEST(Dual, CeresInterpolatesOnIt) {
   ExpectSame(dual, jet, "bicubic");
 }
 
-// The derivative of a power with constant exponent contains no logarithm: it is finite for bases at and below zero.
+// A power with constant exponent has no logarithm in its derivative, which is finite for bases at and below zero,
 TEST(Dual, PowerWithConstantExponentTakesAnyBase) {
   const D square_at_zero = pow(D(0.0, 1.0), D(2));
   EXPECT_EQ(square_at_zero.a, 0);
   EXPECT_EQ(square_at_zero.v, 0);
-  // It is also finite for base zero and a positive exponent that varies.
+  // and for base zero with a varying positive exponent.
   const D varying_at_zero = pow(D(0.0, 1.0), D(1.5, 1.0));
   EXPECT_EQ(varying_at_zero.a, 0);
   EXPECT_EQ(varying_at_zero.v, 0);
@@ -217,7 +217,7 @@ TEST(Dual, PowerWithConstantExponentTakesAnyBase) {
   EXPECT_EQ(cube.v, 12);
 }
 
-// With many derivatives, the exponent can be constant in some of the directions only.
+// With many derivatives, the exponent can be constant in only some of the directions.
 TEST(Dual, PowerTakesAnyBaseInDirectionsOfConstantExponent) {
   Dual<double, 3> x(-2.0), y(3.0);
   x.v[0] = 1;
@@ -241,7 +241,7 @@ TEST(Dual, ValuesAtTheEdges) {
   EXPECT_DOUBLE_EQ(h3.v, (2 + 2 * 3 + 3 * 6) / 7.0);
 }
 
-// For orders below 1 the derivative has a formula of its own: cyl_bessel_j(1/2, x) is sqrt(2 / (pi x)) sin x.
+// Orders below 1 have their own formula: cyl_bessel_j(1/2, x) is sqrt(2 / (pi x)) sin x.
 TEST(Dual, BesselFunctionsOfFractionalOrder) {
   const double x = 1.3, factor = std::sqrt(2 / (std::numbers::pi * x));
   const D half = cyl_bessel_j(0.5, D(x, 1.0)), zero = cyl_bessel_j(0, D(x, 1.0));
@@ -288,7 +288,7 @@ TEST(Dual, Nests) {
   EXPECT_NEAR(y.v.v, first * std::cos(x) - std::exp(std::sin(x)) * std::sin(x), 1e-14);
 }
 
-// Values are rounded like plain arithmetic, so a threshold cannot differ between a function and its tangent.
+// Values round like plain arithmetic, so thresholds cannot differ between a function and its tangent.
 TEST(Dual, ValuesAreBitIdenticalToPlainArithmetic) {
   test::Random random(2);
   for (int trial = 0; trial < 1000; ++trial) {

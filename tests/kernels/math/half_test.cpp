@@ -29,7 +29,7 @@ TEST(Half, RoundsToTheNearest) {
     const auto x = static_cast<float>(random.LogUniform(kSmallestHalf, kLargestHalf) * (k % 2 == 0 ? 1 : -1));
     ASSERT_LE(std::abs(FromHalf(ToHalf(x)) - x), 0x1p-11 * std::abs(x)) << x;
   }
-  // A tie rounds to the neighbour whose last bit is 0, also at the next power of two.
+  // Ties go to an even last bit, also at the next power of two.
   EXPECT_EQ(FromHalf(ToHalf(1 + 0x1p-11f)), 1);
   EXPECT_EQ(FromHalf(ToHalf(1 + 3 * 0x1p-11f)), 1 + 0x1p-9f);
   EXPECT_EQ(FromHalf(ToHalf(2 - 0x1p-11f)), 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of kernels/math/lanes.h for one instruction set, applied to arrays, for tests.
+// kernels/math/lanes.h for one instruction set, applied to arrays.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@ namespace vesta {
 
 struct LaneFunctions {
   int width;
-  // y[i] = MaskedExp2(mask[i], x[i]); all counts are multiples of 16.
+  // y[i] = MaskedExp2(mask[i], x[i]); counts are multiples of 16.
   void (*masked_exp2)(const float* x, const bool* mask, float* y, int count);
   // y[i] = Reciprocal(x[i]).
   void (*reciprocal)(const float* x, float* y, int count);

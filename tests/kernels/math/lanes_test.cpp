@@ -18,7 +18,7 @@ namespace {
 
 LaneFunctions LaneFunctionsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledLaneFunctions)(); }
 
-// The largest relative error of 2^x at 2^20 points of [lo, 0].
+// Largest relative error of 2^x at 2^20 points of [lo, 0].
 double WorstError(const LaneFunctions& lanes, double lo) {
   constexpr int kCount = 1 << 20;
   std::vector<float> x(kCount), y(kCount);
@@ -39,7 +39,7 @@ double WorstError(const LaneFunctions& lanes, double lo) {
 TEST(Lanes, Exp2AgreesWithTheStandardLibraryOverItsRange) {
   for (const Isa isa : test::CpuIsas()) {
     SCOPED_TRACE(IsaName(isa));
-    // At opacity 1, alpha ends at log2(1/255) = -7.99; smaller values are never blended.
+    // At opacity 1, alpha ends at log2(1/255) = -7.99; smaller values are not blended.
     EXPECT_LE(WorstError(LaneFunctionsFor(isa), -8), 3e-7);
     EXPECT_LE(WorstError(LaneFunctionsFor(isa), -126), 5e-7);
   }
@@ -120,7 +120,7 @@ TEST(Lanes, SumEachAddsTheLanesOfEachVector) {
   for (const Isa isa : test::CpuIsas()) {
     const LaneFunctions lanes = LaneFunctionsFor(isa);
     std::vector<float> x(static_cast<std::size_t>(36 * lanes.width));
-    // Integers make sums exact in any order, and all vectors are different.
+    // Integers make sums exact in any order.
     for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<float>(i * i % 1009);
     for (const int n : {1, 3, 9, 15, 16, 18, 36}) {
       SCOPED_TRACE(testing::Message() << IsaName(isa) << ", " << n << " vectors");

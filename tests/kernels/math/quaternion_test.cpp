@@ -88,7 +88,7 @@ TEST(Quaternion, RoundTripsThroughItsRotation) {
   for (int k = 0; k < 40; ++k) {
     double q[4], R[9], back[4];
     for (double& value : q) value = random.Normal();
-    // Includes the identity and half turns, where some components are zero.
+    // Includes the identity and half turns, where components are zero.
     if (k < 8) std::fill(q, q + 4, 0.0), q[k % 4] = 1;
     NormalizeQuaternion(q, q);
     RotationFromQuaternion(q, R);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detection of ranks from the environment variables of mpirun and Slurm.
+// Ranks from the environment variables of mpirun and Slurm.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -44,7 +44,7 @@ TEST_F(StartedRanks, AreOneWithoutALauncher) {
   EXPECT_FALSE(IsStartedInRanks());
   EXPECT_EQ(NumStartedRanks(), 1);
   EXPECT_EQ(NumRanksOnThisMachine(), 1);
-  // The script of a batch job is not a rank, although its job has tasks.
+  // The script of a batch job is no rank, although its job has tasks.
   Set("SLURM_NTASKS", "4"), Set("SLURM_LOCALID", "2");
   EXPECT_EQ(NumStartedRanks(), 1);
 }

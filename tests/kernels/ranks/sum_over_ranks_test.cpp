@@ -16,7 +16,7 @@ namespace {
 
 constexpr Index kTerms = 23, kSize = 101;
 
-// Each term is non-zero at some entries that all terms share, and at some of its own.
+// Non-zero at entries that all terms share, and at its own.
 Support SupportOf(Index term) { return Support({{3, 11}, {20 + 3 * term, 22 + 3 * term}, {40, 40 + term}}); }
 
 std::vector<float> Term(Index term) {
@@ -27,7 +27,7 @@ std::vector<float> Term(Index term) {
   return values;
 }
 
-// The expected sum by its definition, entry by entry.
+// By definition, entry by entry.
 std::vector<float> Expected() {
   std::vector<std::vector<float>> dense;
   dense.reserve(kTerms);
@@ -76,7 +76,7 @@ TEST(SumOverRanks, IsTheSameBitsForAnyNumberOfRanks) {
   }
 }
 
-// Ranks finish runs of five entries in turn.
+// Runs of five entries, finished by the ranks in turn.
 std::vector<Support> Scattered(int count) {
   std::vector<std::vector<EntryRange>> ranges(static_cast<std::size_t>(count));
   for (Index begin = 0; begin < kSize; begin += 5) {

@@ -17,7 +17,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// The sum of a node by its definition: the sum of its halves.
+// By definition: the sum of its halves.
 double SumOfNode(const std::vector<double>& terms, Index begin, Index size) {
   const auto count = static_cast<Index>(terms.size());
   if (size == 1) return terms[static_cast<std::size_t>(begin)];
@@ -70,7 +70,7 @@ TEST(SumTree, AnyRangesGiveBitIdenticalSums) {
   }
 }
 
-// A term that records the order of additions.
+// Records the order of additions.
 void Join(const TreeNode&, std::string& left, const TreeNode&, const std::string& right) {
   left = "(" + left + "+" + right + ")";
 }

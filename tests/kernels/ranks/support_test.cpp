@@ -55,7 +55,7 @@ TEST(Support, IntersectionAndPositions) {
   const Support both = Intersection(a, b);
   EXPECT_EQ(both, Support({{5, 10}, {20, 22}, {24, 26}, {45, 50}}));
   EXPECT_EQ(Intersection(b, a), both);
-  // Ten entries precede the second range in a compact vector of a, and twenty precede the third.
+  // Ten entries precede the second range in a compact vector of a, and twenty the third.
   EXPECT_EQ(PositionsIn(b, a), (std::vector<EntryRange>{{5, 12}, {14, 16}, {25, 30}}));
   EXPECT_TRUE(PositionsIn(Support({{10, 20}}), a).empty());
 }

@@ -67,7 +67,7 @@ TEST(BalFile, EmptyProblem) {
 
 TEST(BalFile, TruncatedAnywhereIsRefused) {
   const std::string text = kFile;
-  // Without its last character the file ends in another number or none, so only that truncation may go undetected.
+  // Only the truncation of the last character, after which the file ends in another number or none, may go undetected.
   for (std::size_t length = 0; length < text.size() - 1; ++length) {
     SCOPED_TRACE(length);
     EXPECT_THAT([&] { Read(text.substr(0, length)); }, ThrowsError(kBadFile, "a.txt"));
@@ -101,7 +101,7 @@ TEST(BalFile, MissingAndUnwritable) {
   const TempFolder folder;
   EXPECT_THAT([&] { ReadBal(folder / "none.txt"); }, ThrowsError(kNotFound, "none.txt"));
   EXPECT_THAT([&] { ReadBal(folder.path()); }, ThrowsError(kNotFound, folder.path()));
-  // The files are usually distributed compressed.
+  // Files are usually distributed compressed.
   WriteBytes(folder / "packed.txt.bz2", "BZh91AY&SY");
   EXPECT_THAT([&] { ReadBal(folder / "packed.txt.bz2"); }, ThrowsError(kUnsupported, "packed.txt.bz2"));
   EXPECT_THAT([&] { WriteBal(folder / "none/a.txt", BundleData{}); }, ThrowsError(kCannotWrite, "none/a.txt"));

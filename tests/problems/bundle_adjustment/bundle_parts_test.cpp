@@ -48,7 +48,7 @@ TEST(BundleParts, SolveToTheMinimumOfTheWhole) {
   BundleData data = Street();
   BundleProblem whole(data);
   Cpu backend;
-  constexpr double kTolerance = 1e-9;  // the two problems solve their linear systems to different accuracy
+  constexpr double kTolerance = 1e-9;  // linear systems are solved to different accuracy
   LmOptions options = BundleLmOptions();
   options.function_tolerance = kTolerance;
   const LmSummary expected = SolveLm<Cpu>(options, backend, whole, ViewOf(data.x));

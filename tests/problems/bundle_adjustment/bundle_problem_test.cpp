@@ -42,7 +42,7 @@ TEST(BundleProblem, ProductsAreAdjointAndBlocksThoseOfTheColumns) {
     EXPECT_LE(WorstAdjointError(backend, map, 5), 1e-12);
     EXPECT_LE(DiagonalError(backend, linearization->get()), 1e-10);
     EXPECT_LE(BlockError(backend, linearization->get()), 1e-10);
-    // H in one pass equals J followed by its transpose.
+    // H in one pass equals J and its transpose.
     Cpu::Vector v(problem.num_parameters()), u(linearization->num_residuals()), two(v.size()), one(v.size());
     FillRandom(backend, 9, v.view());
     linearization->ApplyJ(v, u);
@@ -52,7 +52,7 @@ TEST(BundleProblem, ProductsAreAdjointAndBlocksThoseOfTheColumns) {
   }
 }
 
-// Cost and gradient of the same data in Ceres.
+// The same data in Ceres.
 struct Oracle {
   double cost = 0;
   std::vector<double> gradient;
@@ -133,7 +133,7 @@ TEST(BundleProblem, InstructionSetsAgree) {
       }
       results.push_back(result);
     }
-    // A value stored as float may round to the neighbouring one.
+    // A float may round to the neighbouring one.
     const double tolerance = c.storage == JacobianStorage::kFloat ? 1e-7 : 1e-12;
     for (const auto& result : results) {
       ASSERT_EQ(result.size(), results[0].size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPU's algorithm for bundle adjustment, run on the host, must match BundleProblem.
+// The GPU's algorithm for bundle adjustment, on the host, against BundleProblem.
 #include <gtest/gtest.h>
 
 #include "kernels/core/row_blocks.h"
@@ -50,8 +50,7 @@ void ExpectNear(const std::vector<double>& found, HostSpan<const double> expecte
   }
 }
 
-// The first has parameters without observations; the second has parameters with so many that their sums are divided
-// into segments.
+// The first has parameters without observations, the second some with so many that their sums have several segments.
 std::vector<BundleData> Problems() {
   return {SmallProblem(), Generate({.num_cameras = 8, .num_points = 200, .mean_track = 4, .seed = 4})};
 }

@@ -14,7 +14,7 @@ namespace {
 
 using Jet = ceres::Jet<double, kRowSize>;
 
-// A camera and a point of ordinary size; the rotation vector has the given length.
+// A camera and a point of ordinary size, with a rotation vector of the given length.
 struct Example {
   double camera[kCameraSize];
   double point[kPointSize];
@@ -36,7 +36,7 @@ struct Example {
 
 const double kAngles[] = {0, 1e-300, 1e-160, 1e-20, 1e-8, 1e-5, 1e-3, 0.1, 0.499, 0.501, 1, 3, 3.14159265358, 6, 40};
 
-// Compares entries, with a tolerance relative to the largest entry of the row.
+// Relative to the row's largest entry.
 void ExpectRowsNear(const double* a, const double* b, int rows, double tolerance) {
   for (int i = 0; i < rows; ++i) {
     double scale = 0;
@@ -47,7 +47,7 @@ void ExpectRowsNear(const double* a, const double* b, int rows, double tolerance
   }
 }
 
-// The handwritten Jacobian equals the derivatives of our template and of Ceres's function on Jets.
+// Against our template and Ceres's function on Jets.
 TEST(Projection, JacobianIsThatOfJets) {
   for (const double angle : kAngles) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -70,7 +70,7 @@ TEST(Projection, JacobianIsThatOfJets) {
         std::copy_n(ceres_prediction[i].v.data(), kRowSize, ceres_jets + kRowSize * i);
       }
       ExpectRowsNear(jacobian, jets, 2, 1e-9);
-      // Ceres uses a first-order rotation if the squared angle is below its epsilon.
+      // Below its epsilon for the squared angle, Ceres uses a first-order rotation.
       ExpectRowsNear(jacobian, ceres_jets, 2, angle > 0 && angle < 1e-7 ? 1e-7 : 1e-9);
     }
   }

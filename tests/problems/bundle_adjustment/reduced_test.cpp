@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 
 Eigen::Map<VectorXd> AsEigen(Cpu::VectorView v) { return {v.data(), v.size()}; }
 
-// H + lambda D of a linearization as a dense matrix, from unit vectors.
+// H + lambda D as a dense matrix, from products with unit vectors.
 MatrixXd DenseDamped(LinearizationAdaptor<Cpu>& linearization, double lambda, Cpu::VectorView metric) {
   const Index n = linearization.num_parameters();
   MatrixXd jacobian(linearization.num_residuals(), n);
@@ -71,7 +71,7 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
     linearization_->DiagJTJ(metric_);
     for (double& d : metric_) d = std::max(d, 1e-3);
   }
-  // Checks everything for one damping value. It is called twice, since a rejected step changes the damping.
+  // For one damping value. Called twice, since a rejected step changes the damping.
   void Check(double lambda) {
     const Index n = problem_.num_parameters(), kept = reduced_->size();
     ASSERT_EQ(kept, 81);
@@ -79,7 +79,7 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
     const MatrixXd damped = DenseDamped(*linearization_, lambda, metric_);
     const VectorXd scale = damped.diagonal().cwiseSqrt();
     const MatrixXd schur = test::SchurComplement(damped, kept);
-    // Compares entries relative to the square roots of the diagonal entries of their row and column.
+    // Relative to the square roots of the diagonal entries of row and column.
     Cpu::Vector unit(kept), column(kept);
     for (Index k = 0; k < kept; ++k) {
       unit[k] = 1;
@@ -98,7 +98,7 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
         }
       }
     }
-    // If S is formed, the factor solves with S: S times the solution is the right-hand side.
+    // If S is formed, the factor solves with S.
     LinearOperator<Cpu>* factor = reduced_->Factorize();
     ASSERT_EQ(factor != nullptr, GetParam().form == ReducedForm::kExplicit);
     EXPECT_EQ(reduced_->factor_description().find("sparse Cholesky of ") == 0, factor != nullptr);
@@ -112,7 +112,7 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
       EXPECT_LE((back - given).cwiseQuotient(scale.head(kept)).norm(),
                 1e-9 * given.cwiseQuotient(scale.head(kept)).norm());
     }
-    // Reducing, solving densely and back-substituting solves the whole damped system.
+    // Reducing, solving densely and back-substituting solves the whole system.
     Cpu backend;
     Cpu::Vector rhs(n), reduced_rhs(kept), step(n);
     FillRandom(backend, 6, rhs.view());

@@ -14,7 +14,7 @@
 namespace vesta::bundle {
 namespace {
 
-// Iteration limit of both solvers; enough for full convergence on these problems.
+// Of both solvers; enough for full convergence.
 constexpr int kIterations = 200;
 
 double CeresCost(const BundleData& data) {

@@ -12,9 +12,9 @@
 namespace vesta::bundle {
 namespace {
 
-// Concatenates all results that a solve uses.
+// All results that a solve uses.
 std::vector<double> Everything(JacobianStorage storage, ReducedForm form) {
-  // Large enough for several chunks of points, slices per camera, and chunks of rows.
+  // Several chunks of points, slices per camera, and chunks of rows.
   const BundleData data = Generate({.num_cameras = 70, .num_points = 3000, .mean_track = 5});
   BundleProblem problem(data, {.storage = storage, .reduced_form = form});
   const Cpu::Vector x = Start(data);

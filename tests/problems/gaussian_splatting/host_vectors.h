@@ -31,7 +31,7 @@ HostBuffer<S> ApplyH(LinearizationAdaptor<CpuBackend<S>>& linearization, const H
   linearization.ApplyH(v, Hv);
   return Hv;
 }
-// The same by J, W and J^T.
+// The same by ApplyJ, ApplyW and ApplyJT.
 template <class S>
 HostBuffer<S> ApplyParts(LinearizationAdaptor<CpuBackend<S>>& linearization, const HostBuffer<S>& v) {
   HostBuffer<S> Jv(linearization.num_residuals()), WJv(Jv.size()), product(v.size());

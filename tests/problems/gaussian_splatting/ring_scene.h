@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes with a known solution: a random model at the origin, and a ring of cameras that look at it.
+// Scenes with a known solution: a random model at the origin, seen by a ring of cameras.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,10 @@
 
 namespace vesta::gs::test {
 
-// Gaussians in the ball of radius 0.7: standard deviations 0.05 to 0.2, opacities 0.3 to 0.9, colours well above the
-// clamp at 0.
+// Gaussians in the ball of radius 0.7: standard deviations 0.05 to 0.2, opacities 0.3 to 0.9, colours well above 0.
 SplatModel RandomModel(Index count, int sh_degree, std::uint64_t seed);
 
-// The model with these degrees per Gaussian, reordered so that the highest comes first.
+// The model with these degrees per Gaussian, highest first.
 inline SplatModel WithDegrees(const SplatModel& model, const std::vector<std::uint8_t>& degrees) {
   return TakeGaussians(model, OrderByDegree(model, degrees));
 }
@@ -30,11 +29,10 @@ SplatModel Perturbed(const SplatModel& model, double amount, std::uint64_t seed)
 // Cameras at distance 3 from the origin, without images. with_test_views marks every 8th as a test view.
 Scene RingOfCameras(int views, int width, int height, bool with_test_views);
 
-// Renders the model to the images of all views. The scene's points become the means and colours of the model, moved by
-// `noise`.
+// Renders the images of all views. The scene's points become the means and colours of the model, moved by `noise`.
 void RenderTruth(const SplatModel& model, double noise, Scene* scene);
 
-// A splatting problem on the scene's views in precision S, which owns its images and parameters.
+// A problem on the scene's views in precision S; owns images and parameters.
 template <class S>
 struct RingProblem {
   std::vector<HostBuffer<S>> truth;
@@ -42,9 +40,9 @@ struct RingProblem {
   SplatProblemOptions options;
   std::vector<TargetView<CpuBackend<S>>> views;
 
-  // The truth is rendered from one random model and x is another, so errors are large.
+  // The truth and x are different random models, so errors are large.
   RingProblem(int num_views, Index gaussians, int sh_degree, std::uint64_t seed);
-  // The truth is the scene's images.
+  // The truth: the scene's images.
   RingProblem(const Scene& scene, const SplatModel& start);
   SplatProblem<CpuBackend<S>> Make() const { return SplatProblem<CpuBackend<S>>(options, views); }
 };

@@ -86,7 +86,7 @@ TEST_F(G2oFile, WhatIsWrittenIsReadBack) {
   }
 }
 
-// An edge of rank 1, and an indefinite one as in published files: eigenvalues 3, 1, -1.
+// An edge of rank 1, and an indefinite one as in published files (eigenvalues 3, 1, -1).
 TEST_F(G2oFile, SemidefiniteInformationIsKeptAndIndefiniteClippedOnRequest) {
   const std::string path = folder_ / "semidefinite.g2o";
   const std::string vertices = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 3 0 0\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark pose graphs, compared with the best known costs.
+// Benchmark pose graphs against the best known costs.
 #include <gtest/gtest.h>
 
 #include "bench/solver_race/ceres_pose_graph.h"
@@ -16,7 +16,7 @@ namespace {
 
 using B = CpuBackend<double>;
 
-// The cost that Ceres's sparse Cholesky reaches with the residual of its pose-graph example.
+// Reached by Ceres's sparse Cholesky with the residual of its pose-graph example.
 struct Known {
   const char* name;
   double cost;
@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(Graphs, PoseGraphData,
                                          Known{"torus3D", 2.255596e4, 1e-3, 40}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-// Benchmark graphs as plain cost functions through the Ceres bridge, compared with Ceres itself.
+// As plain cost functions through the Ceres bridge, against Ceres itself.
 class BridgeData : public testing::TestWithParam<const char*> {};
 
 TEST_P(BridgeData, ReachesTheCostOfCeresSparseCholesky) {
@@ -72,7 +72,7 @@ TEST_P(BridgeData, ReachesTheCostOfCeresSparseCholesky) {
   ceres::Solver::Summary expected;
   ceres::Solve(options, &theirs, &expected);
 
-  // Solves with vesta's options, which choose the factor automatically, and with Ceres's.
+  // With vesta's options, which choose the factor automatically, and with Ceres's.
   LmOptions own;
   own.max_iterations = 100;
   own.function_tolerance = own.gradient_tolerance = own.parameter_tolerance = 1e-14;

@@ -213,7 +213,7 @@ TEST(PoseGraphProblem, AQuaternionOfZerosIsNoStart) {
   EXPECT_THROW(LinearizeAt(problem, x.view().subspan(0, 7)), Error);
 }
 
-// The cost is 1/2 e^T Lambda e with both square roots, because the symmetric root equals its transpose.
+// The cost is 1/2 e^T Lambda e for both square roots: the symmetric root equals its transpose.
 TEST(PoseGraphProblem, SemidefiniteInformationIsUsedAsItIs) {
   PoseGraph graph{.space = PoseSpace::kSe2,
                   .ids = {0, 1},

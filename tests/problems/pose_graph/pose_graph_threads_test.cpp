@@ -43,7 +43,7 @@ TEST(PoseGraphThreads, Ring) {
 }
 
 TEST(PoseGraphThreads, GridOfLargeFronts) {
-  // Chords between neighbouring rows of a square create large fronts, which threads share.
+  // Chords between neighbouring rows of a square create large fronts, shared by threads.
   PoseGraph graph = test::RingGraph<Se3>(324, 0.1, 3);
   const std::vector<double> measurement = {0, 0, 0, 1, 0, 0, 0};
   const std::vector<double> information(graph.information.begin(), graph.information.begin() + 21);

@@ -62,7 +62,7 @@ TYPED_TEST(PoseSpaces, PlusOfZeroChangesNothingAndStepsAddAlongALine) {
     if (Space::kPose == 3) x[2] = Space::kPose == 3 ? Se2::NormalizeAngle(x[2]) : x[2];
     std::vector<double> step = random.NormalVector<double>(Space::kTangent), half = step, out(x.size()),
                         twice(x.size());
-    // Sizes on both sides of the switch between series and sine.
+    // On both sides of the switch between series and sine.
     const double size = random.LogUniform(1e-9, 1);
     for (double& d : step) d *= size;
     for (std::size_t i = 0; i < half.size(); ++i) half[i] = step[i] / 2;
@@ -100,7 +100,7 @@ TEST(Se3Pose, StaysOfUnitLengthOverManySteps) {
 }
 
 TEST(Se3Pose, AStepTurnsByTwiceItsLengthInTheWorldsFrame) {
-  // Identity, then a quarter turn about z: the vector of the step is half of that.
+  // The vector of a quarter turn about z is half of that.
   const double x[7] = {1, 2, 3, 1, 0, 0, 0}, step[6] = {0.5, 0, 0, 0, 0, std::numbers::pi / 4};
   double out[7];
   Se3::Plus(x, step, out);

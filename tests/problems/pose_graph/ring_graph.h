@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose graphs for tests: a path around a ring with chords across it, with noisy measurements.
+// A path around a ring with chords across it, with noisy measurements.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace vesta::test {
 
-// A random symmetric positive definite matrix G G^T + I, as upper triangle, row by row.
+// G G^T + I with random G, as upper triangle, row by row.
 inline std::vector<double> RandomInformation(int size, Random* random) {
   const auto n = static_cast<std::size_t>(size);
   const std::vector<double> g = random->NormalVector<double>(n * n);
@@ -27,7 +27,7 @@ inline std::vector<double> RandomInformation(int size, Random* random) {
   return upper;
 }
 
-// The measurement of pose b from pose a for which the residual is zero.
+// The measurement of pose b from pose a with zero residual.
 template <class Space>
 std::vector<double> ExactMeasurement(const double* a, const double* b) {
   std::vector<double> measurement(Space::kPose);
@@ -45,8 +45,8 @@ std::vector<double> ExactMeasurement(const double* a, const double* b) {
   return measurement;
 }
 
-// num_poses poses on a ring of radius 10; each is joined to the next, and every third to the opposite one. Poses and
-// measurements have noise; information matrices are random.
+// On a ring of radius 10; each pose is joined to the next, and every third to the opposite one. Poses and measurements
+// have noise; information matrices are random.
 template <class Space>
 pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t seed) {
   constexpr auto kPose = static_cast<std::size_t>(Space::kPose);
@@ -83,7 +83,7 @@ pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t see
     join(i, (i + 1) % num_poses);
     if (i % 3 == 0) join((i + num_poses / 2) % num_poses, i);
   }
-  // The same pair twice, once in each direction.
+  // The same pair in both directions.
   join(0, 1);
   join(1, 0);
   return graph;

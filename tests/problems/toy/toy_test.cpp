@@ -54,7 +54,7 @@ TEST(Toy, ExponentialFitWithOutliersNeedsARobustLoss) {
 }
 
 TEST(Toy, TukeyFromNearby) {
-  // The Tukey loss is redescending, so the start must be close enough that inliers have weight.
+  // The Tukey loss is redescending: at the start, inliers must have weight.
   const double start[2] = {0.28, 0.15};
   const auto robust = SolveBoth(MakeSmallProblem(ExponentialSamples(100, 10)), start, std::make_shared<TukeyLoss>(0.5),
                                 new ceres::TukeyLoss(0.5));

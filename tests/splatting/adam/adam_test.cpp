@@ -24,7 +24,7 @@ TEST(Adam, RatesFollowTheLayout) {
   EXPECT_EQ(RateOf(rates, splat::kSh + 3), rates.sh_rest);
 }
 
-// The first step has the size of the learning rate, whatever the size of the gradient.
+// The first step has the size of the learning rate, for any gradient.
 TEST(Adam, FirstStepIsTheRate) {
   SplatModel model;
   model.Resize(1, 3);
@@ -41,7 +41,7 @@ TEST(Adam, FirstStepIsTheRate) {
   }
 }
 
-// Four views a step: twice the learning rate.
+// Four views a step: twice the rate.
 TEST(Adam, ByMoreViewsStepsAreLonger) {
   SplatModel model;
   model.Resize(1, 1);
@@ -54,7 +54,7 @@ TEST(Adam, ByMoreViewsStepsAreLonger) {
   }
 }
 
-// A step of four views decays the second moments like four steps of one view; the bias correction follows.
+// A step of four views decays second moments like four steps of one; so does the bias correction.
 TEST(Adam, SecondMomentsCountViews) {
   SplatModel model;
   model.Resize(0, 1);
@@ -92,7 +92,7 @@ class PlainAdam {
 
 TEST(Adam, FollowsThePlainAlgorithm) {
   SplatModel model;
-  model.Resize(0, 5003);  // more than one task, not a multiple of the vector width
+  model.Resize(0, 5003);  // more than one task, no multiple of the vector width
   vesta::test::Random random(1);
   std::vector<PlainAdam> plain(model.data.size());
   std::vector<double> expected(model.data.size());
@@ -104,7 +104,7 @@ TEST(Adam, FollowsThePlainAlgorithm) {
     // Gradients have a mean, so that steps do not cancel.
     std::vector<float> gradient = random.NormalVector<float>(model.data.size());
     for (float& value : gradient) value = 1e3f * (value + 1.5f);
-    // Some Gaussians are unseen: whole vectors of them, and single ones.
+    // Unseen Gaussians: whole vectors, and single ones.
     for (std::size_t k = 0; k < gradient.size(); ++k) {
       const std::size_t i = k % 5003;
       if ((i / 100 + static_cast<std::size_t>(step)) % 3 == 0 || (i * 7 + static_cast<std::size_t>(step)) % 11 == 0) {
@@ -140,7 +140,7 @@ TEST(Adam, MovesActiveAttributesOnly) {
   }
 }
 
-// Change of the opacity of Gaussian i in a step with this gradient everywhere.
+// In a step with this gradient everywhere.
 float MoveOfOpacity(test::ModelAdam& adam, SplatModel& model, float gradient, Index i) {
   const float before = model.attribute(splat::kOpacity)[i];
   std::vector<float> all(model.data.size(), gradient);
@@ -186,7 +186,7 @@ TEST(Adam, ResetForgetsOneAttribute) {
   MoveOfOpacity(adam, model, 1.0f, 0);
   adam.Reset(splat::kOpacity);
   const SplatModel before = model;
-  // After the reset, only the second gradient acts on the opacity. Other attributes still have momentum of the first.
+  // Only the second gradient acts on the opacity. Other attributes still have momentum of the first.
   const double opacity = MoveOfOpacity(adam, model, -1.0f, 0) / LearningRates().opacity;
   const double mean = (model.attribute(splat::kMean)[0] - before.attribute(splat::kMean)[0]) / LearningRates().position;
   EXPECT_GT(mean, 0);
@@ -209,7 +209,7 @@ TEST(Adam, UnseenParametersStayForever) {
   test::ModelAdam adam{LearningRates()};
   for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
   EXPECT_EQ(model.data, before.data);
-  // Parameters that are no longer seen stop moving.
+  // Unseen parameters stop moving.
   MoveOfOpacity(adam, model, 1e-3f, 0);
   for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
   before = model;

@@ -16,7 +16,7 @@
 namespace vesta::gs {
 namespace {
 
-// kBlockSize rows. Dynamic sizes, because the compiler would unroll every product of fixed ones.
+// kBlockSize rows. The compiler would unroll every product of fixed sizes.
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
@@ -97,7 +97,7 @@ class BlockAdam : public testing::TestWithParam<Isa> {
   AdamKernels kernels_ = AdamKernelsFor(GetParam());
 };
 
-// Unseen Gaussians of the next test: a whole vector of 16, and one among seen ones.
+// A whole vector of 16, and one among seen ones.
 bool IsUnseen(Index i) { return i == 3 || i / 16 == 1; }
 
 TEST_P(BlockAdam, AStepIsTheFormulaInTheBasis) {
@@ -156,8 +156,8 @@ TEST_P(BlockAdam, AStepIsTheFormulaInTheBasis) {
   }
 }
 
-// From any basis, a few rotations converge to the eigenvectors of C, and the second moments to its eigenvalues. This
-// holds for scales of C over twelve decades and condition numbers over six.
+// From any basis, a few rotations converge to the eigenvectors of C, and the second moments to its eigenvalues, for
+// scales of C over twelve decades and condition numbers over six.
 TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
   constexpr Index kCount = 35;
   vesta::test::Random random(4);
@@ -184,7 +184,7 @@ TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
   }
 }
 
-// C is 0 for a Gaussian that was never seen, and has rank 1 for one seen once.
+// C is 0 for a Gaussian never seen, and has rank 1 for one seen once.
 TEST_P(BlockAdam, TurnsSurviveSingularCovariances) {
   Blocks blocks(2);
   const Vector g = Vector::LinSpaced(kBlockSize, 1, 11);
@@ -200,8 +200,8 @@ TEST_P(BlockAdam, TurnsSurviveSingularCovariances) {
 INSTANTIATE_TEST_SUITE_P(Isas, BlockAdam, testing::ValuesIn(vesta::test::CpuIsas()),
                          [](const auto& isa) { return "Isa" + std::to_string(static_cast<int>(isa.param)); });
 
-// Adam on one Gaussian with all geometric learning rates 1. Gradients are R A z for random z, and their covariance is
-// far from diagonal. Returns the total of the last steps, rotated back by R.
+// One Gaussian with all geometric learning rates 1. Gradients are R A z for random z, with a covariance far from
+// diagonal. Returns the total of the last steps, rotated back by R.
 Vector TotalStep(SecondMoment metric, const Matrix& r) {
   LearningRates rates;
   rates.position = rates.log_scale = rates.quaternion = rates.opacity = 1;
@@ -226,7 +226,7 @@ Vector TotalStep(SecondMoment metric, const Matrix& r) {
   return r.transpose() * way;
 }
 
-// The block metric is independent of the axes: rotated gradients give rotated steps.
+// Rotated gradients give rotated steps.
 TEST(BlockAdamSteps, TurnWithTheGradients) {
   vesta::test::Random random(6);
   const Matrix turn = RandomRotation(random);
@@ -236,7 +236,7 @@ TEST(BlockAdamSteps, TurnWithTheGradients) {
   EXPECT_GT((TotalStep(SecondMoment::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
 }
 
-// The host tests each chunk (IsChunkRotated), a device each view (FirstRotatedChunk); both agree.
+// The host tests each chunk (IsChunkRotated), a device each view (FirstRotatedChunk).
 TEST(BlockAdamSteps, HostAndDeviceRotateTheSameChunks) {
   for (const Index views : {1, 4, 25, 60}) {
     for (Index seen = views; seen < views + 60; ++seen) {
@@ -250,7 +250,7 @@ TEST(BlockAdamSteps, HostAndDeviceRotateTheSameChunks) {
   }
 }
 
-// Each basis is rotated once every kRotationInterval views, for any number of views a step.
+// For any number of views a step.
 TEST(BlockAdamSteps, BasesAreRotatedOncePerInterval) {
   constexpr Index kChunks = kRotationInterval + 3;
   const auto rotated_after = [](int views, int steps) {
@@ -301,7 +301,7 @@ TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {
   adam.Step(model, pull.data(), model.num_attributes(), 1);
   reference.Step(same, same_pull.data(), same.num_attributes(), 1);
   for (int a = 0; a < model.num_attributes(); ++a) {
-    // Up to rounding: a Gaussian may be in a full vector or at the end of the array.
+    // Up to rounding: it may be in a full vector or at the end of the array.
     EXPECT_NEAR(model.attribute(a)[0], same.attribute(a)[39], 1e-6) << a;
     EXPECT_NEAR(model.attribute(a)[1], same.attribute(a)[3], 1e-6) << a;
     EXPECT_NE(model.attribute(a)[2], model.attribute(a)[1]) << "the copy starts without moments";
@@ -309,7 +309,7 @@ TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {
   }
 }
 
-// The array is moved in so many pieces that the first are freed before the last are allocated.
+// In so many pieces that the first are freed before the last are allocated.
 TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
   constexpr Index kOld = 5000, kNew = 6100;
   std::vector<float> flat(static_cast<std::size_t>(BlockArraySize(kOld)));
@@ -318,7 +318,7 @@ TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
   const HostBuffer<float> given_back = bases.Flat();
   EXPECT_EQ(std::vector<float>(given_back.begin(), given_back.end()), flat);
   const auto old_number = [&](int number, Index i) { return flat[static_cast<std::size_t>(BlockEntry(number, i))]; };
-  // Mostly in order, as clones are next to their original; some come from far away.
+  // Mostly in order, as clones next to their original; some from far away.
   vesta::test::Random random(9);
   std::vector<std::uint32_t> source;
   std::vector<std::uint8_t> keep;

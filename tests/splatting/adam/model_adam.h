@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adam and density control for host models, with an interface for tests.
+// Adam and density control for host models.
 #pragma once
 
 #include <vector>

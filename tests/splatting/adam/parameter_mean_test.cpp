@@ -15,7 +15,7 @@ namespace {
 using test::ShortTraining;
 using test::TrainingScene;
 
-// The weight of term t of T: (k + 1) / (t + k), reduced by each later term.
+// Of term t of T: (k + 1) / (t + k), reduced by each later term.
 double Weight(int t, int terms) {
   constexpr double k = ParameterMean<CpuBackend<float>>::kExponent;
   double weight = (k + 1) / (t + k);
@@ -46,7 +46,7 @@ TEST(ParameterMean, IsThatOfAllSinceTheStart) {
   EXPECT_EQ(mean.value()[0], 5);
 }
 
-// With averaging off, the history rows contain the parameters of each iteration.
+// With averaging off, rows contain the parameters of each iteration.
 TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   constexpr int kIterations = 60;
   const Scene scene = TrainingScene();

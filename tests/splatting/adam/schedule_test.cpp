@@ -49,7 +49,7 @@ TEST(AdamSchedule, BandsComeOneByOne) {
   EXPECT_EQ(ActiveShDegree(0, 3, Span(1)), 3);
 }
 
-// Each multiple of a fraction is crossed exactly once, for any number of iterations and uneven steps.
+// Each multiple of a fraction is crossed once, for any number of iterations and uneven steps.
 TEST(StageSpan, ReachesEachPartOnce) {
   for (const int n : {20, 100, 137, 4000}) {
     int times = 0;

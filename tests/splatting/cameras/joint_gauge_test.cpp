@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gauge freedoms of Gaussians and cameras together: they do not change the images, and only the prior fixes them.
+// Gauge freedoms of Gaussians and cameras do not change the images; only the prior fixes them.
 #include <gtest/gtest.h>
 
 #include "kernels/math/quaternion.h"
@@ -10,12 +10,12 @@
 namespace vesta::gs {
 namespace {
 
-// Constant colours, because rotations would change others; a black background, which no gain changes.
+// Constant colours, because rotations change others; a black background, which no gain changes.
 struct GaugeSetup : test::JointSetup<double> {
   GaugeSetup() : JointSetup({true, true}, 3, 20, 0, 21) { options.splats.background = {0, 0, 0}; }
 };
 
-// Tangent of a similarity of the world (rotation `turn`, shift, scale exp(growth)) with all cameras following.
+// A similarity of the world (rotation `turn`, shift, scale exp(growth)) with all cameras.
 HostBuffer<double> SimilarityStep(const GaugeSetup& setup, const JointLayout& layout, const std::array<double, 3>& turn,
                                   const std::array<double, 3>& shift, double growth) {
   HostBuffer<double> v(layout.num_tangent());
@@ -53,7 +53,7 @@ HostBuffer<double> SimilarityStep(const GaugeSetup& setup, const JointLayout& la
   return v;
 }
 
-// Tangent that brightens all Gaussians in one channel and lowers that gain of all views.
+// Brightens all Gaussians in one channel and lowers that gain of all views.
 HostBuffer<double> BrighterStep(const GaugeSetup& setup, const JointLayout& layout, int channel) {
   HostBuffer<double> v(layout.num_tangent());
   const Index n = setup.model.count;
@@ -98,7 +98,7 @@ TEST(JointGauge, ImagesStayAndThePriorHolds) {
   }
 }
 
-// A finite similarity does not change the cost of the photographs; only the prior changes.
+// A finite similarity does not change the cost of the photographs, only the prior.
 TEST(JointGauge, OnlyThePriorTellsWhereTheWorldIs) {
   GaugeSetup setup;
   const JointLayout layout = setup.Make().layout();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A joint problem of Gaussians and views, with all unknowns perturbed.
+// A joint problem with all unknowns perturbed.
 #pragma once
 
 #include "splatting/cameras/joint/joint_problem.h"

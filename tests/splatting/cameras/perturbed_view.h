@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views whose true pose is known and differs from the given pose.
+// Views whose true pose differs from the given one.
 #pragma once
 
 #include <cmath>
@@ -41,7 +41,7 @@ inline View PerturbedView(const View& view, const splat::CameraMotion& motion) {
   return moved;
 }
 
-// The largest distance in pixels between projections of a mean of the model in views a and b.
+// Largest distance in pixels between projections of a mean in views a and b.
 inline double LargestShift(const SplatModel& model, const View& a, const View& b) {
   double largest = 0;
   for (Index i = 0; i < model.count; ++i) {
@@ -63,7 +63,7 @@ inline double LargestShift(const SplatModel& model, const View& a, const View& b
   return largest;
 }
 
-// The scene with each camera perturbed by another RandomMotion of this size.
+// Each camera is perturbed by another RandomMotion of this size.
 inline Scene WithCamerasOff(const Scene& truth, double degrees, double shift) {
   Scene scene = truth;
   for (std::size_t v = 0; v < scene.views.size(); ++v) {

@@ -25,8 +25,7 @@ struct DensityScene {
 
   explicit DensityScene(Index count, std::uint64_t seed = 1) : model(RandomModel(count, 1, seed)) {}
 
-  // Shows `control` a view of the model. The gradient of Gaussian i is grad2d[i] along the image rows, in normalised
-  // device coordinates.
+  // grad2d[i]: gradient of Gaussian i along the image rows, in normalised device coordinates.
   void Observe(DensityControl<Host>& control, const std::vector<float>& grad2d) {
     view.Build(ToKernelModel(model), ToPosedCamera(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
     cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});

@@ -44,7 +44,7 @@ DensityOptions OptionsThatSplit() {
   return options;
 }
 
-// Densifies once after a view in which the Gaussians have these gradients.
+// Densifies once, after a view with these gradients.
 void DensifyOnce(DensityScene& scene, const DensityOptions& options, const std::vector<float>& grad2d,
                  double extent = 1) {
   DensityControl<Host> control(options, extent, kSeed);
@@ -89,7 +89,7 @@ TEST(Density, ThresholdIsOnTheMeanOverObservations) {
 }
 
 // On the optical axis of an unrotated camera, with colours independent of direction, x and y of the mean act only
-// through the screen position. Their derivative is f / z pixels per unit.
+// through the screen position: f / z pixels per unit.
 TEST(Density, Grad2dIsTheGradientByTheScreenMean) {
   DensityScene scene(1);
   View& camera = scene.scene.views[0];
@@ -164,7 +164,7 @@ TEST(Density, SplitsShrinkAndScatter) {
     for (int k = 0; k < 3; ++k) {
       EXPECT_NEAR(scene.model.attribute(splat::kLogScale + k)[child],
                   before.attribute(splat::kLogScale + k)[parent] - std::log(1.6), 1e-6);
-      // The offset along principal axis k in standard deviations.
+      // Offset along principal axis k, in standard deviations.
       double along = 0;
       for (int r = 0; r < 3; ++r) {
         along += R[3 * r + k] * (scene.model.attribute(r)[child] - before.attribute(r)[parent]);
@@ -248,7 +248,7 @@ TEST(Density, RoomThatWasNotThereIsNotForgotten) {
   }
 }
 
-// Pruned Gaussians free places for new ones.
+// Pruned Gaussians free places.
 TEST(Density, PrunesTheTransparentAndTheHuge) {
   DensityScene scene(5);
   scene.model.attribute(splat::kOpacity)[1] = -5.4f;                // opacity 0.0045
@@ -292,7 +292,7 @@ TEST(Density, ResetLowersOpacities) {
   EXPECT_NEAR(OpacityOf(model, 2), 0.01, 1e-8);
 }
 
-// Adam's moments follow their Gaussians: old ones keep moving by momentum, new ones follow the new gradient.
+// Old Gaussians keep moving by momentum, new ones follow the new gradient.
 TEST(Density, MomentsFollowTheModel) {
   DensityScene scene(4);
   test::ModelAdam adam{LearningRates()};

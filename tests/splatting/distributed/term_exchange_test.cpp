@@ -22,7 +22,7 @@ struct After {
   friend bool operator==(const After&, const After&) = default;
 };
 
-// x is updated by the gradients themselves. ranks: null for one process that sums all views.
+// x is updated by the gradients themselves. ranks: null for one process with all views.
 After Iterate(const test::SyntheticViews& all, Communicator* ranks) {
   const auto count = static_cast<Index>(all.views.size());
   const ProcessGroup processes(ranks);
@@ -33,7 +33,7 @@ After Iterate(const test::SyntheticViews& all, Communicator* ranks) {
   TermExchange exchange;
   After after;
   after.x.assign(all.views[0].gradient.size(), 1);
-  // Twice, to check that the second iteration does not contain the first.
+  // The second iteration must not contain the first.
   for (int iteration = 0; iteration < 2; ++iteration) {
     sum.Begin(all.layout, count, &density);
     std::vector<float> gradient(after.x.size());
@@ -55,7 +55,7 @@ TEST(TermExchange, LeavesAllWithTheSumOfOneProcess) {
   for (const int views : {2, 3, 5}) {
     const test::SyntheticViews all(views, splat::NumAttributes(2), 1100);
     const After expected = Iterate(all, nullptr);
-    // Including fewer views than processes.
+    // Also fewer views than processes.
     for (const int count : {1, 2, 3, 6}) {
       vesta::test::OnThreadRanks(count, [&](Communicator& ranks) {
         EXPECT_EQ(Iterate(all, &ranks), expected) << views << " views, process " << ranks.rank() << " of " << count;

@@ -17,7 +17,7 @@ namespace {
 
 using test::SyntheticViews;
 
-// The sums over the views of an iteration.
+// Sums over the views of an iteration.
 struct Learned {
   std::vector<float> gradient, grad2d;
   std::vector<int> seen;
@@ -29,7 +29,7 @@ class ViewGradients : public testing::Test {
  protected:
   using Sum = SumOfViews<Host>;
 
-  // All views reuse one gradient array, which is zeroed after each.
+  // All views share one gradient array, zeroed after each.
   static void Add(const SyntheticViews& all, int k, Sum& sum) {
     const SyntheticViews::View& view = all.views[static_cast<std::size_t>(k)];
     std::vector<float> gradient = view.gradient;
@@ -60,7 +60,7 @@ class ViewGradients : public testing::Test {
   }
 };
 
-// Reference: the summation tree in plain loops over dense arrays.
+// The summation tree in plain loops over dense arrays.
 Learned Plain(const SyntheticViews& all, std::size_t begin, std::size_t end) {
   if (end - begin == 1) {
     const SyntheticViews::View& view = all.views[begin];
@@ -119,7 +119,7 @@ std::vector<unsigned char> BytesOf(ViewGradient<Host>& term) {
   return {bytes.begin(), bytes.end()};
 }
 
-// Two ranks sum two views each, and exchange their sums as bytes.
+// Two ranks with two views each exchange their sums as bytes.
 TEST_F(ViewGradients, AreTheSameBitsInShares) {
   const SyntheticViews all(4);
   Sum whole;

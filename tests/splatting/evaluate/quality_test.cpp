@@ -11,7 +11,7 @@ namespace vesta::gs {
 namespace {
 
 constexpr int kWidth = 24, kHeight = 18;
-constexpr double kGrey = 102.0 / 255;  // the background, which alone is visible if the model is behind the cameras
+constexpr double kGrey = 102.0 / 255;  // the background, which alone is visible
 
 // Views of the background only; the last `tests` are test views.
 Scene FlatScene(const std::vector<double>& truths, int tests) {
@@ -35,8 +35,8 @@ Evaluation Evaluate(const SplatModel& model, const Scene& scene) {
   return renderer.Evaluate(model, scene);
 }
 
-// SSIM of two flat images a and b. Let g be the part of the 11 x 11 window (sigma 1.5) inside the image. Means are g a
-// and g b, variances (g - g^2) a^2 and (g - g^2) b^2, and the covariance (g - g^2) a b.
+// SSIM of flat images a and b. With g, the part of the 11 x 11 window (sigma 1.5) inside the image: means g a and g b,
+// variances (g - g^2) a^2 and (g - g^2) b^2, covariance (g - g^2) a b.
 double FlatSsim(double a, double b) {
   double weights[11], total = 0;
   for (int k = 0; k < 11; ++k) total += weights[k] = std::exp(-(k - 5) * (k - 5) / 4.5);
@@ -81,8 +81,7 @@ TEST(Evaluate, MeansAreOverViews) {
   EXPECT_NEAR(e.test.psnr, -20 * std::log10(kGrey - other), 1e-5);
 }
 
-// Three of seven training views are measured: the last of each run (2, 4 and 6). Test views (here the last) are always
-// measured.
+// Of seven training views, the last of each run is measured (2, 4 and 6). Test views (the last) always are.
 TEST(Evaluate, LooksAtSomeTrainingViewsEvenlySpread) {
   std::vector<double> truths(8, 2.0 / 255);
   for (const std::size_t measured : {2, 4, 6}) truths[measured] = 92.0 / 255;
@@ -103,7 +102,7 @@ TEST(MeasuredViews, AreAllWhereThereAreNoMore) {
   EXPECT_EQ(AreMeasured({.most_trained = 1}, scene.views), (std::vector<bool>{false, false, true, true}));
 }
 
-// Masked pixels are ignored; for flat images the result is nearly exact.
+// Masked pixels do not count; for flat images the result is nearly exact.
 TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
   const double truth = 51.0 / 255;
   Scene scene = FlatScene({truth, truth}, 1);
@@ -112,7 +111,7 @@ TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
     for (int i = 0; i < kWidth * kHeight; ++i) {
       const bool counts = i % kWidth < 8;
       view.image.mask.push_back(counts ? 1 : 0);
-      // Masked pixels have arbitrary colours.
+      // Masked: any colours.
       for (int c = 0; c < 3 && !counts; ++c) view.image.plane(c)[i] = static_cast<float>(i % 7) / 7;
     }
   }
@@ -126,7 +125,7 @@ TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
   EXPECT_NEAR(e.cost, 0.8 * (kGrey - truth) + 0.2 * (1 - e.train.ssim), 1e-4);
 }
 
-// PSNR and SSIM use 8-bit images, the cost uses the float images.
+// PSNR and SSIM use 8-bit images, the cost float images.
 TEST(Evaluate, QualityIsQuantisedAndTheCostIsNot) {
   const double truth = kGrey + 0.4 / 255;
   const Evaluation e = Evaluate(NothingToSee(), FlatScene({truth}, 0));
@@ -214,7 +213,7 @@ TEST(Pinhole, IsTheViewsCamera) {
   EXPECT_EQ(camera.lens.fy, view.camera.lens.fy);
   EXPECT_EQ(camera.near, 0.25);
   for (int r = 0; r < 3; ++r) {
-    // The centre is mapped to the origin.
+    // The centre maps to the origin.
     double t = camera.T[r];
     for (int k = 0; k < 3; ++k) t += camera.R[3 * r + k] * camera.centre[k];
     EXPECT_NEAR(t, 0, 1e-14);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder with a COLMAP scene: nine photographs of 60 x 40 pixels by one camera.
+// A COLMAP scene: nine photographs of 60 x 40 pixels by one camera.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace vesta::gs {
 
 class NineViews : public testing::Test {
  protected:
-  // The name of a photograph is `before`, its number, `after`.
+  // A photograph is named `before`, its number, `after`.
   NineViews(const std::string& before, const std::string& after) : model_(ExampleModel()) {
     const ColmapImage image = model_.images[0];
     model_.images.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damaged splat .ply files: each gives a one-line error, without a crash.
+// Damaged splat .ply files give a one-line error, without a crash.
 #include <array>
 
 #include "tests/splatting/io/test_ply.h"

@@ -11,8 +11,7 @@
 
 namespace vesta::gs {
 
-// Means within a few units, standard deviations from e^-6 to e^-1, unnormalised quaternions, SH coefficients within
-// 0.95.
+// Means within a few units, standard deviations e^-6 to e^-1, unnormalised quaternions, SH coefficients within 0.95.
 inline SplatModel RandomSplat(int degree, Index count) {
   std::mt19937 random(5);
   const auto uniform = [&](double low, double high) {
@@ -32,7 +31,7 @@ inline SplatModel RandomSplat(int degree, Index count) {
   return model;
 }
 
-// Angle between the rotations of Gaussian i of a and j of b, radians.
+// Between the rotations of Gaussian i of a and j of b, radians.
 inline double AngleBetween(const SplatModel& a, Index i, const SplatModel& b, Index j) {
   double product = 0, a2 = 0, b2 = 0;
   for (int k = splat::kQuaternion; k < splat::kOpacity; ++k) {
@@ -46,7 +45,7 @@ inline double Opacity(const SplatModel& model, Index i) {
   return 1 / (1 + std::exp(-static_cast<double>(model.attribute(splat::kOpacity)[i])));
 }
 
-// The largest difference of an attribute between Gaussian order[i] of a and i of b. An empty order is the identity.
+// Between Gaussian order[i] of a and i of b. An empty order is the identity.
 inline double LargestDifference(const SplatModel& a, const std::vector<Index>& order, const SplatModel& b,
                                 int attribute) {
   double largest = 0;

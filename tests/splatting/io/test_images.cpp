@@ -165,7 +165,7 @@ std::string WithOrientation(const std::string& jpeg, int orientation, bool big_e
     }
     return bytes;
   };
-  // One entry: tag, type SHORT, count 1, and the value in the first two of four bytes. No further directory.
+  // Tag, type SHORT, count 1, and the value in the first two of four bytes. No further directory.
   const std::string tiff = (big_endian ? "MM" : "II") + number(42, 2) + number(8, 4) + number(1, 2) + number(274, 2) +
                            number(3, 2) + number(1, 4) + number(static_cast<unsigned>(orientation), 2) + number(0, 2) +
                            number(0, 4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encoders for image formats that the library only reads.
+// Encoders for formats that the library only reads.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace vesta::gs {
 
-// `color_type` of libpng (PNG_COLOR_TYPE_*), `rows` packed as in the file. A palette image uses the three colours of
+// `color_type` of libpng (PNG_COLOR_TYPE_*), `rows` packed as in the file. A palette has the three colours of
 // PaletteColors(), the third half transparent.
 struct PngSource {
   int width = 0, height = 0, color_type = 0, bit_depth = 8;
@@ -42,7 +42,7 @@ std::string EncodeWebp(int width, int height, int channels, const std::vector<st
 // A smooth colour image as JPEG.
 std::string ExampleJpeg(int width, int height, bool progressive = false);
 
-// The JPEG with an EXIF segment that contains the orientation.
+// With an EXIF segment for the orientation.
 std::string WithOrientation(const std::string& jpeg, int orientation, bool big_endian = false);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small COLMAP model with unusual numbers, and a scene folder for it.
+// A small COLMAP model with unusual numbers, and its scene folder.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The planned memory of a GPU, compared with the allocations on an emulated one.
+// Planned GPU memory against allocations on an emulated one.
 #include "kernels/core/device_memory.h"
 
 #include <gmock/gmock.h>
@@ -28,11 +28,10 @@ const test::MemoryCase kCases[] = {
     {"adam_by_parameters", 1500, 32, 24,
      [](TrainOptions& o) {
        o.adam.iterations = 6, o.adam.second_moment = SecondMoment::kDiagonal, o.lm.iterations = 0;
-       // With so few iterations, averaging would begin after bands are removed, and the planned peak would never be
-       // reached.
+       // With so few iterations, averaging would begin after bands are removed, and the peak would not reach the plan.
        o.pruning = PruningOptions::None();
      }},
-    // Half the Gaussians are pruned and replaced by new ones, so the old and new bases exist together. Few pixels.
+    // Half the Gaussians are replaced by new ones, so old and new bases exist together. Few pixels.
     {"adam_that_densifies", 1500, 16, 12,
      [](TrainOptions& o) {
        o.adam.iterations = 2, o.lm.iterations = 0;
@@ -64,8 +63,7 @@ TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
       << result.memory.device_predicted_mib << " MiB predicted, " << result.memory.device_peak_mib << " counted";
 }
 
-// If not all views fit, they are rebuilt one at a time, which changes no result. This is planned, or decided when
-// memory runs out.
+// If not all views fit, they are rebuilt one at a time, by plan or when memory runs out. This changes no result.
 TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   Scene scene = test::RingOfCameras(8, 48, 32, false);
   const SplatModel model = test::RandomModel(60, 1, 5);
@@ -86,7 +84,7 @@ TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   EXPECT_EQ(planned.model.data, whole.model.data);
   EXPECT_NE(planned.model.data, model.data);
   StageRunners stages = DeviceStages();
-  stages.device_memory = {};  // no estimate, so the plan assumes that all fits
+  stages.device_memory = {};  // no estimate: the plan assumes that all fits
   options.lm.jacobian = JacobianKind::kCachedViews;
   const TrainResult found_out = Refine(scene, model, options, {}, {}, stages);
   EXPECT_THAT(found_out.notes, testing::ElementsAre(test::IsNote(notes::kLmByOneView)));
@@ -121,8 +119,8 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
   EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * (8 + wide) + 1.125 * (20 + tangent) + 0.25, 1e-6);
   // All views in memory, or one.
   for (const auto& [jacobian, views] : {std::pair(JacobianKind::kCachedViews, 20), {JacobianKind::kOnTheFly, 1}}) {
-    // 20 target images; three images per view; two for products with H; three slopes, one blurred. No evaluation image,
-    // because the peak is during the Gram matrices.
+    // 20 target images; three images per view; two for products with H; three slopes, one blurred. The peak is during
+    // the Gram matrices, without an evaluation image.
     EXPECT_NEAR(added(&ViewCounts::pixels, lm(jacobian)), 12 * (20 + 3 * views + 2 + 4), 1e-6);
     EXPECT_NEAR(added(&ViewCounts::tiles, lm(jacobian)), 8 * views, 1e-6);
     EXPECT_NEAR(added(&ViewCounts::splats, lm(jacobian)), views * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
@@ -148,20 +146,20 @@ TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
   };
   EXPECT_EQ(plan(1.1 * whole).jacobian, JacobianKind::kCachedViews);
   EXPECT_EQ(plan(1.1 * whole).bytes, whole);
-  // A reserve remains for memory that is not counted.
+  // A reserve remains for uncounted memory.
   for (const double free_bytes : {1.01 * whole, 1.07 * least}) {
     EXPECT_EQ(plan(free_bytes).jacobian, JacobianKind::kOnTheFly);
     EXPECT_EQ(plan(free_bytes).bytes, least);
   }
   EXPECT_THROW(plan(1.01 * least), Error);
-  // The budget applies to the GPU; host memory does not count.
+  // The budget does not apply to host memory.
   options.memory = {.budget_gib = 1.001 * whole / kGib};
   EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kCachedViews);
   options.memory.budget_gib = 0.8 * whole / kGib;
   EXPECT_EQ(plan(2 * whole).jacobian, JacobianKind::kOnTheFly);
   // A budget above the free memory does not help.
   EXPECT_THROW(plan(1.01 * least), Error);
-  // With merged batches, one batch is in memory at a time if that helps.
+  // Of merged batches, one is in memory at a time if that helps.
   options.memory.budget_gib = 0;
   options.lm.batches = 4, options.lm.merge_batches = true;
   const double of_all = DeviceLmBytes(scene, options.lm, true), of_one = DeviceLmBytes(scene, options.lm, false);

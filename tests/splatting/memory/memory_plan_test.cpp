@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The planned memory, compared with counted allocations, and the choices of the plan.
+// Planned memory against counted allocations, and the plan's choices.
 #include "splatting/memory/memory_plan.h"
 
 #include <gmock/gmock.h>
@@ -128,7 +128,7 @@ TEST(MemoryPlan, ProcessesOfOneMachineShareWhatItHasFree) {
   setenv("OMPI_COMM_WORLD_SIZE", "8", 1), setenv("OMPI_COMM_WORLD_LOCAL_SIZE", "4", 1);
   const double shared = HostMemory({}, 0).comfortable_bytes;
   unsetenv("OMPI_COMM_WORLD_SIZE"), unsetenv("OMPI_COMM_WORLD_LOCAL_SIZE");
-  // Tolerance: other programs change the free memory meanwhile.
+  // Other programs change the free memory.
   EXPECT_GT(alone / shared, 3);
   EXPECT_LT(alone / shared, 5);
 }
@@ -142,14 +142,14 @@ TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
   EXPECT_THAT(plan, ThrowsError(kOutOfMemory, "--memory_budget=0.05"));
   EXPECT_THAT([&] { PlanGaussians(MadeUp(), options, HostMemory(options.memory, held_mib)); },
               ThrowsError(kOutOfMemory, "--memory_budget=0.05"));
-  // The budget that the message suggests is enough.
+  // The suggested budget suffices.
   const std::optional<Error> error = ErrorOf(plan);
   ASSERT_TRUE(error);
   options.memory.budget_gib = test::FirstGib(error->what());
   EXPECT_NO_THROW(plan());
 }
 
-// The number of Gaussians is not limited if LM fits with one batch in memory.
+// Gaussians are not limited if LM fits with one batch in memory.
 TEST(MemoryPlan, GaussiansAreForLmAtItsMostFrugal) {
   TrainOptions options;
   options.lm.iterations = 8, options.lm.batches = 4, options.lm.merge_batches = true;

@@ -13,7 +13,7 @@
 
 namespace vesta::gs::test {
 
-// A scene with few pixels and many parameters, or the reverse.
+// Few pixels and many parameters, or the reverse.
 struct MemoryCase {
   const char* name;
   Index gaussians;
@@ -22,7 +22,7 @@ struct MemoryCase {
 };
 inline void PrintTo(const MemoryCase& c, std::ostream* os) { *os << c.name; }
 
-// A few LM iterations unless the case changes that; the Adam part of the case; no densification.
+// A few LM iterations unless the case changes that; its Adam part; no densification.
 struct MemoryRun {
   Scene scene;
   SplatModel model;
@@ -41,7 +41,7 @@ struct MemoryRun {
     c.apply(options);
   }
 
-  // Train creates its own model from the same number of points.
+  // Train makes a model from the same number of points.
   TrainResult Run(const StageRunners& stages = HostStages()) const {
     return options.adam.runs() ? Train(scene, options, {}, {}, stages) : Refine(scene, model, options, {}, {}, stages);
   }

@@ -18,7 +18,7 @@ std::vector<Coverage> Measure(const SplatModel& model, const Scene& scene) {
   return MeasureCoverage(ToKernelModel(model), TrainingViewsOf(scene, {0, 0, 0}));
 }
 
-// One Gaussian at height y above the centre, with these standard deviations.
+// One Gaussian at height y above the centre.
 SplatModel OneAt(double y, double deviation) {
   SplatModel model = test::RandomModel(1, 0, 5);
   for (int k = 0; k < 3; ++k) {
@@ -28,7 +28,7 @@ SplatModel OneAt(double y, double deviation) {
   return model;
 }
 
-// `shown` is the sum of the falloff over pixel centres.
+// `shown` sums the falloff over pixel centres.
 TEST(Coverage, ShownIsTheIntegralOfTheFalloff) {
   const Scene scene = test::RingOfCameras(5, 80, 60, false);
   SplatModel model = test::RandomModel(30, 0, 8);
@@ -108,7 +108,7 @@ TEST(Coverage, UnderObservedIsWhatIsMeasuredOfEach) {
 
 constexpr Index kCount = 300;
 
-// A ball of Gaussians in which Gaussian 7 is at distance y from the centre, with this deviation and opacity.
+// A ball in which Gaussian 7 is at distance y from the centre, with this deviation and opacity.
 SplatModel WithOneAt(double y, double deviation, double opacity) {
   SplatModel model = test::RandomModel(kCount, 0, 4);
   for (int k = 0; k < 3; ++k) {
@@ -140,7 +140,7 @@ TEST(Floaters, HugeIsWhatReachesAroundAll) {
   const FloaterCount count = FindFloaters(WithOneAt(0, 2, 0.5), nullptr);
   EXPECT_EQ(count.huge, 1);
   EXPECT_FALSE(Keeps(count, 7));
-  // A sky is large but far away, so it is kept.
+  // Large but far away, like a sky: kept.
   EXPECT_EQ(FindFloaters(WithOneAt(50, 20, 0.5), nullptr).huge, 0);
 }
 

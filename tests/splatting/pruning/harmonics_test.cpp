@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kDegree = 2;
 
-// A model that differs from its photographs. Gaussians 0, 3, 6, ... have the same colour in all directions, the others
-// very different ones.
+// Differs from its photographs. Gaussians 0, 3, 6, ... have one colour in all directions, the others very different
+// ones.
 struct Fit {
   Scene scene = test::RingOfCameras(10, 48, 36, true);
   SplatModel model = test::RandomModel(30, kDegree, 3);
@@ -49,7 +49,7 @@ TEST(ShRemovalCost, IsTheRiseOfTheCostAtTheLowerDegree) {
       Fit lower = fit;
       lower.Lower(removal, i, degree);
       const double rise = lower.Cost() - removal.loss();
-      // The SSIM part is only a quadratic approximation.
+      // SSIM is only approximated by a quadratic.
       EXPECT_NEAR(removal.Rise(i, degree), rise, 0.3 * std::abs(rise) + 5e-4 * removal.loss()) << i << " " << degree;
       compared += std::abs(rise) > 0.003 * removal.loss() ? 1 : 0;
     }
@@ -82,7 +82,7 @@ TEST(ShRemovalCost, WhatLooksAlikeFromAllSidesLosesNothing) {
   }
 }
 
-// Seen from one side only, the SH basis functions are indistinguishable.
+// From one side, the SH basis functions are indistinguishable.
 TEST(ShRemovalCost, SeenFromOneSideTheLowestStandsInForAll) {
   Fit fit;
   View only = fit.scene.views[1];

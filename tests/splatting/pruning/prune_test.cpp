@@ -17,7 +17,7 @@
 namespace vesta::gs {
 namespace {
 
-// Photographs of a model to which ten nearly invisible Gaussians were added.
+// Photographs of a model before ten nearly invisible Gaussians were added.
 struct Padded {
   static constexpr Index kNeeded = 30, kAll = 40;
   Scene scene = test::RingOfCameras(8, 48, 36, true);
@@ -71,7 +71,7 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   const RemovalCost removal = MeasureRemovalCost(model, padded.MakeScoringViews());
   std::vector<double> rise = removal.rise;
   std::ranges::sort(rise);
-  // A weight between the scores of the 10th and 11th Gaussian.
+  // Between the scores of the 10th and 11th Gaussian.
   const double aic_weight = (rise[9] + rise[10]) / 2 * removal.values / (removal.loss * padded.model.num_attributes());
   ASSERT_GT(aic_weight, 0);
   std::set<Index> gone;
@@ -120,7 +120,7 @@ TEST(Prune, AicWeightRisesGradually) {
 TEST(Prune, ToARise) {
   const Padded padded;
   Index last = Padded::kAll;
-  // Photographs with other colours, so that the cost is positive.
+  // Other colours, so that the cost is positive.
   Padded other = padded;
   for (View& view : other.scene.views) {
     for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;

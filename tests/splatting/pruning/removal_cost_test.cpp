@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<double, 3> kBackground = {0, 0, 0};
 
-// A model that differs from its photographs; every fifth is a test view.
+// Differs from its photographs; every fifth is a test view.
 struct Fit {
   Scene scene = test::RingOfCameras(10, 48, 36, true);
   SplatModel model = test::RandomModel(40, 1, 3);
@@ -49,14 +49,14 @@ TEST(RemovalCost, IsTheRiseOfTheCostWithoutIt) {
     const double rise = fit.Measure().loss - removal.loss;
     logit[i] = before;
     const double said = removal.rise[static_cast<std::size_t>(i)];
-    // The SSIM part is only a quadratic approximation, and most rises are large.
+    // SSIM is only approximated by a quadratic, and most rises are large.
     EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * removal.loss) << i;
     compared += std::abs(rise) > 0.01 * removal.loss ? 1 : 0;
   }
   EXPECT_GT(compared, 20) << "that matter";
 }
 
-// Masks over the right half of each view, or over all of it: masked pixels do not contribute.
+// Masks over the right half of each view, or all of it.
 TEST(RemovalCost, PixelsThatDoNotCountHaveNoSay) {
   Fit fit;
   const RemovalCost whole = fit.Measure();

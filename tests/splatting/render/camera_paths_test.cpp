@@ -72,7 +72,7 @@ TEST(Orbit, OfNothingIsAnError) {
 
 View At(const Point3& center) { return LookingAt(kCamera, center, {0, 0, 0}, {0, -1, 0}); }
 
-// `count` cameras on a circle of radius 3, spaced by `angle`, that look at its centre.
+// `count` cameras on a circle of radius 3, spaced by `angle`, looking at its centre.
 std::vector<View> Arc(int count, double angle, double height) {
   std::vector<View> views;
   views.reserve(static_cast<std::size_t>(count));
@@ -80,7 +80,7 @@ std::vector<View> Arc(int count, double angle, double height) {
   return views;
 }
 
-// The summed absolute difference of two poses; NaN if a value is NaN.
+// Summed absolute difference of two poses.
 double Difference(const View& a, const View& b) {
   double sum = 0;
   for (std::size_t k = 0; k < 9; ++k) sum += std::abs(a.rotation[k] - b.rotation[k]);
@@ -97,7 +97,7 @@ TEST(PathThrough, StepsAreOfLengthsAndAngles) {
   EXPECT_NEAR(StepBetween(view, moved, 2), 0.5, 1e-12);
 }
 
-// Equidistant keys are hit exactly when the number of frames divides evenly.
+// Equidistant keys are hit exactly if the number of frames divides evenly.
 TEST(PathThrough, MeetsTheKeys) {
   const std::vector<View> keys = Arc(5, 0.7, 0.5);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 41);
@@ -105,7 +105,7 @@ TEST(PathThrough, MeetsTheKeys) {
   for (std::size_t i = 0; i < keys.size(); ++i) EXPECT_LT(Difference(path[10 * i], keys[i]), 1e-9) << i;
 }
 
-// Between keys on a circle the path stays near the circle and looks at its centre, unlike a path of straight segments.
+// Between keys on a circle the path stays near it and looks at its centre, unlike straight segments.
 TEST(PathThrough, IsRoundBetweenKeysOfACircle) {
   const std::vector<View> keys = Arc(9, 0.4, 0);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 81);
@@ -117,7 +117,7 @@ TEST(PathThrough, IsRoundBetweenKeysOfACircle) {
   }
 }
 
-// For unequally spaced keys, no frame jumps.
+// Unequally spaced keys: no frame jumps.
 TEST(PathThrough, GoesAtEqualSpeed) {
   const std::vector<View> keys = {At({3, 0, 0}), At({3, 0, 0.1}), At({3, 0, 2}), At({2.9, 0, 2.1}), At({0, 0, 3})};
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 200);
@@ -129,7 +129,7 @@ TEST(PathThrough, GoesAtEqualSpeed) {
   EXPECT_LT(longest / shortest, 3);
 }
 
-// Half of the rotations have quaternions of the opposite sign.
+// Half of the quaternions have the opposite sign.
 TEST(PathThrough, TurnsTheShortWay) {
   const std::vector<View> keys = Arc(13, 0.5, 0);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 121);
@@ -147,7 +147,7 @@ TEST(PathThrough, OneKeyOrTheSameTwiceStays) {
   }
 }
 
-// A grid of 5 x 5 cameras in the plane z = 1 that look along z; 4 wide, 2 high.
+// 5 x 5 cameras in the plane z = 1 that look along z; 4 wide, 2 high.
 Scene Grid() {
   Scene scene;
   for (int i = 0; i < 25; ++i) {
@@ -176,7 +176,7 @@ TEST(Spiral, StaysAmongTheCamerasAndLooksAtOnePoint) {
   EXPECT_NEAR(highest, 1, 0.02);
 }
 
-// Cameras along a walk. The spiral does not pass the point it looks at, because the camera would turn around.
+// Cameras along a walk. The spiral does not pass the point it looks at, where the camera would turn around.
 TEST(Spiral, StaysBeforeWhatItLooksAt) {
   Scene scene = Grid();
   for (std::size_t i = 0; i < 25; ++i) scene.views[i].translation[2] = -static_cast<double>(i);
@@ -225,8 +225,8 @@ TEST(Tour, JumpsAreReordered) {
   EXPECT_THAT(visited, testing::AnyOf(all, backwards)) << "once around";
 }
 
-// A nearest-neighbour tour starts from the middle of the row to one side and must return for the rest. It is shortened,
-// and the first view stays first.
+// A nearest-neighbour tour starts from the middle of the row to one side and must return for the rest. It is shortened;
+// the first view stays first.
 TEST(Tour, IsUntangled) {
   std::vector<View> row(6);
   const double at[6] = {0, 1, -1.1, 3.3, -3.4, 7.9};

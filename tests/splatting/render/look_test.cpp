@@ -56,8 +56,8 @@ TEST(Look, ParallelAxesLookAsFarAsTheMedianDepth) {
   EXPECT_NEAR(MeanDirection(scene.views)[2], 1, 1e-12);
 }
 
-// Cameras on a quarter circle that look down at its centre. Their own up vectors lean, but the plane of their image
-// rows is level.
+// Cameras on a quarter circle, looking down at its centre. Their own up vectors lean, but the plane of their image rows
+// is level.
 TEST(Look, UpOfLevelCamerasIsVertical) {
   std::vector<View> views;
   for (int i = 0; i < 10; ++i) {
@@ -65,7 +65,7 @@ TEST(Look, UpOfLevelCamerasIsVertical) {
     views.push_back(LookingAt(kCamera, {3 * std::cos(angle), 3 * std::sin(angle), 2}, {0, 0, 0}, {0, 0, 1}));
   }
   EXPECT_GT(UpOf(views)[2], 0.999);
-  // For identical cameras, only their own up vector remains.
+  // For identical cameras, only their up vector remains.
   const std::vector<View> one(3, views[0]);
   EXPECT_NEAR(UpOf(one)[2], 3 / std::sqrt(13.0), 1e-9);
 }

@@ -49,8 +49,8 @@ SplatModel ModelOf(const std::vector<Disc>& discs) {
   return model;
 }
 
-// Adjacent discs that cover the plane through (0, 0, 5) with normal (0, -sin, -cos) of the tilt. The camera is at the
-// origin and looks along z.
+// Adjacent discs cover the plane through (0, 0, 5) with normal (0, -sin, -cos) of the tilt. The camera at the origin
+// looks along z.
 SplatModel Plane(double tilt) {
   std::vector<Disc> discs;
   for (int i = -40; i <= 40; ++i) {
@@ -96,7 +96,7 @@ TEST(Surface, NormalsOfAPlaneAreKnown) {
   }
 }
 
-// Depth and normal are in camera coordinates. A camera at the side sees the plane's normal point to the right.
+// Depth and normal are in camera coordinates: a camera at the side sees the plane's normal point right.
 TEST(Surface, IsSeenFromTheCamera) {
   const View aside = LookingAt(kCamera, {-4, 0, 1}, {0, 0, 5}, {0, -1, 0});
   const SplatModel plane = Plane(0);
@@ -109,7 +109,7 @@ TEST(Surface, IsSeenFromTheCamera) {
   EXPECT_NEAR(static_cast<double>(renderer.Normals(plane, behind).normals[2 * kSide * kSide + kMiddle]), 1, 1e-4);
 }
 
-// Depth is blended with the weights of colour: one half-transparent disc in front of another.
+// Depth is blended with the weights of colour: one half-transparent disc before another.
 TEST(Surface, DepthIsTheMeanByWeight) {
   const std::array<double, 3> wide{2, 2, 0.01};
   const SplatModel model = ModelOf({{{0, 0, 2}, wide, {1, 0, 0, 0}, 0.6}, {{0, 0, 4}, wide, {1, 0, 0, 0}, 0.5}});
@@ -117,7 +117,7 @@ TEST(Surface, DepthIsTheMeanByWeight) {
   EXPECT_NEAR(static_cast<double>(image.depth[kMiddle]), (0.6 * 2 + 0.4 * 0.5 * 4) / (0.6 + 0.4 * 0.5), 1e-4);
 }
 
-// The median depth is the depth of the first Gaussian behind which less than half of the light remains.
+// The median depth belongs to the first Gaussian behind which less than half of the light remains.
 TEST(Surface, MedianDepthIsThatOfOneGaussian) {
   const std::array<double, 3> wide{2, 2, 0.01};
   SurfaceRenderer renderer(0.01);
@@ -145,7 +145,7 @@ TEST(Surface, IsNoneWhereHalfIsBackground) {
   for (const float depth : renderer.Depth(beside, ViewAlongZ()).depth) EXPECT_EQ(depth, 0);
 }
 
-// A sphere and a needle in front of a disc contribute to the depth but not to the normal.
+// A sphere and a needle contribute to the depth but not to the normal.
 TEST(Surface, BallsAndNeedlesHaveNoNormal) {
   const SplatModel model = ModelOf({{{0, 0, 2}, {1, 1, 1}, {0.9, 0.3, 0.1, 0}, 0.4},
                                     {{0, 0, 3}, {3, 0.5, 0.5}, {0.9, 0, 0.2, 0.1}, 0.4},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera optimisation on an emulated GPU: it agrees with the host, and survives when device memory runs out.
+// Camera refinement on an emulated GPU agrees with the host, and survives when memory runs out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ using testing::Contains;
 using testing::IsEmpty;
 using vesta::test::LimitedDeviceMemory;
 
-// Perturbs the cameras, the exposures and the lens.
+// Perturbs cameras, exposures and lens.
 Scene CamerasOff(Scene scene) {
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const auto role = scene.views[v].role;
@@ -84,7 +84,7 @@ TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
                        Refine(off.scene, off.model, options, {}, {}));
 }
 
-// Cameras and Gaussians jointly in LM.
+// LM finds cameras jointly with Gaussians.
 TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
   const OffScene off;
   TrainOptions options = FindingCameras();
@@ -96,7 +96,7 @@ TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
                        Refine(off.scene, off.model, options, {}, {}));
 }
 
-// LM of camera poses, starting from the true splat.
+// LM of camera poses, from the true splat.
 class JointLmOnDevice : public testing::Test {
  protected:
   JointLmOnDevice() {
@@ -136,8 +136,8 @@ TEST_F(JointLmOnDevice, GoesOnFromACheckpoint) {
   }
 }
 
-// Device memory runs out although the plan expected it to suffice. The result of the finished iterations is kept,
-// including cameras, wherever in the next iteration this happens.
+// Memory runs out although the plan expected it to suffice. The result of the finished iterations is kept, including
+// cameras, wherever in the next iteration this happens.
 TEST_F(JointLmOnDevice, EndsWithWhatItHas) {
   std::vector<int> ends;
   for (const Index room : {-1000, 100000, 200000, 300000}) {
@@ -162,15 +162,15 @@ TEST_F(JointLmOnDevice, EndsWithWhatItHas) {
   EXPECT_EQ(ends.back(), 2);
 }
 
-// Computing camera curvatures needs the most memory, late in the run. Without that memory the training continues with
-// the old curvatures and still finds the cameras.
+// Camera curvatures need the most memory, late in the run. Without it the training continues with old curvatures and
+// still finds the cameras.
 TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
   const SplatModel model = test::RandomModel(60, 1, 7);
   const Scene scene = CamerasOff(test::RingWithImages(model, 8, 56, 42));
   TrainOptions options = FindingCameras();
   TrainCallbacks callbacks;
   callbacks.progress = [](const TrainProgress& p) {
-    // Every view was processed once, so all other memory is allocated.
+    // After one pass over the views, all other memory is allocated.
     if (p.iteration == 8) vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
   };
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
@@ -180,7 +180,7 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
 }
 
-// The last curvatures that fitted into memory are of half-resolution images; they are rescaled to full resolution.
+// The last curvatures are of half-resolution images; they are rescaled.
 TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
   const SplatModel model = test::RandomModel(60, 1, 7);
   const Scene scene = CamerasOff(test::RingWithImages(model, 8, 112, 96));

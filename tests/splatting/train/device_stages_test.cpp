@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Training on an emulated GPU whose memory runs out: the run continues with the memory it has.
+// Training continues when memory of an emulated GPU runs out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ TrainOptions AdamAlone() {
   return options;
 }
 
-// Trains with ample memory until `when` is true for an Adam iteration. From then on the device has no free memory.
+// The device has no free memory from the first Adam iteration on for which `when` is true.
 template <class When>
 TrainResult TrainUntilFull(const Scene& scene, const TrainOptions& options, const When& when) {
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
@@ -51,7 +51,7 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   const TrainOptions options = AdamAlone();
   const TrainResult ample = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_THAT(ample.notes, IsEmpty());
-  // Includes the copy of the state before the last growth, which is on the GPU.
+  // Includes the state before the last growth, which is on the GPU.
   EXPECT_NEAR(ample.memory.device_predicted_mib / ample.memory.device_peak_mib, 1.04, 0.1);
   Index before = 0;
   int last = 0;
@@ -68,12 +68,12 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   EXPECT_NEAR(full.history.back().train.psnr, ample.history.back().train.psnr, 2);
 }
 
-// The copy of the state before densification stays on the GPU if there is memory beyond the plan, and on the host
-// otherwise. Rolling back gives the same bits either way.
+// The state before densification stays on the GPU if there is memory beyond the plan, otherwise on the host. Rolling
+// back gives the same bits.
 TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
-  // Two kernel launches fail for lack of memory after the densification at iteration 20.
+  // Two launches fail after the densification at iteration 20.
   const auto train_until = [&](double budget_gib) {
     TrainOptions limited = options;
     limited.memory.budget_gib = budget_gib;
@@ -88,7 +88,7 @@ TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
   const TrainResult roomy = train_until(0);
   EXPECT_THAT(roomy.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack, "20")));
   constexpr double kMibPerGib = 1024;
-  // The remainder of this budget is too small for the copy of three vectors and the bases.
+  // Without space for the copy of three vectors and the bases.
   const double budget = 1.01 * roomy.memory.device_peak_mib / kMibPerGib * 0.85;
   const TrainResult tight = train_until(budget);
   EXPECT_THAT(tight.notes, ElementsAre(test::IsNote(notes::kAdamGoesBack, "20")));
@@ -103,7 +103,7 @@ TEST(DeviceStages, PrunesAsTheHostDoes) {
   TrainOptions options = AdamAlone();
   options.density.enabled = false;
   options.pruning = {.keep_fraction = 0.5, .begin = 0.5, .end = 0.7, .every = 0.1};
-  options.adam.averaging_fraction = 0.8;  // averaging has begun by then; scores use the model itself
+  options.adam.averaging_fraction = 0.8;  // it has begun by then; scores use the model itself
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   const TrainResult on_gpu = Train(scene, options, {}, {}, DeviceStages());
   const TrainResult on_host = Train(scene, options, {}, {});
@@ -112,7 +112,7 @@ TEST(DeviceStages, PrunesAsTheHostDoes) {
   EXPECT_NEAR(on_gpu.history.back().train.psnr, on_host.history.back().train.psnr, 0.3);
 }
 
-// Half of every photograph is corrupted and masked out. Neither host nor device may use it.
+// Half of every photograph is corrupted and masked out.
 TEST(DeviceStages, MasksHoldAsOnTheHost) {
   Scene scene = test::TrainingScene();
   for (View& view : scene.views) {
@@ -150,7 +150,7 @@ TEST(DeviceStages, AdamEndsWithItsModelWhereMemoryRunsOut) {
   EXPECT_EQ(last.stage, Stage::kAdam);
   EXPECT_GT(last.iteration, 0);
   EXPECT_LT(last.iteration, 8);
-  // The model is the result of exactly these iterations.
+  // By exactly these iterations.
   EXPECT_EQ(result.model.data, [&] {
     TrainCallbacks callbacks;
     int done = 0;
@@ -212,7 +212,7 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   evaluate();
   EXPECT_EQ(downloads, 0);
   const std::size_t before = device::BytesInUse();
-  // Memory for only a part of the evaluation.
+  // For a part of the evaluation.
   const LimitedDeviceMemory limited(before + 20000);
   const Evaluation found = evaluate(), expected = session.history().Evaluate(ToKernelModel(model));
   EXPECT_EQ(downloads, 1);
@@ -237,7 +237,7 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   const TrainResult planned = Train(scene, options, {}, {}, stages);
   EXPECT_THAT(planned.lm_left_out, HasSubstr("of the GPU"));
   EXPECT_EQ(planned.history.back().iteration, 20);
-  // The same if LM finds out only when it allocates.
+  // LM finds out when it allocates.
   vesta::test::SetDeviceMemory(vesta::test::kAmpleDeviceMemory);
   stages.device_memory = {};
   const TrainResult found = Train(scene, options, {}, {}, stages);
@@ -247,7 +247,7 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   EXPECT_EQ(found.model.data, planned.model.data);
 }
 
-// LM iterations before a checkpoint are kept and not repeated.
+// LM iterations before a checkpoint are not repeated.
 TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(20, 4);

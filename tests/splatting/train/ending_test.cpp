@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a training ends: by time limit or target PSNR. Also its prediction of the end.
+// Ends by time limit or target PSNR, and the prediction of the end.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -67,7 +67,6 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   EXPECT_EQ(Train(scene, options, {}, {}).model.data, all.model.data);
 }
 
-// Predicting the end does not change the training.
 TEST(Trainer, ForeseesItsEnd) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(200, 0);

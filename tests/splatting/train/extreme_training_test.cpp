@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short trainings of extreme scenes, and of one scene in other coordinate frames, units and orders.
+// Short trainings of extreme scenes, and of one scene in other frames, units and orders.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class ExtremeTraining : public testing::TestWithParam<ExtremeProblem> {};
 INSTANTIATE_TEST_SUITE_P(Of, ExtremeTraining, testing::ValuesIn(kExtremeProblems),
                          [](const auto& param) { return std::string(param.param.name); });
 
-// Both stages end with a finite model that is no worse than an image of one colour, and throw nothing.
+// Both stages end with a finite model, no worse than an image of one colour, and throw nothing.
 TEST_P(ExtremeTraining, EndsWithAUsableModel) {
   const ExtremeProblem& c = GetParam();
   Scene scene = RingOfCameras(c.views, c.width, c.height, false);
@@ -112,8 +112,8 @@ INSTANTIATE_TEST_SUITE_P(Of, TrainingInFrame, testing::ValuesIn(kFrames),
 
 HistoryRow LastRowOf(const Scene& scene) { return Train(scene, ShortTraining(150, 2), {}, {}).history.back(); }
 
-// Rounding errors differ and grow, but the quality stays the same. Adam's steps depend on the axes of the world, so a
-// rotation may change the result more.
+// Rounding errors grow differently, but the quality stays. Adam's steps depend on the axes of the world, so a rotation
+// may change the result more.
 TEST_P(TrainingInFrame, ReachesTheSameQuality) {
   const HistoryRow own = LastRowOf(InFrame(kIdentity, 1, {})), other = LastRowOf(GetParam().make());
   ASSERT_GT(own.train.psnr, 22);
@@ -122,7 +122,7 @@ TEST_P(TrainingInFrame, ReachesTheSameQuality) {
   EXPECT_NEAR(static_cast<double>(other.gaussians), static_cast<double>(own.gaussians), 5);
 }
 
-// LM sums over all views, so their order changes only the rounding of sums.
+// The order of views changes only the rounding of sums.
 TEST(ExtremeTrainings, OrderOfViewsDoesNotMatterToLm) {
   const auto refine = [](const Scene& scene) {
     return Refine(scene, Perturbed(RandomModel(60, 1, 7), 0.05, 8), ShortTraining(0, 3), {}, {}).history.back();
@@ -135,7 +135,7 @@ TEST(ExtremeTrainings, OrderOfViewsDoesNotMatterToLm) {
   EXPECT_NEAR(other.test.psnr, own.test.psnr, 0.02);
 }
 
-// Points are sorted before training: their order in the file changes no bit.
+// Points are sorted first: their order in the file changes no bit.
 TEST(ExtremeTrainings, OrderOfPointsDoesNotMatter) {
   Scene scene = TrainingScene();
   const SplatModel own = Train(scene, ShortTraining(40, 1), {}, {}).model;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matches a training note by its format (splatting/train/session/notes.h) and, optionally, by some of its arguments.
+// Matches a note by its format (splatting/train/session/notes.h) and some of its arguments.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@
 
 namespace vesta::gs::test {
 
-// Whether the text matches this format, with any arguments.
+// With any arguments.
 inline bool IsMadeBy(std::string_view text, std::string_view format) {
   std::size_t at = 0;
   for (bool is_first = true;; is_first = false) {
@@ -31,7 +31,7 @@ MATCHER_P(IsMadeBy, format, std::string("is a note \"") + format + "\"") {
   return IsMadeBy(std::string_view(arg), format);
 }
 
-// tokens: words that the arguments must contain, as in throws_error.h.
+// tokens: words in the arguments, as in throws_error.h.
 template <class... Tokens>
 auto IsNote(const char* format, const Tokens&... tokens) {
   return testing::AllOf(IsMadeBy(format), HasTokens(tokens...));

@@ -10,7 +10,7 @@
 namespace vesta::gs {
 namespace {
 
-// The model has twice as many Gaussians as needed.
+// With twice the Gaussians needed.
 TEST(Pruning, TakesGaussiansOutByAndBy) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(80, 0);

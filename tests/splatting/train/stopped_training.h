@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings that are stopped and resumed from their checkpoint.
+// Trainings resumed from their checkpoint.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace vesta::gs::test {
 
 using TrainBy = std::function<TrainResult(const TrainCallbacks&)>;
 
-// The checkpoint of a training stopped after `stop` iterations, of `stage` if one is given.
+// After `stop` iterations, of `stage` if given.
 inline Checkpoint StoppedAt(int stop, const TrainBy& train, std::optional<Stage> stage = std::nullopt) {
   const TempFolder folder;
   TrainCallbacks callbacks;
@@ -26,7 +26,6 @@ inline Checkpoint StoppedAt(int stop, const TrainBy& train, std::optional<Stage>
   return ReadCheckpoint(folder / "checkpoint");
 }
 
-// Resumes the training and returns its result.
 inline TrainResult ResumeFrom(const Checkpoint& checkpoint, const TrainBy& train) {
   TrainCallbacks callbacks;
   callbacks.resume = &checkpoint;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Synthetic per-view gradients of a model with several SH degrees. Each view sees some of the Gaussians.
+// Synthetic per-view gradients of a model with several SH degrees. Views see some of the Gaussians.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct SyntheticViews {
   term::Layout layout;
   std::vector<View> views;
 
-  // attributes: number in use. gaussians: not a multiple of the block size.
+  // attributes: number in use. gaussians: no multiple of the block size.
   explicit SyntheticViews(int count, int attributes = splat::NumAttributes(3), Index gaussians = 75) {
     std::vector<std::uint8_t> degrees;
     for (Index i = 0; i < gaussians; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
@@ -36,7 +36,7 @@ struct SyntheticViews {
   Index gaussians() const { return layout.model.count; }
 
  private:
-  // A view that sees no Gaussian of some blocks, and some Gaussians of the others.
+  // Sees no Gaussian of some blocks, and some of the others.
   View Make(int v, vesta::test::Random& random) const {
     View view;
     view.rank_of.assign(static_cast<std::size_t>(gaussians()), -1);

@@ -135,7 +135,7 @@ TEST_F(FullTraining, ResultIsTheLastState) {
   ExpectLastRowIsOf(run_.result, run_.scene, {0, 0, 0});
 }
 
-// Each option of the LM stage lowers the cost of a model that is half trained.
+// Each LM option lowers the cost of a half-trained model.
 TEST(Trainer, EveryLmVariantDescends) {
   const Scene scene = TrainingScene();
   const SplatModel start = Train(scene, ShortTraining(80, 0), {}, {}).model;
@@ -160,7 +160,7 @@ TEST(Trainer, EveryLmVariantDescends) {
   check("more batches than views", [](LmStageOptions& lm) { lm.batches = 1000; });
 }
 
-// Test images are evaluated but not used for training.
+// Test images are only evaluated.
 TEST(Trainer, TestImagesDoNotChangeTheModel) {
   const TrainOptions options = ShortTraining(40, 2);
   Scene scene = TrainingScene();
@@ -188,7 +188,7 @@ TEST(Trainer, SeedDecidesTheModel) {
   EXPECT_NE(Train(scene, options, {}, {}).model.data, one.data);
 }
 
-// With both training views in each iteration, the order of views, and so the seed, has no effect.
+// With both training views in each iteration, their order, and so the seed, has no effect.
 TEST(Trainer, ViewsOfAnIterationCountAlike) {
   Scene scene = TrainingScene();
   scene.views.resize(3);  // view 0 is a test view
@@ -213,7 +213,7 @@ TEST(Trainer, AsManyRowsAsAskedFor) {
   for (int i = 0; i < 4; ++i) EXPECT_EQ(result.history[static_cast<std::size_t>(i)].iteration, 10 * (i + 1));
 }
 
-// New clones and splits render badly for some iterations, so rows are recorded before densification.
+// New clones and splits render badly for some iterations, so rows precede densification.
 TEST(Trainer, RowsOfTheHistoryAreOfBeforeDensification) {
   TrainOptions options = ShortTraining(40, 0);
   options.adam.evaluations = 2;
@@ -256,13 +256,13 @@ TEST(Trainer, AdamsResultIsHandedOutBeforeLm) {
   adam_alone.lm.iterations = 0;
   EXPECT_EQ(handed_out.data, Train(scene, adam_alone, {}, {}).model.data);
   EXPECT_EQ(handed_out.background[0], 0.25f);
-  // If the callback throws, LM is skipped and Adam's result is returned.
+  // If it throws, LM is skipped and Adam's result returned.
   callbacks.before_lm = [](const SplatModel&) { throw Error(kOutOfMemory, "no room"); };
   const TrainResult result = Train(scene, options, {}, callbacks);
   EXPECT_EQ(result.lm_left_out, "no room");
   EXPECT_EQ(result.history.back().stage, Stage::kAdam);
   EXPECT_EQ(result.model.data, handed_out.data);
-  // Without LM the callback is not called.
+  // Not called without LM.
   EXPECT_EQ(Train(scene, adam_alone, {}, callbacks).lm_left_out, "");
 }
 
@@ -330,7 +330,7 @@ TEST(Trainer, RefineWithoutIterationsReturnsTheModel) {
   ExpectLastRowIsOf(result, scene, {0, 0, 0});
 }
 
-// A model that is unusable, here with one NaN Gaussian, is returned unchanged.
+// Unusable, here with one NaN Gaussian: returned unchanged.
 TEST(Trainer, RefineSurvivesAModelThatIsNotANumber) {
   const Scene scene = TrainingScene();
   SplatModel model = test::RandomModel(1, 1, 8);

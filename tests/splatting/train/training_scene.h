@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene that trains very fast: renderings of a random model in a ring of views, and its noisy means as points.
+// Trains very fast: renderings of a random model in a ring of views, and its noisy means as points.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ inline Scene TrainingScene(Index gaussians = 60) {
   return scene;
 }
 
-// The last history row is the evaluation of the returned model.
+// The last row belongs to the returned model.
 inline void ExpectLastRowIsOf(const TrainResult& result, const Scene& scene, const std::array<double, 3>& background) {
   Renderer renderer(background, NearPlane(scene));
   const Evaluation e = renderer.Evaluate(result.model, scene);
@@ -37,7 +37,7 @@ inline TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
   options.sh_degree = 1;
   options.density.every = adam_iterations > 20 ? 20.0 / adam_iterations : 1;
   options.density.max_gaussians = 100;
-  options.pruning.aic_weight = options.pruning.sh_aic_weight = 0;  // would soon remove most of so few Gaussians
+  options.pruning.aic_weight = options.pruning.sh_aic_weight = 0;  // they would soon remove most of so few Gaussians
   options.seed = 3;
   return options;
 }

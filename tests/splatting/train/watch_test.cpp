@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A viewer that watches or pauses a training does not change its result.
+// Watching or pausing a training does not change its result.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -26,7 +26,7 @@ class Watch : public testing::Test {
     options.density.opacity_reset_every = 0.4;
     return options;
   }
-  // Requests a checkpoint and the model after this iteration of the stage, and pauses there briefly.
+  // Requests a checkpoint and the model after this iteration, and pauses there briefly.
   TrainCallbacks AsksAt(Stage stage, int iteration) {
     TrainCallbacks callbacks;
     callbacks.checkpoint.path = path_;
@@ -78,7 +78,7 @@ TEST_F(Watch, ChangesNoBitAndSavesWhatGoesOnToTheSameBits) {
   }
 }
 
-// On request, a checkpoint is saved when the training stops, even without intervals.
+// A requested checkpoint is saved when the training stops, even without intervals.
 TEST_F(Watch, SavesWhereTheTrainingStops) {
   const TrainOptions options = Options();
   const TrainResult alone = Train(scene_, options, {}, {});
@@ -128,7 +128,7 @@ TEST_F(Watch, PauseIsNoTimeOfTheTraining) {
   EXPECT_EQ(session.EvalSeconds(), 0);
 }
 
-// Work done during a pause is not counted as training time, also in the checkpoint.
+// Work during a pause is not training time, also in the checkpoint.
 TEST_F(Watch, WhatIsDoneInAPauseIsNoTimeOfTheTraining) {
   TrainCallbacks callbacks;
   callbacks.checkpoint.path = path_;
@@ -142,7 +142,7 @@ TEST_F(Watch, WhatIsDoneInAPauseIsNoTimeOfTheTraining) {
   EXPECT_LT(ReadCheckpoint(path_).run.seconds, 5.1);
 }
 
-// The viewer gets the same cameras as the checkpoint.
+// The cameras of the checkpoint.
 TEST_F(Watch, IsShownTheCamerasToo) {
   TrainOptions options = Options();
   options.lm.iterations = 0;

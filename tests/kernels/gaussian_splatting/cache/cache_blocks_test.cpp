@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPU kernels of the cached Jacobian, run on the host thread by thread, agree with the host's cache.
+// The GPU kernels of the cached Jacobian, run thread by thread on the host, agree with the host's cache.
 #include "kernels/gaussian_splatting/cache/cache_blocks.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ Products<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in, 
   return out;
 }
 
-// Runs the kernels like DeviceJacobianCache. Unwritten memory is NaN or has all bits set.
+// As in DeviceJacobianCache. Unwritten memory is NaN or has all bits set.
 template <class E, class S>
 Products<S> RunBlocks(const RasterScene<S>& of, ThreadOrder order) {
   const DeviceLists<S>& lists = of.lists;
@@ -88,7 +88,7 @@ Products<S> RunBlocks(const RasterScene<S>& of, ThreadOrder order) {
   return out;
 }
 
-// 16-bit entries are rounded from numbers that differ in the last place of a double, so few round to another neighbour.
+// 16-bit entries are rounded from numbers that differ in the last place of a double, so few round differently.
 template <class E>
 void ExpectHost(const RasterScene<double>& of, CacheFormat format, double tolerance) {
   const Products<double> expected = RunHost(of.rendered, of.in, format);
@@ -104,8 +104,7 @@ TEST_P(CacheBlocks, DoubleAgreesWithTheHost) {
   ExpectHost<Half>(of, CacheFormat::kHalf, 1e-5);
 }
 
-// A missing barrier would make the result depend on which thread runs first. The products are also adjoint, even with
-// 16 bits.
+// A missing barrier would make the result depend on which thread runs first. Products are adjoint, even with 16 bits.
 TEST_P(CacheBlocks, ResultsDoNotDependOnTheOrderOfThreadsAndAreAdjoint) {
   const RasterScene<float> of{test::RandomScene(GetParam(), 17)};
   const Products<float> expected = RunBlocks<Half>(of, ThreadOrder::kForward);

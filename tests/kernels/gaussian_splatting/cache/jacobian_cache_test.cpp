@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the cached Jacobian agree with products that recompute it, and with each other.
+// Products with the cached Jacobian agree with recomputed ones, and with each other.
 #include "kernels/gaussian_splatting/cache/jacobian_cache.h"
 
 #include <gtest/gtest.h>
@@ -33,8 +33,7 @@ double RelativeDistance(const std::vector<S>& a, const std::vector<S>& b) {
   return std::sqrt(difference / square);
 }
 
-// The comparison includes the precision that the recomputing adjoint loses behind little transmittance
-// (jacobian_test.cpp).
+// Including the precision that the recomputing adjoint loses behind little transmittance (jacobian_test.cpp).
 template <class S>
 void ExpectProductsOfRecomputation(const Scene& scene, double tolerance) {
   RenderedView<S> rendered(scene);
@@ -69,7 +68,7 @@ void ExpectAdjoint(const Scene& scene, CacheFormat format, double tolerance) {
   EXPECT_LE(test::AdjointGap(u, rendered.ApplyJ(v), jtu, v), tolerance) << "all";
   const std::vector<S> jv = rendered.ApplyJ(v);
   EXPECT_LE(test::AdjointGap(jv, jv, rendered.ApplyJT(jv), v), tolerance) << "u = J v";
-  // The cache does not subtract the front part from the whole image, so single Gaussians need no extra tolerance.
+  // The cache subtracts no image, so single Gaussians need no extra tolerance.
   for (int i = 0; i < scene.count; i += std::max(1, scene.count / 12)) {
     std::vector<S> one(v.size());
     for (int a = 0; a < NumAttributes(scene.sh_degree); ++a) {
@@ -92,7 +91,7 @@ TEST_P(Cache, ProductsAreAdjoint) {
   }
 }
 
-// The images of the unit tangents of one splat: columns of the raster Jacobian.
+// Images of the unit tangents of one splat: columns of the raster Jacobian.
 template <class S>
 std::vector<std::vector<S>> ColumnsOf(const RenderedView<S>& rendered, const JacobianCache<S>& cache,
                                       const TileBins& bins, Index rank) {
@@ -106,7 +105,7 @@ std::vector<std::vector<S>> ColumnsOf(const RenderedView<S>& rendered, const Jac
   return columns;
 }
 
-// Checks the documented bound for every entry. A column of a colour holds the splat's weights at the pixels.
+// The documented bound for every entry. A column of a colour holds the splat's weights.
 TEST_P(Cache, HalfPrecisionIsWithinItsBound) {
   const Scene scene = test::RandomScene(GetParam(), 93);
   const RenderedView<double> rendered(scene);
@@ -159,7 +158,7 @@ TEST_P(Cache, InstructionSetsAgree) {
     for (const Isa isa : test::CpuIsas()) {
       SCOPED_TRACE(IsaName(isa));
       const auto [d_image, flat] = products(isa);
-      // An entry may round to either of two neighbours, and a decision at a threshold may change.
+      // An entry may round to either neighbour, and a decision at a threshold may change.
       const double tolerance = format == CacheFormat::kFull ? 1e-4 : 1e-3;
       EXPECT_LE(RelativeDistance(d_image, expected.first), tolerance);
       EXPECT_LE(RelativeDistance(flat, expected.second), tolerance);

@@ -21,7 +21,7 @@ TEST(Sigmoid, SaturatesWithoutOverflow) {
   EXPECT_NEAR(Sigmoid(2.0), 0.88079707797788243, 1e-15);
 }
 
-// The colour and its derivative by the mean agree with Jets through an independent basis, at near and far distances.
+// The colour and its derivative by the mean agree with Jets and an independent basis, near and far.
 template <int Degree>
 void CheckColor(double distance) {
   using Jet = ceres::Jet<double, 3>;

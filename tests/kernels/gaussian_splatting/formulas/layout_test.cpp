@@ -51,14 +51,14 @@ TEST(Layout, ImpossibleLayoutsAreInvalid) {
   }
 }
 
-// Numbers of Gaussians with band 0, 1, 2, 3. Borders between degrees are not multiples of the vector width; one scene
-// has more Gaussians than a single task.
+// Numbers of Gaussians with band 0, 1, 2, 3. Borders between degrees are no multiples of the vector width; one scene
+// needs several tasks.
 struct Bands {
   std::int64_t with_band[kMaxShDegree + 1];
 };
 class Degrees : public testing::TestWithParam<Bands> {
  protected:
-  // The scene with zeros in the missing bands, and the scene with mixed degrees.
+  // With zeros in the missing bands, and with mixed degrees.
   std::pair<test::Scene, test::Scene> Scenes(int active) const {
     const auto& with_band = GetParam().with_band;
     test::SceneOptions options;
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(Bands, Degrees,
                          testing::Values(Bands{{40, 0, 0, 0}}, Bands{{4, 3, 2, 1}}, Bands{{40, 29, 17, 5}},
                                          Bands{{40, 40, 11, 11}}, Bands{{2500, 2100, 1061, 1027}}));
 
-// Sums over bands end in zero terms, so results are bit-identical.
+// Sums over bands end in zero terms, so bits are equal.
 template <class S>
 void ExpectOperatorsOfZeros(const test::Scene& with_zeros, const test::Scene& mixed) {
   test::RenderedView<S> zeros(with_zeros), found(mixed);
@@ -87,7 +87,7 @@ void ExpectOperatorsOfZeros(const test::Scene& with_zeros, const test::Scene& mi
   EXPECT_TRUE(found.image == zeros.image);
   test::Random random(91);
   const auto v = random.NormalVector<S>(found.x.size()), u = random.NormalVector<S>(found.image.size());
-  // Pads with zeros to the number of attributes of the other scene.
+  // Zeros for the attributes that only the other scene has.
   const auto padded = [&](std::vector<S> values) {
     values = test::WithZeros(values, layout);
     values.resize(zeros.x.size());

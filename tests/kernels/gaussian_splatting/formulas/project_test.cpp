@@ -14,7 +14,7 @@
 namespace vesta::splat {
 namespace {
 
-// One Gaussian: its camera coordinates x / z, y / z, z and its shape.
+// Camera coordinates x / z, y / z, z and shape of a Gaussian.
 struct Case {
   const char* name;
   double x_over_z, y_over_z, z;
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, Projection, testing::ValuesIn(kCases),
 
 constexpr int kTrials = 30;
 
-// The whitened form of types.h equals the quadratic form of the conic: equal exponents at pixels within four sigmas.
+// The whitened form of types.h equals the quadratic form of the conic, within four sigmas.
 TEST_P(Projection, WhitenedFormIsTheConic) {
   for (int trial = 0; trial < kTrials; ++trial) {
     Make(trial);
@@ -80,8 +80,7 @@ TEST_P(Projection, WhitenedFormIsTheConic) {
     const SplatShape<double> shape = Project(camera_, p_ + kMean, p_ + kLogScale, p_ + kQuaternion, state);
     EXPECT_NEAR(shape.u, conic.u, 1e-12 * (1 + std::abs(conic.u)));
     EXPECT_NEAR(shape.v, conic.v, 1e-12 * (1 + std::abs(conic.v)));
-    // The textbook's determinant A C - B^2 loses this factor in precision; a large factor makes the reference
-    // inaccurate.
+    // The textbook's determinant A C - B^2 loses this factor in precision.
     const double condition = state.C * conic.c;
     if (condition > 100) continue;
     test::Random random(static_cast<std::uint64_t>(trial));
@@ -105,7 +104,7 @@ TEST_P(Projection, AdjointAgreesWithJets) {
   }
 }
 
-// The kernels' tangent, computed with Dual, equals the Jets'.
+// The kernels' tangent by Dual equals the Jets'.
 TEST_P(Projection, DualAgreesWithJets) {
   using D = Dual<double>;
   for (int trial = 0; trial < kTrials; ++trial) {
@@ -127,7 +126,7 @@ TEST_P(Projection, DualAgreesWithJets) {
   }
 }
 
-// The whitened tangent changes the exponent of a pixel like the textbook's conic, differentiated with Jets.
+// The whitened tangent changes the exponent of a pixel like the textbook's conic with Jets.
 TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
   for (int trial = 0; trial < kTrials; ++trial) {
     Make(trial);
@@ -159,11 +158,11 @@ TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
   }
 }
 
-// Exactly on the clamp both one-sided derivatives are valid; tangent and adjoint must use the same one.
+// On the clamp both one-sided derivatives are valid; tangent and adjoint must use the same.
 TEST(ProjectionOnTheClamp, TangentAndAdjointTakeTheSameSide) {
   PosedCamera view{};
   for (int i = 0; i < 9; ++i) view.R[i] = i % 4 == 0 ? 1 : 0;
-  // Chosen so that borders and x / z are exact in binary: x / z = +-1 on the border.
+  // Borders and x / z are exact in binary: x / z = +-1 on the border.
   view.width = view.height = 20, view.lens.cx = view.lens.cy = 10, view.lens.fx = view.lens.fy = 13, view.near = 0.01;
   const CameraConstants<double, Pinhole<double>> camera = ConstantsOf<Pinhole<double>>(view);
   ASSERT_EQ(camera.lens.x_lo, -1);

@@ -39,8 +39,8 @@ TEST_P(Rendering, DoubleIsTheReference) {
   }
 }
 
-// In float a decision may change if it is within rounding of its threshold. Such pixels are few, and their errors are
-// bounded: the floor drops a weight below 1/255, the stop one below 0.99 * 0.01.
+// In float, decisions within rounding of their threshold may change. Such pixels are few, and their errors bounded: the
+// floor drops a weight below 1/255, the stop one below 0.99 * 0.01.
 TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
   constexpr double kBand = 1e-3, kTolerance = 1e-4, kFlip = 0.012;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -64,7 +64,7 @@ TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
   }
 }
 
-// Checks that the scenes match their names, so that the tests of the operators on them are meaningful.
+// The scenes match their names, so the tests of the operators are meaningful.
 TEST_P(Rendering, CountsWhatIsVisited) {
   const Scene scene = test::RandomScene(GetParam(), 4);
   const reference::Image<double> expected = reference::Render(scene);
@@ -111,7 +111,7 @@ TEST(Rendering, WithoutGaussiansIsTheBackground) {
   }
 }
 
-// With equal depths, the Gaussian with the lower index is in front.
+// At equal depths, the lower index is in front.
 TEST(Rendering, EqualDepthsKeepTheOrderOfIndices) {
   SceneOptions options;
   options.sh_degree = 0, options.count = 12, options.sigma_min = 5, options.border = 0;
@@ -143,10 +143,10 @@ Scene OneGaussianOnTheAxis() {
 }
 
 // A large Gaussian whose mean moves sideways out of the image at constant depth. It is visible up to the guard band but
-// not beyond, although its linearised ellipse still covers the image.
+// not beyond, although its linearised ellipse covers the image.
 TEST(Rendering, MeansBeyondTheGuardBandAreInvisible) {
   Scene scene = OneGaussianOnTheAxis();
-  // Flat along the axis, because a deep Gaussian would be culled for another reason.
+  // Flat along the axis: a deep Gaussian would be culled for another reason.
   for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 2 ? 0.01 : 20.0);
   for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = k == 0 ? 1 : 0;
   scene.At(kOpacity, 0) = 3;
@@ -168,11 +168,11 @@ TEST(Rendering, MeansBeyondTheGuardBandAreInvisible) {
 }
 
 // A Gaussian that is deep relative to its distance is rendered inside the image and up to the clamp, but not farther
-// out, on any side. One that is slightly shallower is rendered there too.
+// out, on any side. A slightly shallower one is rendered there too.
 TEST(Rendering, DeepGaussiansBesideTheImageAreInvisible) {
   Scene scene = OneGaussianOnTheAxis();
   scene.At(kOpacity, 0) = 3;
-  // Rotated by 45 degrees about y, so that two of the axes share the depth.
+  // Rotated by 45 degrees about y, so that two axes share the depth.
   const double turn[4] = {std::cos(std::numbers::pi / 8), 0, std::sin(std::numbers::pi / 8), 0};
   for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = turn[k];
   constexpr double kDepth = 3;
@@ -187,7 +187,7 @@ TEST(Rendering, DeepGaussiansBesideTheImageAreInvisible) {
   const int size[2] = {scene.view.width, scene.view.height};
   for (const int axis : {0, 1}) {
     for (const bool is_far_side : {false, true}) {
-      // Distance beyond the border in image sizes.
+      // Beyond the border, in image sizes.
       const auto pixel = [&](double beyond) { return (is_far_side ? 1 + beyond : -beyond) * size[axis]; };
       EXPECT_TRUE(seen_at(axis, pixel(0.14), 1.2));
       EXPECT_FALSE(seen_at(axis, pixel(0.16), 1.2));
@@ -211,8 +211,8 @@ TEST(Rendering, LowerActiveDegreeIgnoresTheBandsAbove) {
   }
 }
 
-// A NaN parameter removes its Gaussian and affects nothing else; infinite and enormous ones keep everything finite.
-// Checked in both precisions, also for products with J and its transpose.
+// A NaN parameter removes its Gaussian and affects nothing else; infinite and enormous ones keep everything finite, in
+// both precisions, also products with J and its transpose.
 template <class S>
 void CheckPoison() {
   SceneOptions options;

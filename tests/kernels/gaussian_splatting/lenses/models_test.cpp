@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every lens model of the list, and one outside the list whose derivatives come from dual numbers.
+// Every listed lens model, and an unlisted one with derivatives by dual numbers.
 #include "kernels/gaussian_splatting/lenses/models.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A lens without perspective, with distortion: the length r of (x, y) becomes r + k r^3, independent of the depth.
+// Distorts without perspective: the length r of (x, y) becomes r + k r^3 at any depth.
 template <class S>
 struct Telecentric : DualLens<Telecentric<S>, S> {
   static constexpr const char* kName = "TELECENTRIC";
@@ -125,7 +125,7 @@ TYPED_TEST(Lenses, AdjointOfTheProjectionAgreesWithJets) {
   }
 }
 
-// The derivative with respect to the lens (lens_motion.h) agrees with Jets of the projection.
+// The derivative by the lens (lens_motion.h) agrees with Jets.
 TYPED_TEST(Lenses, DerivativeByTheLensAgreesWithJets) {
   using Jet = ceres::Jet<double, kLensTangent>;
   using L = typename TypeParam::template In<Jet>;
@@ -152,7 +152,6 @@ TYPED_TEST(Lenses, DerivativeByTheLensAgreesWithJets) {
   }
 }
 
-// Complete views with the lens model: the products with the Jacobian are adjoint.
 TYPED_TEST(Lenses, ProductsOfAViewAreAdjoint) {
   const int index = IndexOf(LensModels(), TestFixture::Double::kName);
   if (index < 0) return;
@@ -178,7 +177,7 @@ TEST(LensModels, AreFoundByName) {
   EXPECT_EQ(name(1), "TELECENTRIC");
 }
 
-// A Gaussian that moves along the optical axis of a telecentric lens looks the same.
+// A Gaussian that moves along the optical axis looks the same.
 TEST(Telecentric, ProjectionIgnoresTheDepth) {
   PosedCamera pose{};
   for (int i = 0; i < 9; ++i) pose.R[i] = i % 4 == 0 ? 1 : 0;

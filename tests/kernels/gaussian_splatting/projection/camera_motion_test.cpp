@@ -89,7 +89,7 @@ TEST(CameraMotion, ReturnsItsAngle) {
   EXPECT_NEAR(Compose(xi, {}).Angle(), 0.25, 1e-14);
 }
 
-// Moving the camera gives the same image as moving all Gaussians by the inverse, if colours do not depend on direction.
+// Moving the camera gives the same image as moving all Gaussians inversely, if colours do not depend on direction.
 TEST(CameraMotion, OfTheCameraIsTheInverseOfAllGaussians) {
   test::SceneOptions options;
   options.sh_degree = 0;

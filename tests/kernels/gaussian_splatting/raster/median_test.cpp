@@ -25,7 +25,7 @@ std::vector<S> MedianValues(const SplatView<S>& view, MedianKernel<S> kernel,
   return planes;
 }
 
-// Per splat the values 1, 2 and 3 times its rank, counted from 1.
+// 1, 2 and 3 times the splat's rank, counted from 1.
 template <class S>
 std::vector<SplatTangent<S>> RankValues(const SplatView<S>& view) {
   std::vector<SplatTangent<S>> values(static_cast<std::size_t>(view.num_splats()));
@@ -37,10 +37,10 @@ std::vector<SplatTangent<S>> RankValues(const SplatView<S>& view) {
 
 struct Expected {
   std::vector<int> rank;       // counted from 1; 0: none
-  std::vector<double> margin;  // how close the absorbed light before or behind that splat is to one half
+  std::vector<double> margin;  // distance from one half of the light absorbed before or behind that splat
 };
 
-// The light absorbed by the first n splats is the sum of their weights, which is an image of white splats.
+// The first n splats absorb the sum of their weights, an image of white splats.
 Expected BySumsOfWeights(const SplatView<double>& view) {
   const auto pixels = static_cast<std::size_t>(view.num_pixels());
   Expected expected{std::vector<int>(pixels), std::vector<double>(pixels, 1)};
@@ -73,7 +73,7 @@ TEST_P(Median, IsTheSplatAtWhichTransmittanceFallsBelowHalf) {
     const std::size_t plane = i / pixels;
     ASSERT_EQ(found[i], expected.rank[i % pixels] * static_cast<double>(plane + 1)) << "entry " << i;
   }
-  if (rendered.rank_of() != in_float.rank_of()) return;  // a distant splat is visible in only one of the precisions
+  if (rendered.rank_of() != in_float.rank_of()) return;  // a distant splat is visible in only one precision
   for (const Isa isa : test::CpuIsas()) {
     const std::vector<float> same = MedianValues(in_float.view, FloatMedianKernelFor(isa), RankValues(in_float.view));
     for (std::size_t i = 0; i < same.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The raster kernels of the GPU, run on the host thread by thread, agree with the host's passes.
+// The GPU's raster kernels, run thread by thread on the host, agree with the host's passes.
 #include "kernels/gaussian_splatting/raster/raster_blocks.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class RasterBlocks : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, RasterBlocks, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-// Results of the four kernels, with sums of pairs accumulated per splat.
+// Sums of pairs are added per splat.
 template <class S>
 struct Results {
   std::vector<S> image, d_image, cotangents, grams;
@@ -109,7 +109,7 @@ void ExpectNear(const Results<double>& found, const Results<double>& expected, d
   EXPECT_LT(Error(found.grams, expected.grams), tolerance);
 }
 
-// The formulas are the same in double; only the order of sums differs.
+// In double, only the order of sums differs.
 TEST_P(RasterBlocks, DoubleAgreesWithTheHost) {
   const RasterScene<double> of{test::RandomScene(GetParam(), 5)};
   ExpectNear(RunBlocks(of, ThreadOrder::kForward), RunHost(of), 1e-11);
@@ -128,7 +128,7 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
   }
 }
 
-// For every splat and tile, each warp with a pixel that the splat reaches is marked, and most other warps are not.
+// Each warp with a pixel that the splat reaches is marked, and most others are not.
 TEST_P(RasterBlocks, SplatsTouchTheWarpsOfTheirPixels) {
   Index concerned = 0, reached = 0;
   for (const std::uint64_t seed : {9, 10, 11}) {
@@ -154,7 +154,7 @@ TEST_P(RasterBlocks, SplatsTouchTheWarpsOfTheirPixels) {
   EXPECT_LE(static_cast<double>(concerned), 1.2 * static_cast<double>(reached));
 }
 
-// Some splats cover the whole image: blocks list their tiles and accumulate their records.
+// Splats over the whole image: blocks list their tiles and add their records.
 TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   const RasterScene<double> of{test::RandomScene(
       {.width = 200, .height = 150, .count = 60, .sh_degree = 0, .sigma_min = 3, .sigma_max = 90}, 12)};
@@ -174,7 +174,7 @@ TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   EXPECT_EQ(again.grams, found.grams);
 }
 
-// A splat with half a million tiles, in float: equal terms, which all round in the same direction.
+// A splat with half a million tiles, in float: equal terms, which all round in one direction.
 TEST(WideSplats, SumsOfManyTermsKeepTheirDigits) {
   constexpr int kN = sizeof(SplatTangent<float>) / sizeof(float);
   constexpr Index kEntries = 500000;
@@ -189,7 +189,7 @@ TEST(WideSplats, SumsOfManyTermsKeepTheirDigits) {
   for (const float sum : sums) EXPECT_NEAR(sum / (kEntries * double{0.1f}), 1, 1e-4);
 }
 
-// More rows of tiles than threads in a block.
+// More rows of tiles than threads of a block.
 TEST(WideSplats, AreListedInATallImage) {
   constexpr int kHeight = (kWideThreads + 44) * kTileSize;
   const RasterScene<double> of{test::RandomScene(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Predictions of the passes of loss_passes.h for a recoloured splat agree with the loss of the recoloured image.
+// Predictions of loss_passes.h for a recoloured splat agree with the recoloured image's loss.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,13 +17,13 @@ using test::TruthOf;
 
 constexpr double kSteps[kRecolors] = {-0.2, 0.05, 0.3};
 
-// The scene with one Gaussian recoloured: all channels increased by `step`.
+// One Gaussian with all channels increased by `step`.
 Scene Recolored(Scene scene, int gaussian, double step) {
   for (int c = 0; c < 3; ++c) scene.At(kSh + c, gaussian) += step / sh::k0;
   return scene;
 }
 
-// Predicted rises per Gaussian for the colour changes kSteps, for which all colours must stay above 0.
+// Per Gaussian, for the colour changes kSteps, with all colours above 0.
 template <class S>
 std::vector<RecolorRises<double>> MakeForecast(test::LinearizedScene<S>& linearized, int count) {
   std::vector<RecolorRises<double>> rises(static_cast<std::size_t>(count));

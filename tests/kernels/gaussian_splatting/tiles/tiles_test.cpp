@@ -36,8 +36,7 @@ double Exponent(const Splat<double>& s, double x, double y) {
   return p * p + q * q;
 }
 
-// The minimum of p^2 + q^2 over a rectangle: zero if the mean is inside, otherwise the minimum of a parabola on an
-// edge.
+// The minimum of p^2 + q^2 over a rectangle: zero if the mean is inside, otherwise on an edge.
 double LeastExponent(const Splat<double>& s, double x0, double x1, double y0, double y1) {
   if (s.u >= x0 && s.u <= x1 && s.v >= y0 && s.v <= y1) return 0;
   double least = HUGE_VAL;
@@ -57,8 +56,7 @@ Splat<double> InDouble(const Splat<float>& s) {
 }
 const Splat<double>& InDouble(const Splat<double>& s) { return s; }
 
-// Tile lists agree with brute force over all tiles and pixels. `rounding` is the tolerance at the border of the
-// support, relative to its size.
+// Against all tiles and pixels. `rounding`: relative tolerance at the border of the support.
 template <class S>
 void CheckLists(const SceneOptions& options, double rounding) {
   for (std::uint64_t seed = 50; seed < 53; ++seed) {
@@ -69,7 +67,7 @@ void CheckLists(const SceneOptions& options, double rounding) {
     const std::set<std::pair<std::uint32_t, int>> pairs = PairsOf(bins);
     for (Index rank = 0; rank < rendered.view.num_splats(); ++rank) {
       const Splat<double> splat = InDouble(rendered.view.splats()[rank]);
-      // The region with alpha >= 1/255 lies well inside the support.
+      // alpha >= 1/255 lies well inside the support.
       EXPECT_LT(std::log2(255) + splat.log2_opacity, splat.support * (1 - 1e-5));
       for (int tile = 0; tile < bins.num_tiles(); ++tile) {
         const int x0 = tile % bins.tiles_x() * kTileSize, y0 = tile / bins.tiles_x() * kTileSize;
@@ -143,7 +141,7 @@ TEST_P(Tiles, ListsAreAscendingAndInvertible) {
   EXPECT_EQ(std::count(met.begin(), met.end(), 1), bins.num_pairs());
 }
 
-// Enough splats that several slices sort them: each tile must still be sorted by depth.
+// Several slices sort them: each tile must still be sorted by depth.
 TEST(TileLists, StayAscendingWithManySplats) {
   SceneOptions options;
   options.width = 50, options.height = 40, options.count = 20000, options.sh_degree = 0, options.sigma_max = 1;

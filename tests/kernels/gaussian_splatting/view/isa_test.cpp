@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of every instruction set of this CPU agree with the baseline.
+// Every instruction set of this CPU agrees with the baseline.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,13 +17,13 @@ namespace {
 using test::Scene;
 using test::SceneOptions;
 
-// All results of one instruction set on a scene, with the same tile lists for all instruction sets.
+// With the same tile lists for all instruction sets.
 struct Results {
   std::vector<std::uint32_t> keys;
   std::vector<float> splats, tangents, image, d_image, cotangents, g, grams, blocks;
 };
 
-// Each kernel takes its inputs from `shared`, so that a difference is detected where it arises.
+// Inputs come from `shared`, so that a difference is detected where it arises.
 Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& shared) {
   const ProjectKernels<float>& project = FloatProjectKernelsFor(isa, scene.active_sh_degree);
   const RasterKernels<float>& raster = FloatRasterKernelsFor(isa);
@@ -99,7 +99,7 @@ Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& sha
   return r;
 }
 
-// Entries agree to `tolerance` of the largest entry, except for a few that depend on a changed decision.
+// To `tolerance` of the largest entry, except for a few that depend on a changed decision.
 void ExpectNear(const std::vector<float>& a, const std::vector<float>& b, double tolerance, int flips,
                 const char* what) {
   ASSERT_EQ(a.size(), b.size()) << what;

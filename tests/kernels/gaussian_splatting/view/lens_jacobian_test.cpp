@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The derivative of the image with respect to the lens agrees with differences, and its products are adjoint.
+// The derivative of the image by the lens agrees with differences, and its products are adjoint.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ LensTangent Unit(int k) {
   return delta;
 }
 
-// A scene without Gaussians at the border of the lens, where the derivative differs by design.
+// No Gaussians at the border of the lens, where the derivative differs by design.
 Scene SceneWithin(SceneOptions options, std::uint64_t seed) {
   options.border = 0.1;
   return test::RandomScene(options, seed);
@@ -38,7 +38,7 @@ class LensJacobian : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, LensJacobian, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-// Central differences of images rendered with changed lenses, away from decisions.
+// Central differences, away from decisions.
 TEST_P(LensJacobian, IsTheDerivativeOfTheImage) {
   const Scene scene = SceneWithin(GetParam(), 92);
   RenderedView<double> rendered(scene);

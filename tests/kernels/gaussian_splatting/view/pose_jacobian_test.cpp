@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The derivative of the image with respect to the pose agrees with Jets and differences, and its products are adjoint.
+// The derivative of the image by the pose agrees with Jets and differences, and its products are adjoint.
 #include <ceres/jet.h>
 #include <ceres/rotation.h>
 #include <gtest/gtest.h>
@@ -25,8 +25,7 @@ using test::Scene;
 using test::SceneOptions;
 using Jet = ceres::Jet<double, kPoseTangent>;
 
-// Derivative of the nine splat values of Gaussian i with respect to the pose: projects with a camera whose pose is
-// exp(xi) applied to the view's pose.
+// The nine splat values of Gaussian i by the pose: projects with exp(xi) applied to the view's pose.
 void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
   CameraConstants<Jet, Pinhole<double>> camera{};
   camera.lens = Pinhole<double>(scene.view.lens, scene.view.width, scene.view.height);
@@ -70,7 +69,7 @@ PoseTangent Unit(int k) {
   return xi;
 }
 
-// One Gaussian has a zero quaternion: its axes are the world axes, which also rotate with the camera.
+// The axes of a zero quaternion are the world axes, which also rotate with the camera.
 TEST(PoseOfASplat, TangentAgreesWithJetsOfTheMovedCamera) {
   Scene scene = test::RandomScene(SceneOptions{}, 80);
   for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 3) = 0;
@@ -103,7 +102,7 @@ class PoseJacobian : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, PoseJacobian, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
 
-// Central differences of images rendered from moved cameras, away from decisions.
+// Central differences, away from decisions.
 TEST_P(PoseJacobian, IsTheDerivativeOfTheImage) {
   const Scene scene = test::RandomScene(GetParam(), 81);
   RenderedView<double> rendered(scene);
@@ -136,7 +135,7 @@ void CheckAdjointness(const Scene& scene, double tolerance) {
   }
 }
 
-// One raster pass computes the sum of the two derivatives.
+// One raster pass computes the sum.
 TEST_P(PoseJacobian, OfParametersAndPoseIsTheSum) {
   const Scene scene = test::RandomScene(GetParam(), 89);
   RenderedView<double> rendered(scene);
@@ -167,7 +166,7 @@ TEST_P(PoseJacobian, ProductsAreAdjoint) {
   if (!GetParam().extreme) CheckAdjointness<float>(scene, 1e-4);
 }
 
-// The kernels of every instruction set of this CPU agree with the double reference.
+// Every instruction set of this CPU agrees with the double reference.
 TEST_P(PoseJacobian, InstructionSetsAgree) {
   const Scene scene = test::RandomScene(GetParam(), 84);
   RenderedView<double> exact(scene);
@@ -206,7 +205,7 @@ TEST_P(PoseJacobian, InstructionSetsAgree) {
   }
 }
 
-// Every active degree of a model that stores three bands.
+// Every active degree of three bands.
 TEST(PoseJacobianDegrees, ProductsAreAdjoint) {
   for (int active = 0; active <= 3; ++active) {
     SCOPED_TRACE(active);

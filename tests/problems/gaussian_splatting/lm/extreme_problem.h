@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splatting problems with extreme images and cameras, and checks of them for every precision and memory space.
+// Splatting problems with extreme images and cameras, and their checks for every precision and memory space.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ struct ExtremeProblem {
   const char* name;
   int width, height, views;
   void (*change)(Scene& scene);
-  bool fits = false;  // the start renders exactly to the truth
+  bool fits = false;  // the start renders exactly the truth
 };
 inline void PrintTo(const ExtremeProblem& c, std::ostream* os) { *os << c.name; }
 
@@ -60,7 +60,7 @@ inline constexpr ExtremeProblem kExtremeProblems[] = {
     {"PrincipalPointOutside", 24, 20, 2, [](Scene& scene) { SetLens(scene, 36, 28, -4); }},
 };
 
-// The problem of a case: images of a random model after the change, and another model as the start.
+// Images of a random model after the change, and another model as the start.
 template <class S>
 RingProblem<S> ProblemOf(const ExtremeProblem& c) {
   Scene scene = RingOfCameras(c.views, c.width, c.height, false);
@@ -89,7 +89,7 @@ std::vector<typename B::Scalar> OnHost(B& backend, const typename B::Vector& v) 
   return values;
 }
 
-// Solves from ring.x, in place. The resulting x must be finite, and its cost not higher than at the start.
+// Solves from ring.x, in place. The result must be finite and not worse than the start.
 template <class B>
 LmSummary SolveAndCheck(RingProblem<typename B::Scalar>& ring, const LmStageOptions& lm) {
   B backend;
@@ -115,7 +115,7 @@ inline LmStageOptions FewIterations() {
   return lm;
 }
 
-// Cost, gradient, curvature and its diagonal must be finite and belong to the same quadratic model.
+// Cost, gradient, curvature and its diagonal must be finite and belong to one quadratic model.
 template <class B>
 void CheckOperators(const ExtremeProblem& c) {
   using S = typename B::Scalar;
@@ -143,8 +143,8 @@ void CheckOperators(const ExtremeProblem& c) {
       vesta::test::AdjointGap(OnHost(backend, w), OnHost(backend, Hv), OnHost(backend, Hw), OnHost(backend, v));
   EXPECT_LE(gap, (std::is_same_v<S, double> ? 1e-11 : 1e-4));
   if (c.fits) {
-    // At the minimum of the cost, where square roots and weights are singular. The truth was rendered on the host; a
-    // device renders slightly different bits.
+    // At the minimum, square roots and weights are singular. The truth was rendered on the host; a device renders
+    // slightly different bits.
     EXPECT_LE(backend.MaxAbs(gradient), (std::is_same_v<B, CpuBackend<S>> ? 0 : 1e-3));
   } else if constexpr (std::is_same_v<B, CpuBackend<double>>) {
     // Changing colours crosses no threshold.

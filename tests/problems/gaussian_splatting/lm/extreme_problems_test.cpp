@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem with extreme images, cameras and steps. Its operators stay finite and consistent with one
-// quadratic model. A solve ends in a valid status with a finite model that is not worse than the start.
+// Extreme images, cameras and steps. The operators stay finite and consistent with one quadratic model. A solve ends in
+// a valid status with a finite model that is not worse than the start.
 #include <limits>
 
 #include "tests/problems/gaussian_splatting/host_vectors.h"
@@ -35,7 +35,7 @@ class ExtremeSteps : public testing::Test {
 using Scalars = testing::Types<double, float>;
 TYPED_TEST_SUITE(ExtremeSteps, Scalars);
 
-// Half of the Gaussians have an extreme value. A solve may move them or not, but must not increase the cost.
+// Half of the Gaussians have an extreme value. A solve may move them, but not increase the cost.
 TYPED_TEST(ExtremeSteps, StartsWithGaussiansAtTheirLimits) {
   struct Limit {
     const char* name;
@@ -78,8 +78,7 @@ TYPED_TEST(ExtremeSteps, DampingAtItsUpperBound) {
   this->Solve(this->ring_, lm);
 }
 
-// Gaussians behind all cameras, transparent ones and ones with parameters that are not finite have zero columns, and a
-// solve leaves them bit-identical.
+// Gaussians behind all cameras, transparent ones and non-finite ones have zero columns and stay bit-identical.
 TYPED_TEST(ExtremeSteps, GaussiansThatNobodySeesStay) {
   using S = TypeParam;
   for (const LmDamping damping : {LmDamping::kLearningRates, LmDamping::kDiagonal}) {
@@ -108,7 +107,7 @@ TYPED_TEST(ExtremeSteps, NobodySeesAnything) {
   EXPECT_EQ(ToVector(this->ring_.x), ToVector(before));
 }
 
-// A NaN or infinite pixel ends the solve before the first iteration and leaves x unchanged.
+// A NaN or infinite pixel ends the solve before the first iteration, with x unchanged.
 TYPED_TEST(ExtremeSteps, PixelsThatAreNotFiniteAreRefused) {
   using S = TypeParam;
   HostBuffer<S> before;
@@ -120,8 +119,8 @@ TYPED_TEST(ExtremeSteps, PixelsThatAreNotFiniteAreRefused) {
   }
 }
 
-// Every step has a cost that is not NaN, even if exp of the scales, the squares of quaternions or sums overflow. At
-// worst it is the cost of the model without the Gaussians that are not finite.
+// The cost is never NaN, even if exp of the scales, the squares of quaternions or sums overflow. At worst it is the
+// cost without the non-finite Gaussians.
 TYPED_TEST(ExtremeSteps, StepsThatOverflowHaveACost) {
   using S = TypeParam;
   SplatProblem<CpuBackend<S>> problem = this->ring_.Make();
@@ -136,7 +135,7 @@ TYPED_TEST(ExtremeSteps, StepsThatOverflowHaveACost) {
   }
 }
 
-// Nearly undamped steps are far too long. During the line search, splats change their tiles and cross the alpha floor.
+// Nearly undamped steps are far too long: during the line search, splats change tiles and cross the alpha floor.
 TYPED_TEST(ExtremeSteps, LineSearchOverDecisionsDescends) {
   LmStageOptions lm = FewIterations();
   lm.initial_lambda = lm.min_lambda = 1e-12;

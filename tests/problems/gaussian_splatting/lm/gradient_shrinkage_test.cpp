@@ -28,7 +28,7 @@ TEST(ViewAgreement, LeavesWhatIsUnanimousAndDropsWhatCancels) {
   EXPECT_DOUBLE_EQ(shrunk({2, 0}, 0.25), 1.5);
   EXPECT_EQ(shrunk({2, 0}, 1), 0);
   EXPECT_DOUBLE_EQ(shrunk({-2, 0}, 0.25), -1.5);
-  EXPECT_EQ(shrunk({1e200, 1}, 1), 1e200);  // squares that overflow do not shrink the gradient
+  EXPECT_EQ(shrunk({1e200, 1}, 1), 1e200);  // squares overflow
   EXPECT_TRUE(std::isnan(shrunk({std::numeric_limits<double>::quiet_NaN(), 1}, 1)));
 }
 

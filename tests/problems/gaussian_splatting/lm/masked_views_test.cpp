@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masked views in the LM problem and in the loss.
+// Masked views in the LM problem and the loss.
 #include <gtest/gtest.h>
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
@@ -19,8 +19,7 @@ using test::RingProblem;
 
 constexpr Index kCount = 30;
 
-// Four views: the masks exclude half of the first two (with an oblique border), no pixel of the third, and all of the
-// last.
+// Masks exclude half of the first two views (with an oblique border), no pixel of the third, and all of the last.
 struct MaskedRing {
   RingProblem<double> ring{4, kCount, 2, 30};
   std::vector<std::vector<std::uint8_t>> masks;
@@ -61,7 +60,7 @@ TEST(MaskedViews, CostLessAndNothingWhereNothingCounts) {
   EXPECT_NEAR(cost(problem, 3), 40 * 30 * 3 * weights.l1 * weights.l1_floor / 2, 1e-9);
 }
 
-// For every way of caching a view.
+// For all ways of caching a view.
 TEST(MaskedViews, HIsTheProductOfItsPartsAndSymmetric) {
   B backend;
   for (const JacobianKind kind : {JacobianKind::kCachedViews, JacobianKind::kCache32, JacobianKind::kOnTheFly}) {
@@ -82,7 +81,7 @@ TEST(MaskedViews, HIsTheProductOfItsPartsAndSymmetric) {
     linearization->ApplyJ(v, Jv);
     linearization->ApplyJT(u, JTu);
     EXPECT_NEAR(backend.Dot(Jv, u), backend.Dot(v, JTu), 1e-9 * test::Norm(Jv) * 100);
-    // The last view is fully masked, so its rows, which come last, are zero.
+    // The last view's rows, which come last, are zero.
     const Index of_view = rows / 4;
     for (Index i = rows - of_view; i < rows; ++i) {
       ASSERT_EQ(Jv[i], 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The splatting problem of Gaussians with different degrees of spherical harmonics.
+// Gaussians with different SH degrees.
 #include <gtest/gtest.h>
 
 #include "kernels/core/check.h"
@@ -14,7 +14,7 @@ namespace {
 constexpr int kViews = 3;
 constexpr Index kCount = 30;
 
-// A model with mixed degrees gives the same results as the model with zeros in the missing bands.
+// Mixed degrees give the results of zeros in the missing bands.
 template <class S>
 void ExpectThatDegreesMayDiffer() {
   const SplatModel mixed = WithDegrees(RandomModel(kCount, 3, 66), MixedDegrees(static_cast<std::size_t>(kCount))),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The operators of the splatting problem agree with each other, with finite differences and with their columns.
+// The operators of the splatting problem agree with each other, with differences and with their columns.
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ constexpr int kViews = 3;
 template <class S>
 constexpr double kTolerance = std::is_same_v<S, double> ? 1e-12 : 1e-5;
 
-// v restricted to the attributes [first, last] of Gaussians [begin, end).
+// v restricted to attributes [first, last] of Gaussians [begin, end).
 template <class S>
 HostBuffer<S> Confined(const HostBuffer<S>& v, int first, int last, Index begin, Index end) {
   HostBuffer<S> result(v.size());
@@ -84,7 +84,7 @@ TEST(SplatProblem, JIsTheDerivativeOfTheResiduals) {
   const RingProblem<double> ring(kViews, kCount, 2, 15);
   SplatProblem<CpuBackend<double>> problem = ring.Make();
   const HostBuffer<double> v = RandomVector<double>(problem.num_parameters(), 16);
-  // The step is so short that no pixel crosses the alpha floor; with colours alone none can.
+  // So short that no pixel crosses the alpha floor; colours alone cannot.
   EXPECT_LE((TangentError<B>(backend, problem, ring.x, 0, v, 1e-8)), 1e-6);
   const HostBuffer<double> colors = Confined(v, splat::kSh, splat::kMaxAttributes, 0, kCount);
   EXPECT_LE((TangentError<B>(backend, problem, ring.x, 0, colors, 1e-4)), 1e-9);
@@ -120,7 +120,7 @@ TEST(SplatProblem, GradientIsTheDerivativeOfTheCost) {
   SplatProblem<CpuBackend<double>> problem = ring.Make();
   for (std::uint64_t seed = 31; seed < 34; ++seed) {
     const HostBuffer<double> v = RandomVector<double>(problem.num_parameters(), seed);
-    // Colours cross no threshold. The other parameters could, but the step is too short.
+    // Colours cross no threshold; the step of the others is too short.
     const HostBuffer<double> colors = Confined(v, splat::kSh, splat::kMaxAttributes, 0, kCount);
     EXPECT_LE((GradientError<B>(backend, problem, ring.x, colors, 1e-6)), 1e-6);
     const HostBuffer<double> geometry = Confined(v, 0, splat::kOpacity, 0, kCount);
@@ -140,8 +140,8 @@ std::vector<double> ExactDiagonal(LinearizationAdaptor<CpuBackend<double>>& line
   return exact;
 }
 
-// Near a fit, as at the start of LM. (With errors of 0.1 and more, the L1 weights are small and the SSIM part of W is
-// large. Single entries of wide splats are then up to 4 times the exact ones.)
+// Near a fit, as at the start of LM. (With errors of 0.1 and more, the SSIM part of W dominates. Single entries of wide
+// splats are then up to 4 times the exact ones.)
 TEST(SplatProblem, DiagonalStandsInForThatOfTheWholeLoss) {
   for (const std::uint64_t seed : {41u, 42u}) {
     SCOPED_TRACE(seed);
@@ -237,7 +237,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
   }
 }
 
-// The reference computes the rule explicitly from the gradients of single views.
+// The reference computes the rule from the gradients of single views.
 TYPED_TEST(SplatProblemTest, RightHandSideIsShrunkWhereViewsDisagreeAndTheGradientIsNot) {
   using S = TypeParam;
   constexpr double kAll = 4, kStrength = 0.3;
@@ -333,7 +333,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsLeftToTheEngineWhereThereIsNone) {
   EXPECT_EQ(metric[3], 5);
 }
 
-// A Gaussian with any parameter that is not finite is ignored, as if it were not in the model.
+// A Gaussian with a non-finite parameter is ignored.
 TYPED_TEST(SplatProblemTest, GaussiansThatAreNotFiniteAreLeftOut) {
   using S = TypeParam;
   constexpr Index kBad = 7;

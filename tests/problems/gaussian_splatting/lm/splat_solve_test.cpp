@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt on a splatting problem: a perturbed model is fitted to the images of the original.
+// Levenberg-Marquardt fits a perturbed model to the images of the original.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -11,7 +11,7 @@
 namespace vesta::gs {
 namespace {
 
-// Images of a random model; the start is that model, perturbed.
+// The start is the perturbed model.
 struct FitBack {
   test::RingProblem<float> ring{4, 30, 1, 100};
   FitBack() {
@@ -40,8 +40,7 @@ vesta::LmOptions SplatLmOptions(StepRule rule) {
   return options;
 }
 
-// Accepted steps lower the cost, rejected ones leave it unchanged, and the reported final cost belongs to the returned
-// x.
+// Accepted steps lower the cost, rejected ones keep it, and the reported final cost belongs to the returned x.
 void ExpectDescent(FitBack& fit, const vesta::LmOptions& options, double most_of_initial_cost) {
   SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
   CpuBackend<float> backend;
@@ -82,7 +81,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
   }
 }
 
-// If a Gaussian is not finite at the start, the solver still optimises all others.
+// The solver still optimises all others.
 TEST(SplatSolve, AGaussianThatIsNotFiniteStopsNobodyElse) {
   FitBack fit;
   fit.ring.x[4] = std::numeric_limits<float>::quiet_NaN();

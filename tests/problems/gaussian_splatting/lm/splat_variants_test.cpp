@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every option of the splatting problem keeps the properties of its operators.
+// The operators keep their properties with every option.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,7 +67,7 @@ void CheckOperators(const Variant& variant, double tolerance) {
     const HostBuffer<S> Hv = ApplyH(*linearization, v), Hw = ApplyH(*linearization, w);
     EXPECT_NEAR(backend.Dot(w, Hv), backend.Dot(v, Hw), tolerance * std::sqrt(backend.Dot(Hv, Hv) * backend.Dot(w, w)));
     EXPECT_GT(backend.Dot(v, Hv), 0);
-    // ApplyH equals ApplyJ, ApplyW and ApplyJT in sequence.
+    // ApplyH equals ApplyJ, ApplyW and ApplyJT.
     EXPECT_LE(Distance(Hv, test::ApplyParts(*linearization, v)), tolerance * Norm(Hv));
     EXPECT_NEAR(linearization->Curvature(v), backend.Dot(v, Hv), tolerance * Norm(v) * Norm(Hv));
   }
@@ -78,8 +78,7 @@ TEST_P(SplatVariants, OperatorsAreAdjointAndSymmetric) {
   CheckOperators<float>(GetParam(), 1e-5);
 }
 
-// Uses a loss without SSIM. The Gram matrices are recomputed from the splats, so 16-bit entries in the products make a
-// difference.
+// Without SSIM. Gram matrices are recomputed from the splats, so 16-bit entries in the products make a difference.
 TEST_P(SplatVariants, DiagonalAndBlocksAreThoseOfH) {
   using B = CpuBackend<double>;
   B backend;
@@ -121,7 +120,7 @@ TEST_P(SplatVariants, SameBitsForAnyNumberOfThreadsAndEveryTurnAlike) {
   });
 }
 
-// Results that were released after a request are computed again when requested again.
+// Released results are computed again on request.
 TEST_P(SplatVariants, GradientAndBlocksAskedForAgainAreTheSame) {
   RingProblem<float> ring(3, kCount, 2, 20);
   GetParam().apply(ring.options);
@@ -160,7 +159,7 @@ TEST(SplatCache, GivesTheProductsOfRecomputation) {
   }
 }
 
-// Views that are built again for each product equal the cached ones.
+// Views built again for each product equal cached ones.
 TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
   RingProblem<float> ring(3, kCount, 2, 20);
   const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 21);
@@ -190,7 +189,7 @@ TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
   EXPECT_TRUE(results[0] == results[1]);
 }
 
-// The views of a step represent all views: the mean over many draws is the full problem.
+// The mean over many draws of views is the full problem.
 TEST(SplatBatches, OfSomeViewsAreRightInTheMean) {
   RingProblem<double> ring(3, kCount, 0, 60);
   ring.options.weights.ssim = 0;
@@ -220,7 +219,7 @@ TEST(SplatBatches, OfSomeViewsAreRightInTheMean) {
   EXPECT_GE(Distance(part, gradient), 0.1 * Norm(gradient));
 }
 
-// A solve with each option lowers the cost and never raises it above the start.
+// A solve with each option lowers the cost.
 TEST_P(SplatVariants, SolvesDescend) {
   RingProblem<float> ring(3, kCount, 1, 100);
   GetParam().apply(ring.options);

@@ -63,7 +63,7 @@ TEST(ViewBatches, AStepOfFewerViewsGoesRoundThemAll) {
   }
 }
 
-// The paper's 25 to 70 images in up to 4 batches, for a scene with fewer images.
+// The paper's 25 to 70 images in up to 4 batches, with fewer images.
 TEST(ViewBatches, CountAndSizeAreCutToTheViewsThereAre) {
   constexpr Index kViews = 17;
   const auto batches_of = [&](int count, int size) {

@@ -11,7 +11,7 @@
 namespace vesta::gs::test {
 namespace {
 
-// Position in the pinhole's image of the point that the camera's image shows at (u, v).
+// Where the pinhole's image has the point that the camera shows at (u, v).
 std::optional<std::array<double, 2>> PinholePixel(const Camera& pinhole, const Camera& camera, const Distortion& lens,
                                                   double u, double v) {
   const splat::Lens &from = camera.lens, &to = pinhole.lens;

@@ -17,7 +17,7 @@
 namespace vesta::gs {
 namespace {
 
-// The corners of a unit square: each has two neighbours at distance 1 and one at the square root of 2.
+// Corners of a unit square: each has two neighbours at distance 1 and one at the square root of 2.
 PointCloud Square() {
   PointCloud points;
   points.positions = {{0, 0, 5}, {1, 0, 5}, {0, 1, 5}, {1, 1, 5}};
@@ -56,7 +56,7 @@ TEST(Initialize, StridesThroughMorePointsThanAreAllowed) {
   ASSERT_EQ(model.count, 4);
   const float expected[] = {0, 2, 5, 7};
   for (Index i = 0; i < 4; ++i) EXPECT_EQ(model.attribute(0)[i], expected[i]);
-  // Sizes depend on the neighbours that were kept: for point 0 these are at 2, 5 and 7.
+  // Only kept neighbours determine the size: for point 0 at 2, 5 and 7.
   EXPECT_NEAR(model.attribute(splat::kLogScale)[0], 0.5 * std::log((4 + 25 + 49) / 3.0), 1e-5);
 }
 
@@ -71,7 +71,7 @@ TEST(Initialize, CoincidingPointsAndASinglePointHaveASize) {
   }
 }
 
-// A scene scaled by two has Gaussians scaled by two, however small both are.
+// A scene scaled by two has Gaussians scaled by two, however small.
 TEST(Initialize, SizesFollowTheScale) {
   PointCloud points = Square();
   points.positions.push_back(points.positions[0]);
@@ -88,7 +88,7 @@ TEST(Initialize, SizesFollowTheScale) {
                   exponent * std::log(2.0), 1e-5);
     }
   }
-  // If all points coincide, the size is a fraction of the extent.
+  // If all points coincide: a fraction of the extent.
   points.positions.assign(5, {1, 2, 3});
   EXPECT_NEAR(InitializeFromPoints(points, 5e-8, 1, 5).attribute(splat::kLogScale)[0], std::log(5e-12), 1e-5);
 }
@@ -166,7 +166,7 @@ SplatModel AtMeans(const std::vector<std::array<float, 3>>& means) {
   return model;
 }
 
-// The eight corners of a cube are ordered by their numbers, where x is the lowest bit.
+// The corners of a cube are ordered by their numbers, with x as the lowest bit.
 TEST(SpatialOrder, IsMortons) {
   std::vector<std::array<float, 3>> corners;
   for (const int c : {5, 2, 7, 0, 1, 6, 3, 4}) {
@@ -175,7 +175,7 @@ TEST(SpatialOrder, IsMortons) {
   EXPECT_EQ(SpatialOrder(AtMeans(corners)), (std::vector<Index>{3, 4, 1, 6, 7, 0, 5, 2}));
 }
 
-// Every 16 consecutive Gaussians occupy a smaller volume than in a random order.
+// 16 consecutive Gaussians occupy a smaller volume than in a random order.
 TEST(SpatialOrder, NeighboursInMemoryAreNeighboursInSpace) {
   constexpr Index kCount = 4096;
   test::Random random(1);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kNear = 0.1;
 
-// Looks along +z from `back` units behind the origin; 90 degrees wide and high.
+// Looks along +z from `back` units behind the origin; 90 degrees each way.
 View CameraBehind(double back) {
   View view;
   view.camera = {100, 100, {50, 50, 50, 50}};
@@ -20,8 +20,8 @@ View CameraBehind(double back) {
 }
 
 TEST(LengthUnits, AreHalfTheDepthInTheNearestImageThatHoldsTheMean) {
-  // Means that are visible to both cameras; only to the far one (outside the near one's image); only to the far one
-  // (behind the near one); to none.
+  // Visible to both cameras; only to the far one (outside the near one's image); only to the far one (behind the near
+  // one); to none.
   const SplatModel model = test::ModelAt({{1, -1, 4}, {5, 0, 3}, {0, 0, -4}, {0, 0, -11}});
   const View at_origin = CameraBehind(0), behind = CameraBehind(10);
   const std::vector<float> units = LengthUnits(model, {&at_origin, &behind}, kNear, 7);

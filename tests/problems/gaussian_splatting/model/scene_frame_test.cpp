@@ -10,7 +10,7 @@
 namespace vesta::gs {
 namespace {
 
-// A ring of cameras around a lattice of points of size 1, all translated.
+// A ring of cameras around a lattice of size 1, translated.
 struct Moved {
   explicit Moved(const std::array<double, 3>& by) : scene(test::RingOfCameras(5, 20, 10, false)) {
     for (View& view : scene.views) {
@@ -81,7 +81,7 @@ TEST(SceneFrame, ModelsGoThereAndBack) {
     MoveToScene(moved.scene, &again);
     EXPECT_EQ(again.origin, moved.scene.origin);
     for (std::size_t i = 0; i < model.data.size(); ++i) EXPECT_NEAR(again.data[i], model.data[i], tolerance);
-    // The same through a scene in the world frame.
+    // Through a scene in the world frame.
     MoveToScene(Scene(), &again);
     EXPECT_EQ(again.origin, (std::array<double, 3>{}));
     EXPECT_NEAR(again.attribute(splat::kMean)[0], model.attribute(splat::kMean)[0] + moved.scene.origin[0],
@@ -96,7 +96,7 @@ TEST(SceneFrame, ModelsGoThereAndBack) {
   EXPECT_EQ(far.data, model.data);
 }
 
-// A view moved to the scene's frame sees the same image, and moving it back restores it.
+// A moved view sees the same image, and moving it back restores it.
 TEST(SceneFrame, ViewsMoveToTheSceneAndBack) {
   const double distance = 1e5;
   const Moved moved({-distance, 0, distance});

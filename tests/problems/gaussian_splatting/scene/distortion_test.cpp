@@ -8,7 +8,7 @@
 namespace vesta::gs {
 namespace {
 
-// The formulas of OpenCV's documentation, with powers of r and sums over the coefficients.
+// The formulas of OpenCV's documentation.
 std::array<double, 2> Reference(const Distortion& lens, double x, double y) {
   const double r = std::hypot(x, y);
   const auto& k = lens.radial;
@@ -73,7 +73,7 @@ TEST(Distortion, JacobianIsThatOfDifferences) {
   }
 }
 
-// Near the axis the angle equals its tangent: the two formulas for their ratio must agree.
+// Near the axis the angle equals its tangent: both formulas for the ratio must agree.
 TEST(Distortion, OfAFisheyeIsSmoothAtTheAxis) {
   for (const double r : {1e-9, 0.99e-5, 1.01e-5, 1e-4}) {
     const auto bent = Distort(kLenses[7], r, 0.0), expected = Reference(kLenses[7], r, 0.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// This test has the label "threads": it also runs under the thread sanitizer (preset tsan).
+// Has the label "threads": also runs under the thread sanitizer (preset tsan).
 #include "problems/gaussian_splatting/scene/photograph_store.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ PhotographSource SourceOf(Index number) {
   return {.decode = [number] { return Picture(number); }, .bytes = kBytes, .work_bytes = 0};
 }
 
-// A store with `photographs` images and memory for `room` of them.
+// With memory for `room` of its `photographs`.
 std::unique_ptr<PhotographStore> MakeStore(Index photographs, double room) {
   auto store = std::make_unique<PhotographStore>(room * kBytes);
   for (Index i = 0; i < photographs; ++i) EXPECT_EQ(store->Add(SourceOf(i)), i);
@@ -68,8 +68,8 @@ TEST(PhotographStore, WhatFitsIsDecodedOnce) {
   EXPECT_EQ(store->decodings(), 10);
 }
 
-// If the budget is too small by a few photographs, few are decoded again. Evicting the least recently used ones would
-// decode all of them again in every round.
+// If memory lacks for few photographs, few are decoded again. Evicting the least recently used ones would decode all of
+// them in every round.
 TEST(PhotographStore, RoundAfterRoundMostOfWhatIsKeptServes) {
   const auto store = MakeStore(20, 16);
   constexpr int kRounds = 11;
@@ -97,7 +97,7 @@ TEST(PhotographStore, WhatIsExpectedIsDecodedAhead) {
   EXPECT_EQ(store.Get(9)->rgb, Picture(9).rgb) << "decoded once; a second decoding would throw at the promise";
 }
 
-// Next to the first image, which has half the size, the budget has memory for only one more.
+// Next to the first image, of half the size, only one more fits.
 TEST(PhotographStore, WithoutRoomForTwoNoneIsDecodedAhead) {
   PhotographStore store(1.5 * kBytes);
   std::promise<void> begun;
@@ -151,7 +151,7 @@ TEST(PhotographStore, ForeseesItsBudgetAndTheWorkOfDecoding) {
   EXPECT_EQ(store.MostBytes(), 16 * kBytes);
 }
 
-// A photograph that is computed from another one in the same store, such as one at half resolution.
+// Computed from another one in the same store, for example at half resolution.
 TEST(StoredPhotograph, GoesWithItsLastHolder) {
   const auto store = std::make_shared<PhotographStore>(8 * kBytes);
   auto whole = std::make_shared<const StoredPhotograph>(store, SourceOf(5));

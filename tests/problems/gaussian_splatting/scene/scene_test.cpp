@@ -55,7 +55,7 @@ TEST(Scene, ExtentIsOfTheMedianDepth) {
   views[1].translation = {0, 0, 6};
   views[2].translation = {0, 0, 1000};
   views[2].role = ViewRole::kTest;
-  // Depths: first point 10 and 16; second 20 and 26; third behind the first camera and 2 in the second; the last is
+  // Depths: first point 10 and 16; second 20 and 26; third behind the first camera and 2 in the second; the last
   // outside both images.
   const PointCloud points{{{0, 0, 10}, {3, 0, 20}, {0, 0, -4}, {40, 0, 1}}, {}};
   EXPECT_DOUBLE_EQ(SceneExtent(views, points), 0.5 * 16);

@@ -15,7 +15,7 @@ const Distortion kBarrel{.radial = {-0.2, 0.05}, .tangential = {0.002, -0.001}};
 const Distortion kPincushion{.radial = {0.15, 0.02}};
 const Distortion kFisheye{.is_fisheye = true, .radial = {0.03, -0.01, 0.004, -0.001}};
 
-// Position in the photograph of pixel coordinates (u, v) in the pinhole's image.
+// Where the photograph has pixel (u, v) of the pinhole's image.
 std::array<double, 2> Source(const Camera& camera, const Distortion& lens, const Camera& pinhole, double u, double v) {
   const auto at = Distort(lens, (u - pinhole.lens.cx) / pinhole.lens.fx, (v - pinhole.lens.cy) / pinhole.lens.fy);
   return {camera.lens.fx * at[0] + camera.lens.cx, camera.lens.fy * at[1] + camera.lens.cy};
@@ -39,7 +39,7 @@ TEST(PinholeOf, SeesNothingBeyondThePhotograph) {
   }
 }
 
-// Two more pixels on any side would reach the outermost pixels or beyond. Rounding to whole sizes may lose one pixel.
+// Two more pixels on any side would reach the outermost pixels or beyond. Rounding may lose one.
 TEST(PinholeOf, SeesAllItCan) {
   for (const Distortion& lens : {kBarrel, kPincushion, kFisheye}) {
     const Camera pinhole = PinholeOf(kCamera, lens).value();
@@ -71,7 +71,7 @@ TEST(PinholeOf, IsTheCameraWhereNothingIsBent) {
   EXPECT_NEAR(nearly.lens.cy, 123, 0.03);
 }
 
-// A fisheye with a field of view of 180 degrees, which no pinhole can cover.
+// A fisheye of 180 degrees, which no pinhole can cover.
 TEST(PinholeOf, OfAWideFisheyeIsAtMostTwiceAsLarge) {
   const Camera wide{400, 400, {.fx = 400 / M_PI, .fy = 400 / M_PI, .cx = 200, .cy = 200}};
   const Camera pinhole = PinholeOf(wide, {.is_fisheye = true}).value();
@@ -80,7 +80,7 @@ TEST(PinholeOf, OfAWideFisheyeIsAtMostTwiceAsLarge) {
   EXPECT_TRUE(IsWithin(wide, Source(wide, {.is_fisheye = true}, pinhole, 0.5, 0.5), 0.03));
 }
 
-// The distorted radius grows up to 0.577 and then falls; a pinhole image covers only the inner part.
+// The distorted radius grows up to 0.577 and then falls; the pinhole covers only the inner part.
 TEST(PinholeOf, KeepsToWhereTheLensDoesNotFold) {
   const Distortion folds{.radial = {-1}};
   const double radius = 1 / std::sqrt(3.0);
@@ -120,7 +120,7 @@ TEST(Undistort, IsTheInverseOfDistort) {
       << "the lens does not reach there: its largest radius is 0.385";
 }
 
-// An image with smooth colours that differ everywhere.
+// Smooth colours that differ everywhere.
 Image Waves(const Camera& camera) {
   Image image(camera.width, camera.height);
   for (int y = 0; y < camera.height; ++y) {
@@ -134,8 +134,7 @@ Image Waves(const Camera& camera) {
   return image;
 }
 
-// The tolerance allows for interpolation at the border, where neighbours are missing: a sixteenth of the difference
-// between two pixels, twice.
+// Neighbours are missing at the border, so interpolation costs a sixteenth of the difference between two pixels, twice.
 TEST(UndistortImage, UndoesWhatALensHasDone) {
   const Image truth = Waves(kCamera);
   for (const Distortion& lens : {kBarrel, kPincushion, kFisheye}) {
@@ -155,8 +154,7 @@ TEST(UndistortImage, UndoesWhatALensHasDone) {
   }
 }
 
-// One pixel of the result covers three of the photograph. Stripes of one pixel become their mean; single samples would
-// be black or white.
+// One pixel of the result covers three. Stripes of one pixel become their mean; single samples would be black or white.
 TEST(UndistortImage, AveragesWhereItShrinks) {
   const Camera camera{300, 300, {.fx = 300, .fy = 300, .cx = 150, .cy = 150}};
   const Camera pinhole{100, 100, {.fx = 100, .fy = 100, .cx = 50, .cy = 50}};
@@ -166,7 +164,7 @@ TEST(UndistortImage, AveragesWhereItShrinks) {
   for (const float value : image.rgb) EXPECT_NEAR(value, 0.5, 0.17);
 }
 
-// Red increases to the right and green downwards; blue is a pattern.
+// Red increases to the right, green downwards; blue is a pattern.
 Image Ramp(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y) {

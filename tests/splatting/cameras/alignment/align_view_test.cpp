@@ -64,7 +64,7 @@ TEST_F(AlignedToTheTruth, ExposuresAreFoundWithTheCamera) {
   EXPECT_NEAR(color_alone.found.color.gain[1], exposure.gain[1], 1e-4);
 }
 
-// The Gaussians are small and do not overlap with their displaced images: 3 degrees are 13 pixels.
+// Small Gaussians do not overlap with their displaced images: 3 degrees are 13 pixels.
 TEST(AlignView, ReachesFurtherByCoarseImages) {
   SplatModel model = test::RandomModel(1500, 0, 8);
   for (int k = 0; k < 3; ++k) {
@@ -81,7 +81,7 @@ TEST(AlignView, ReachesFurtherByCoarseImages) {
   EXPECT_GT(left(1), 1);
 }
 
-// Views without usable information are not moved.
+// Without usable information, views are not moved.
 class NothingToAlignBy : public AlignedToTheTruth {
  protected:
   void ExpectUnmoved(const View& view, AlignStatus status) {
@@ -187,7 +187,7 @@ TEST(FitExposure, FindsWhatWasApplied) {
   ExpectNear(FitExposure(Span(rendered), Span(truth), kShape), kExposure, 1e-5);
 }
 
-// 10 % of the pixels show something else. Plain least squares would fit a gain that is 10 % too small.
+// 10 % of the pixels show something else. Plain least squares would fit a gain 10 % too small.
 TEST(FitExposure, IsNotLedAstrayByWhatTheSplatLacks) {
   std::vector<float> rendered = RandomImage(3), truth = rendered;
   kExposure.Apply(Span(truth));

@@ -43,7 +43,7 @@ TEST_F(AlignedEvaluationOfARing, IsThatOfTheRightCameras) {
   EXPECT_EQ(aligned.right.views, 0);
 }
 
-// Photographs with another exposure: fitted on the left half, measured on the right half.
+// Fitted on the left half, measured on the right half.
 TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
   const AffineColor exposure{{0.85, 1.1, 0.95}, {0.03, -0.01, 0}};
   for (View& view : scene_.views) {
@@ -58,7 +58,7 @@ TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
     EXPECT_NEAR(view.exposure.gain[0], 0.85, 1e-3);
     EXPECT_NEAR(view.exposure.offset[1], -0.01, 1e-3);
   }
-  // Content of the right half does not affect the fit.
+  // The right half does not affect the fit.
   for (View& view : scene_.views) {
     for (std::size_t row = 0; row < 3 * 72; ++row) {
       for (std::size_t x = 48; x < 96; ++x) view.image.rgb[row * 96 + x] *= 0.5f;
@@ -69,8 +69,7 @@ TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
   EXPECT_LT(halved.right_exposed.psnr, 30);
 }
 
-// A view whose left half is masked out cannot be fitted there and is skipped. Without any such view the result is NaN,
-// not 0 dB.
+// A view with a masked left half is skipped. Without other views the result is NaN, not 0 dB.
 TEST_F(AlignedEvaluationOfARing, MeasuresHalvesWhereThereAreTwo) {
   options_.free.color = true;
   const AlignedEvaluation both = EvaluateAligned(model_, scene_, options_);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr FreeUnknowns kKinds[] = {{.pose = true, .color = false}, {.pose = false, .color = true}, {true, true}};
 
-// A model in precision S, a view with its image, and a perturbed starting point.
+// In precision S, with its image and a perturbed start.
 template <class S>
 struct ViewAndStart {
   SplatModel model = test::RandomModel(60, 2, 1);
@@ -38,7 +38,7 @@ struct ViewAndStart {
   }
 };
 
-// CheckProblem finds no error: products, curvature, the gradient along Plus, and blocks.
+// CheckProblem: products, curvature, the gradient along Plus, and blocks.
 void ExpectNoFault(const ViewAndStart<double>& setup) {
   for (const FreeUnknowns& free : kKinds) {
     ViewProblem<double> problem = setup.Make(free);
@@ -59,7 +59,7 @@ TEST(ViewProblem, HasNoFaultWherePixelsDoNotCount) {
   ExpectNoFault(setup);
 }
 
-// CheckProblem skips J for weighted problems, so each column is compared with differences of residuals.
+// CheckProblem skips J for weighted problems, so columns are compared with differences.
 TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   const ViewAndStart<double> setup;
   ViewProblem<double> problem = setup.Make({true, true});
@@ -92,7 +92,7 @@ TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   }
 }
 
-// The columns of lens parameters, against differences of images. A single view is no problem with a lens.
+// Against differences of images. A single view is no problem with a lens.
 TEST(ViewColumns, OfALensAreDerivativesOfTheImage) {
   const ViewAndStart<double> setup;
   constexpr FreeUnknowns kLens{.pose = false, .color = false, .lens = true};

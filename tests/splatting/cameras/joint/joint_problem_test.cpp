@@ -28,18 +28,18 @@ void ExpectNoFault(const JointSetup<double>& setup, bool exact_blocks) {
   EXPECT_TRUE(check.ok()) << check.Report();
 }
 
-// Checks products, W, the gradient along Plus, and the blocks. W of this loss is pointwise, so all blocks are exact.
+// Products, W, the gradient along Plus, and blocks. W of this loss is pointwise, so all blocks are exact.
 TEST(JointProblem, HasNoFault) {
   for (const FreeUnknowns& free : kKinds) {
     JointSetup<double> setup(free, 4, 8, 1, 5);
     setup.options.splats.weights.ssim = 0;
-    // |e| has kinks, where derivatives cannot be checked.
+    // Derivatives cannot be checked at the kinks of |e|.
     setup.options.splats.weights.pixel = PixelLinearization::kL2;
     ExpectNoFault(setup, true);
   }
 }
 
-// The same with the complete loss. The blocks of the splats then only approximate the blocks of H.
+// The complete loss: blocks of splats then only approximate the blocks of H.
 TEST(JointProblem, HasNoFaultWithSsim) {
   for (const FreeUnknowns& free : kKinds) ExpectNoFault({free, 3, 8, 1, 6}, false);
 }
@@ -98,7 +98,7 @@ void ExpectAdjoint(double tolerance) {
 TEST(JointProblem, ProductsAreAdjointInDouble) { ExpectAdjoint<double>(1e-12); }
 TEST(JointProblem, ProductsAreAdjointInFloat) { ExpectAdjoint<float>(1e-5); }
 
-// With masked pixels: products, the gradient along Plus, and blocks.
+// Products, the gradient along Plus, and blocks.
 TEST(JointProblem, OfMaskedViewsHasNoFault) {
   JointSetup<double> setup({true, true}, 3, 8, 1, 5);
   setup.options.splats.weights.ssim = 0;
@@ -114,7 +114,7 @@ TEST(JointProblem, OfMaskedViewsHasNoFault) {
   ExpectNoFault(setup, true);
 }
 
-// The SSIM part of W is not pointwise, but the blocks of views are still exact blocks of H.
+// The SSIM part of W is not pointwise, but blocks of views are exact.
 TEST(JointProblem, BlocksOfViewsAreExact) {
   const JointSetup<double> setup({true, true}, 3, 20, 1, 9);
   JointProblem<CpuBackend<double>> problem = setup.Make();
@@ -148,7 +148,7 @@ TEST(JointProblem, BlocksOfViewsAreExact) {
   }
 }
 
-// S x = B x - E C^-1 E^T x, from products with H. The solution of the reduced system also solves the full one.
+// S x = B x - E C^-1 E^T x, from products with H. The reduced solution also solves the full system.
 TEST(JointProblem, EliminatesViewsExactly) {
   for (const FreeUnknowns& free : kKinds) {
     JointSetup<double> setup(free, 3, 12, 1, 10);

@@ -24,7 +24,7 @@ TEST(CameraSchedule, AMeanTurnIsFreeTheSoonerTheNarrowerTheFilter) {
 constexpr FreeUnknowns kPose{.pose = true, .color = false};
 constexpr CameraStepContext kAnywhere{.depth = 2, .most = 10, .done = 0};
 
-// State of a pose in which a rotation and a shift are coupled.
+// A rotation and a shift are coupled.
 CameraStepState CoupledState() {
   CameraStepState state;
   state.curvature.assign(36, 0);
@@ -43,7 +43,7 @@ TEST(CameraStep, IsGaussNewtons) {
   const std::vector<double> step = CameraStep(kPose, gradient, state.curvature, kAnywhere);
   ASSERT_EQ(step.size(), 6U);
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(step[i], wanted[i], 1e-3);  // damping changes it by as much
-  // In the last fifth of the stage the step falls to a tenth.
+  // In the last fifth of the stage, down to a tenth.
   const auto step_at = [&](double done) {
     return CameraStep(kPose, gradient, state.curvature, {.depth = 2, .most = 10, .done = done})[1];
   };
@@ -52,7 +52,7 @@ TEST(CameraStep, IsGaussNewtons) {
   EXPECT_NEAR(step_at(1), step[1] / 10, 1e-12);
 }
 
-// Doubling the image size multiplies the cost by four but does not change the step.
+// Doubling the image size multiplies the cost by four, not the step.
 TEST(CameraStep, OfAnOlderCurvatureIsThatOfTheSizeOfNow) {
   CameraStepState state = CoupledState();
   state.pixels = 1000;
@@ -92,7 +92,7 @@ TEST(CameraStep, StaysWhereNothingIsKnown) {
 constexpr FreeUnknowns kAll{true, true, true};
 constexpr double kNoLimit = 10;
 
-// The quadratic system of a view, with its minimum at `wanted`.
+// A view's quadratic system, with its minimum at `wanted`.
 struct ViewSystem {
   std::vector<double> curvature, gradient;
 
@@ -108,7 +108,7 @@ struct ViewSystem {
   }
 };
 
-// The minimum of a view: random values, with the lens parameters last.
+// Random, with the lens parameters last.
 std::vector<double> Wanted(const FreeUnknowns& free, const splat::LensTangent& lens, std::uint64_t seed) {
   test::Random random(seed);
   std::vector<double> wanted;
@@ -117,8 +117,8 @@ std::vector<double> Wanted(const FreeUnknowns& free, const splat::LensTangent& l
   return wanted;
 }
 
-// Three views share a lens and have different poses. The lens step combines all views. Each view's own step, plus its
-// response to the lens (FollowLensStep), gives the rest.
+// Three views share a lens and have different poses. The lens step combines them. A view's own step plus its response
+// to the lens (FollowLensStep) gives the rest.
 TEST(LensStep, IsGaussNewtonsOfAllUnknownsTogether) {
   for (const FreeUnknowns& free : {kAll, FreeUnknowns{.pose = true, .color = false, .lens = true}}) {
     const splat::LensTangent lens{{0.02, -0.01, 0.03, 0.01}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fixing the gauge removes the motion common to all views, and nothing else.
+// Fixing the gauge removes only the motion common to all views.
 #include "splatting/cameras/unknowns/gauge.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ struct Ring {
     for (const View& view : scene.views) views.push_back(&view);
     found.resize(views.size());
   }
-  // The largest rotation in radians or shift over all views.
+  // Largest rotation in radians or shift, over all views.
   double Largest() const {
     double most = 0;
     for (const ViewUnknowns& view : found) {
@@ -40,7 +40,7 @@ struct Ring {
   }
 };
 
-// The camera motion that follows a similarity of the world, x -> s exp(w) x + t.
+// Motion of a camera that follows a similarity of the world, x -> s exp(w) x + t.
 splat::CameraMotion UnderSimilarity(const View& view, const std::array<double, 3>& w, const std::array<double, 3>& t,
                                     double s) {
   double turn[4], R[9];
@@ -102,7 +102,7 @@ TEST(Gauge, OneViewStaysWhereItWasGiven) {
   EXPECT_LT(ring.Largest(), 1e-9);
 }
 
-// The camera centres of a panorama nearly coincide, so most growth of their distances comes from other motion.
+// Camera centres of a panorama nearly coincide, so most growth of their distances is other motion.
 TEST(Gauge, CentresThatAreNearlyOneDoNotGrow) {
   Ring ring;
   for (std::size_t i = 0; i < ring.scene.views.size(); ++i) {
@@ -152,7 +152,7 @@ TEST(Gauge, MeansOfExposuresAreNone) {
     const auto k = static_cast<double>(i);
     found[i].color = {{1 + 0.1 * k, 0.8, 1.2 - 0.1 * k}, {0.01 * k, 0.02, -0.01 * k}};
   }
-  // The gauge changes every photograph's exposure by the same affine map.
+  // By the same affine map for every photograph.
   const std::vector<ViewUnknowns> before = found;
   FixExposureGauge(&found);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -160,7 +160,7 @@ TEST(Gauge, MeansOfExposuresAreNone) {
     for (const ViewUnknowns& view : found) gain += view.color.gain[c] / 3, offset += view.color.offset[c] / 3;
     EXPECT_NEAR(gain, 1, 1e-14);
     EXPECT_NEAR(offset, 0, 1e-14);
-    // after = before o A with one map A, which must be the same for all views.
+    // after = before o A, with one A for all views.
     const auto scale = [&](std::size_t i) { return before[i].color.gain[c] / found[i].color.gain[c]; };
     const auto shift = [&](std::size_t i) {
       return (before[i].color.offset[c] - found[i].color.offset[c]) / found[i].color.gain[c];
@@ -170,7 +170,7 @@ TEST(Gauge, MeansOfExposuresAreNone) {
   }
 }
 
-// All cameras tilt by the same angle, each about its own axis; centres do not move.
+// Each camera tilts about its own axis by the same angle; centres do not move.
 TEST(CommonTurn, IsTakenOut) {
   Ring ring;
   const splat::PoseTangent tilt{{0.02, 0, 0, 0, 0, 0}};
@@ -178,7 +178,7 @@ TEST(CommonTurn, IsTakenOut) {
   ring.found[4].motion = own;
   for (ViewUnknowns& view : ring.found) view.motion = splat::Compose(tilt, view.motion);
   SubtractMeanRotation(&ring.found);
-  // One ninth of the rotation of a single view (of nine) is common.
+  // One ninth of the rotation of one of nine views is common.
   EXPECT_NEAR(ring.found[0].motion.Angle(), own.Angle() / 9, 1e-6);
   EXPECT_NEAR(ring.found[4].motion.Angle(), own.Angle() * 8 / 9, 1e-5);
   for (std::size_t v = 0; v < ring.views.size(); ++v) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damaged .spz files: each gives a one-line error, without a crash or much memory.
+// Damaged .spz files give a one-line error, without a crash or much memory.
 #include <cstring>
 
 #include "splatting/io/bytes/bytes.h"
@@ -76,7 +76,7 @@ TEST_F(SpzDamage, MessagesNameWhatIsWrong) {
   ExpectRefused(Gzip(bytes_, "vesta background 1 2 3"), kBadFile, "background");
 }
 
-// Data after the Gaussians is not unpacked, so a zip bomb is harmless.
+// Data after the Gaussians is not unpacked.
 TEST_F(SpzDamage, ABombIsRefused) { ExpectRefused(Gzip(bytes_ + std::string(8'000'000, '\0'), ""), kBadFile); }
 
 TEST_F(SpzDamage, ExtensionsAreSkippedWhereTheyAreHarmless) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damaged image files: each gives a one-line error, without a crash.
+// Damaged image files give a one-line error, without a crash.
 #include <png.h>
 #include <tiff.h>
 
@@ -44,7 +44,7 @@ INSTANTIATE_TEST_SUITE_P(All, ImageDamage,
 TEST_P(ImageDamage, EveryCutIsRefused) {
   const TempFolder folder;
   const std::string path = folder / "image.jpg", bytes = GetParam()();
-  // A JPEG without its end marker (the last two bytes) still has all pixels, and libjpeg accepts it.
+  // libjpeg accepts a JPEG without its end marker (the last two bytes), which has all pixels.
   for (std::size_t length = 0; length + 12 < bytes.size(); length += 7) {
     WriteBytes(path, bytes.substr(0, length));
     EXPECT_THAT([&] { LoadImage(path); }, ThrowsError(kBadFile, path)) << "cut to " << length << " of " << bytes.size();
@@ -89,7 +89,7 @@ TEST(ImageDamageKinds, ATileBeyondTheFileAllocatesNothing) {
   const TempFolder folder;
   const std::string path = folder / "image";
   std::string tiff = ExampleTiff(16);
-  // The directory entry of TIFFTAG_TILEWIDTH: tag 322, type, count 1, value.
+  // The entry of TIFFTAG_TILEWIDTH: tag 322, type, count 1, value.
   const std::size_t entry = tiff.find(std::string("\x42\x01\x03\0\x01\0\0\0", 8));
   ASSERT_NE(entry, std::string::npos);
   tiff[entry + 8] = '\xf0', tiff[entry + 9] = '\xff';

@@ -150,7 +150,7 @@ TEST(Tiff, AlphaIsStraightPremultipliedOrNone) {
   }
 }
 
-// Strips and tiles, interleaved and separate planes, and all compressions give the same pixels.
+// Strips and tiles, interleaved and separate planes, and all compressions.
 TEST(Tiff, LayoutsAndCompressionsAreTheSame) {
   TiffSource source{.width = 37, .height = 21, .bits = 16, .bytes = {}};
   for (int i = 0; i < 37 * 21 * 6; ++i) source.bytes.push_back(static_cast<std::uint8_t>(37 * i));
@@ -239,7 +239,7 @@ TEST(DownscaledSize, RoundsDownToAtLeastOnePixel) {
   EXPECT_EQ(DownscaledSize({101, 67}, 80).height, 1);
 }
 
-// A smooth image survives JPEG nearly unchanged; a higher quality needs more bytes.
+// A smooth image survives JPEG nearly unchanged; higher quality needs more bytes.
 TEST(Jpeg, ComesBackAsItWasEncoded) {
   Image image(37, 21);
   for (int c = 0; c < 3; ++c) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damaged COLMAP models: each gives a one-line error, without a crash.
+// Damaged COLMAP models give a one-line error, without a crash.
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -30,7 +30,7 @@ TEST(ColmapDamage, EveryPrefixOfEveryBinaryFileIsRefused) {
   ExpectSameModel(ReadColmapModel(folder.path()), ExampleModel());
 }
 
-// Text has no counts, so a file that ends after a complete record is a smaller model. Any other cut is refused.
+// Text has no counts: a file that ends after a complete record is a smaller model. Any other cut is refused.
 TEST(ColmapDamage, NoPrefixOfATextFileCrashes) {
   const TempFolder folder;
   WriteColmapModel(ExampleModel(), folder.path(), ColmapFormat::kText);

@@ -24,7 +24,7 @@ TEST_P(ColmapFormats, RoundTripIsExact) {
   ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
 }
 
-// Camera models of each kind, with different values in all places.
+// Different values in all places.
 TEST_P(ColmapFormats, RoundTripOfDistortedCamerasIsExact) {
   const TempFolder folder;
   ColmapModel model = ExampleModel();
@@ -44,7 +44,7 @@ TEST_P(ColmapFormats, RoundTripOfDistortedCamerasIsExact) {
   ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
 }
 
-// The parameter orders of COLMAP's documentation, "Camera Models".
+// Orders as in COLMAP's documentation, "Camera Models".
 TEST(Colmap, ReadsTheParametersOfEachCameraModel) {
   const TempFolder folder;
   WriteColmapModel(ExampleModel(), folder.path(), ColmapFormat::kText);
@@ -147,7 +147,7 @@ TEST(Colmap, SceneHasNormalisedPosesSortedByName) {
   EXPECT_EQ(scene.points.colors[3], (std::array<float, 3>{0, 3 / 255.0f, 1}));
 }
 
-// A rotation by 90 degrees about z maps x to y. Convention: world to camera, quaternion w x y z.
+// 90 degrees about z map x to y. World to camera, quaternion w x y z.
 TEST(Colmap, QuaternionTurnsWorldIntoCamera) {
   const TempFolder folder;
   ColmapModel model = ExampleModel();
@@ -159,7 +159,7 @@ TEST(Colmap, QuaternionTurnsWorldIntoCamera) {
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(scene.views[0].rotation[i], expected[i], 1e-15);
 }
 
-// A scene written and read again is unchanged, in its own frame or another.
+// In its own frame or another.
 TEST(Colmap, OfASceneIsThatScene) {
   for (const double far : {0.0, 1000.0}) {
     Scene scene;
@@ -184,7 +184,7 @@ TEST(Colmap, OfASceneIsThatScene) {
       EXPECT_EQ(image.camera_id, v == 2 ? 2U : 1U);
       std::array<double, 9> R{};
       RotationFromQuaternion(image.rotation.data(), R.data());
-      // A world point has the same camera coordinates in both.
+      // A world point has the same camera coordinates.
       const std::array<double, 3> x{0.3, -0.2, 0.4};
       for (std::size_t i = 0; i < 3; ++i) {
         double there = image.translation[i], here = view.translation[i];
@@ -197,7 +197,7 @@ TEST(Colmap, OfASceneIsThatScene) {
     }
     EXPECT_EQ(model.points[0].position[1], 2 + scene.origin[1]);
     EXPECT_EQ(model.points[0].color[1], 128);
-    // Undistorted photographs are exported with the camera of the original files.
+    // With the camera of the original files.
     const LensCamera opencv{{80, 60, {100, 101, 41, 29}}, {.radial = {-0.1, 0.02, 0.01}, .tangential = {0.001, 0}}},
         fisheye{{80, 60, {100, 101, 41, 29}}, {.is_fisheye = true, .radial = {0.1, 0.02}}};
     scene.views[0].bent = opencv, scene.views[1].bent = fisheye;

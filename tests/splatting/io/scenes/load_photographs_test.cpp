@@ -12,7 +12,7 @@ namespace {
 constexpr int kViews = 9;
 constexpr double kBytes = 3 * sizeof(float) * 60 * 40;  // of one decoded photograph
 
-// Different photographs with lens distortion; one has a mask, one has half the size.
+// Different photographs with distortion; one with a mask, one of half the size.
 class LoadPhotographsTest : public testing::Test {
  protected:
   LoadPhotographsTest() {
@@ -74,7 +74,7 @@ TEST_F(LoadPhotographsTest, AreTheSameWhereverTheyAre) {
       ASSERT_NE(stored.photographs, nullptr);
       EXPECT_TRUE(stored.views[4].image.empty());
       for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
-      // A background decode that started earlier may add one photograph.
+      // A background decode may add one photograph.
       EXPECT_LE(stored.photographs->kept_bytes(), stored.photographs->budget_bytes() + kBytes);
     }
   }
@@ -88,7 +88,7 @@ TEST_F(LoadPhotographsTest, AreUndistortedAnewEachTime) {
   for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
 }
 
-// Eight full-size photographs, one quarter of that, and a mask of one byte per pixel.
+// Eight full-size photographs, a quarter of one, and a mask of one byte per pixel.
 TEST_F(LoadPhotographsTest, TheLastByteDecides) {
   const double bytes = 8.25 * kBytes + 60 * 40;
   EXPECT_EQ(Load(bytes / kBytes).photographs, nullptr);
@@ -99,7 +99,7 @@ TEST_F(LoadPhotographsTest, TheLastByteDecides) {
               testing::Contains(testing::StartsWith("9 photographs take 0 MiB, but at most 0 MiB stay in memory")));
 }
 
-// The sizes in the image files count, not the sizes of the cameras.
+// The image files determine the size, not the cameras.
 TEST_F(LoadPhotographsTest, LessThanTwoAreRefused) {
   EXPECT_THAT([&] { Load(1.9); }, ThrowsError(kOutOfMemory, "--photographs_mib", "0.1"));
   model_.cameras[0].camera = ResizeCamera(model_.cameras[0].camera, 6000, 4000);

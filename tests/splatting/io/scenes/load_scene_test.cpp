@@ -36,7 +36,7 @@ TEST_F(LoadSceneTest, LoadsAllPixels) {
   EXPECT_EQ(scene.points.size(), 4);
 }
 
-// In nested folders, in all formats, with any file name extension.
+// Photographs in nested folders, in all formats, with any file name extension.
 TEST_F(LoadSceneTest, PhotographsOfEveryKindInNestedFolders) {
   const std::vector<std::uint8_t> bytes(60 * 40 * 3, 51);
   const std::string files[] = {EncodePng({60, 40, 2, 8, false, bytes}), EncodeWebp(60, 40, 3, bytes),
@@ -84,7 +84,7 @@ TEST_F(LoadSceneTest, SmallerCopiesOfTheImagesRescaleTheCamera) {
   ExpectRefused(kBadFile, {"images_4/view5.png", "16", "12", "60", "40"}, options);
 }
 
-// Each view becomes a pinhole view. The image size may differ from the camera's, and undistortion precedes --downscale.
+// Each becomes a pinhole view. The image size may differ from the camera's, and undistortion precedes --downscale.
 TEST_F(LoadSceneTest, DistortedPhotographsAreUndistorted) {
   ColmapCamera& camera = model_.cameras[0];
   camera.model = ColmapCameraModel::kOpenCv;
@@ -157,7 +157,6 @@ TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
   EXPECT_THAT([&] { LoadScene(ImagePath(0)); }, ThrowsError(kNotFound, ImagePath(0)));
 }
 
-// Paths in a model cannot reach files outside the scene.
 TEST_F(LoadSceneTest, ImagesOutsideTheSceneAreRefused) {
   const std::string elsewhere = folder_.path() + "_elsewhere.jpg";
   WriteBytes(elsewhere, ExampleJpeg(60, 40));
@@ -271,7 +270,7 @@ TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
   EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
 }
 
-// A photograph is rotated by its EXIF orientation if the camera has the rotated size, and is kept as stored otherwise.
+// A photograph is rotated by its EXIF orientation if the camera has the rotated size, otherwise kept as stored.
 TEST_F(LoadSceneTest, PhotographsAreTurnedWhereTheirCamerasAre) {
   WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 6));
   WriteBytes(ImagePath(4), WithOrientation(ExampleJpeg(60, 40), 6));

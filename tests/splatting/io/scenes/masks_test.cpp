@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kGreyPng = 0, kRgbaPng = 6;  // colour types of libpng
 
-// A mask that is 0 (black) left of `white_from` and 1, the darkest other value, elsewhere.
+// 0 (black) left of `white_from`; 1, the darkest other value, elsewhere.
 std::string MaskPng(int width, int height, int white_from) {
   PngSource source{width, height, kGreyPng, 8, false, {}};
   for (int i = 0; i < width * height; ++i) source.bytes.push_back(i % width < white_from ? 0 : 1);
@@ -62,7 +62,7 @@ TEST_F(MaskScene, MasksAreUndistortedWithTheImage) {
   const View view = Load()[1];
   ASSERT_EQ(view.image.mask.size(), view.image.num_pixels());
   EXPECT_NEAR(UnmaskedFraction(view.image), 0.5, 0.05);
-  // On the axis the mask border stays at 30, for a principal point at 30.5.
+  // On the axis the mask border stays at 30; the principal point is 30.5.
   const auto row = static_cast<std::size_t>(view.camera.lens.cy) * static_cast<std::size_t>(view.image.width);
   const auto border = static_cast<std::size_t>(view.camera.lens.cx);
   EXPECT_EQ(view.image.mask[row + border - 2], 0);
@@ -121,7 +121,7 @@ TEST_F(MaskScene, FramesOfANerfSceneNameTheirOwn) {
   EXPECT_THAT([&] { Load(); }, ThrowsError(kNotFound, "of/none.png"));
   write("../zero.png");
   EXPECT_THAT([&] { Load(); }, ThrowsError(kBadFile, "0", "../zero.png"));
-  // A transparent rendering is composited, and all its pixels count.
+  // A transparent rendering is composited, and all pixels count.
   std::vector<std::uint8_t> clear(60 * 40 * 4, 0);
   WriteBytes(folder_ / "images/a/view1.jpg", EncodePng({60, 40, kRgbaPng, 8, false, clear}));
   write("of/zero.png");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real scenes and splats, if the optional data folder is present.
+// Real scenes and splats, if the data folder exists.
 #include <array>
 
 #include "splatting/io/scenes/load_scene.h"
@@ -40,7 +40,7 @@ TEST_F(RealData, Scenes) {
       EXPECT_EQ(view.image.width, c.width / 2);
       EXPECT_EQ(view.image.height, c.height / 2);
       EXPECT_EQ(view.camera.width, c.width / 2);
-      // In these scenes the centroid of the points is in front of every camera.
+      // Here the centroid of the points is in front of every camera.
       std::array<double, 3> mean{};
       for (const auto& p : scene.points.positions) {
         for (std::size_t k = 0; k < 3; ++k) mean[k] += p[k] / static_cast<double>(c.points);

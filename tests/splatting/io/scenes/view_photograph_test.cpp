@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The predicted memory for decoding a photograph, compared with counted allocations.
+// Predicted memory for decoding a photograph against counted allocations.
 #include <gtest/gtest.h>
 
 #include <ostream>

@@ -23,7 +23,7 @@ class CompressedPly : public testing::Test {
   std::string path_ = folder_ / "a.compressed.ply";
 };
 
-// The range of an attribute over the Gaussians [begin, end) of an order.
+// Over the Gaussians [begin, end) of an order.
 double Extent(const SplatModel& model, const std::vector<Index>& order, Index begin, Index end, int attribute) {
   double low = 1e300, high = -1e300;
   for (Index i = begin; i < end; ++i) {
@@ -64,14 +64,13 @@ TEST_F(CompressedPly, RoundTripStaysWithinItsSteps) {
     for (Index i = 0; i < kCount; ++i) {
       const Index from = order[static_cast<std::size_t>(i)];
       EXPECT_NEAR(Opacity(again, i), Opacity(model, from), 0.5 / 255 + 1e-6);
-      // Three components are stored with an error of half a step each. The largest, computed from them, has at most the
-      // sum.
+      // Three components have an error of half a step each; the largest, computed from them, at most their sum.
       EXPECT_LE(AngleBetween(again, i, model, from), 2 * 2 * std::sqrt(3.0) * 0.5 / 723);
     }
   }
 }
 
-// The exact bytes, because other programs rely on them.
+// Other programs rely on the exact bytes.
 TEST_F(CompressedPly, BytesAreTheFormats) {
   SplatModel model;
   model.Resize(1, 2);
@@ -183,7 +182,7 @@ TEST_F(CompressedPly, TakesAbsurdValues) {
   EXPECT_EQ(Read().count, 600);
 }
 
-// Damaged files: each gives a one-line error, without a crash.
+// Damaged files give a one-line error, without a crash.
 class CompressedPlyDamage : public CompressedPly {
  protected:
   CompressedPlyDamage() {
@@ -247,7 +246,7 @@ std::vector<Index> Sorted(std::vector<Index> order) {
   return order;
 }
 
-// Sum over Gaussians of the squared sides of their chunk's bounding box.
+// Summed squared sides of each Gaussian's chunk's bounding box.
 double Extents(const SplatModel& model, const std::vector<Index>& order, std::size_t chunk) {
   double sum = 0;
   for (std::size_t begin = 0; begin < order.size(); begin += chunk) {
@@ -273,7 +272,7 @@ TEST(ChunkOrder, HoldsEveryGaussianOnce) {
   }
 }
 
-// A few Gaussians are far away, like a sky. Chunks along a space-filling curve then span large gaps.
+// A few Gaussians are far away, like a sky: chunks along a space-filling curve then span large gaps.
 TEST(ChunkOrder, ChunksAreNarrowerThanThoseOfTheCurve) {
   SplatModel model = RandomSplat(0, 5000);
   for (Index i = 0; i < model.count; i += 20) {

@@ -42,7 +42,7 @@ TEST(SplatPly, TellsItsOrigin) {
   EXPECT_EQ(ReadSplatPly(folder / "b.ply").origin, model.origin);
 }
 
-// The columns by name, because other programs rely on them.
+// By name, because other programs rely on them.
 TEST(SplatPly, LayoutIsInrias) {
   const TempFolder folder;
   SplatModel model;
@@ -60,7 +60,7 @@ TEST(SplatPly, LayoutIsInrias) {
   ASSERT_EQ(values.size(), 26 * sizeof(float));
   std::vector<float> row(26);
   std::memcpy(row.data(), values.data(), values.size());
-  // Coefficient k of channel c is attribute 11 + 3 k + c; f_rest is stored channel by channel.
+  // Coefficient k of channel c is attribute 11 + 3 k + c; f_rest is channel by channel.
   const std::vector<float> expected{0,  1,  2,  0,  0,  0,  11, 12, 13, 14, 17, 20, 15,
                                     18, 21, 16, 19, 22, 10, 3,  4,  5,  6,  7,  8,  9};
   EXPECT_EQ(row, expected);
@@ -105,7 +105,7 @@ TEST(SplatPly, UnusableGaussiansAreLeftOutWithANote) {
   }
 }
 
-// Opacities 0 and 1 have infinite logits; programs that unpack compact files write them.
+// Programs that unpack compact files write infinite logits for 0 and 1.
 TEST(SplatPly, OpacitiesMayBeInfinite) {
   const TempFolder folder;
   SplatModel model = ExampleSplat(0, 3);

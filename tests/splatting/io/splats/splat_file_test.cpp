@@ -68,7 +68,7 @@ TEST(SplatFile, TellsWhatIsBesideTheGaussians) {
   }
 }
 
-// Formats have no per-Gaussian degree. Missing bands are written as zeros, and zero bands are removed on reading.
+// Formats have no per-Gaussian degree: missing bands are written as zeros, and zero bands removed on reading.
 TEST(SplatFile, DegreesComeBack) {
   const TempFolder folder;
   std::vector<std::uint8_t> degrees;
@@ -86,7 +86,7 @@ TEST(SplatFile, DegreesComeBack) {
   for (int a = splat::kSh + 3; a < mixed.num_attributes(); ++a) {
     for (Index i = 0; i < mixed.Rows(a); ++i) EXPECT_NEAR(rounded.attribute(a)[i], mixed.attribute(a)[i], 1.0 / 256);
   }
-  // This format has no exact zero, so every Gaussian gets the highest degree.
+  // This format has no exact zero, so all get the highest degree.
   WriteSplat(folder / "a.compressed.ply", mixed);
   const SplatModel coarse = ReadSplat(folder / "a.compressed.ply");
   EXPECT_TRUE(coarse.is_uniform());
@@ -94,7 +94,6 @@ TEST(SplatFile, DegreesComeBack) {
   EXPECT_EQ(coarse.count, mixed.count);
 }
 
-// A model of highest degree 1 is written as a file of degree 1.
 TEST(SplatFile, HasTheHighestDegreeThatThereIs) {
   const TempFolder folder;
   const SplatModel whole = RandomSplat(3, 5), mixed = TakeGaussians(whole, OrderByDegree(whole, {0, 1, 0, 0, 1}));

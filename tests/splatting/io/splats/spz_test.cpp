@@ -29,8 +29,8 @@ std::string Bytes(std::initializer_list<int> values) {
   return bytes;
 }
 
-// The angle between the rotations of Gaussian i of a and b, radians. Axes may be permuted, and log-scales may differ by
-// half a step. Infinite if no permutation fits.
+// Between the rotations of Gaussian i of a and b, radians. Axes may be permuted, and log-scales differ by half a step.
+// Infinite if no permutation fits.
 double AngleAsGaussians(const SplatModel& a, const SplatModel& b, Index i) {
   double least = HUGE_VAL;
   for (const CubeTurn& turn : CubeTurns()) {
@@ -84,7 +84,7 @@ TEST_F(Spz, RoundTripStaysWithinItsSteps) {
   }
 }
 
-// The exact bytes, because other programs rely on them. Axes: x right, y up, z backward.
+// Other programs rely on the exact bytes. Axes: x right, y up, z backward.
 TEST_F(Spz, BytesAreTheFormats) {
   SplatModel model;
   model.Resize(1, 1);
@@ -122,7 +122,7 @@ TEST_F(Spz, ReadsTheOtherVersions) {
   EXPECT_NEAR(Opacity(model, 0), 1, 0.5 / 255);
   EXPECT_NEAR(model.attribute(splat::kLogScale)[0], -5, 1e-6);
 
-  // The largest component is y. The others, relative to 1 / sqrt(2): x = 0.5, z = -0.25, w = 0.5.
+  // The largest component is y. The others, times sqrt(2): x = 0.5, z = -0.25, w = 0.5.
   const std::uint32_t rotation = 1u << 30 | 256u << 20 | (512u + 128) << 10 | 256u;
   std::string word(4, '\0');
   std::memcpy(word.data(), &rotation, 4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of trainings that optimise cameras, changed so that no training could have written them.
+// Checkpoints of trainings with refined cameras, changed as no training could have written them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ class CheckpointsOfCameras : public testing::Test {
     options.density.enabled = false;
     return [this, options](const TrainCallbacks& callbacks) { return Train(scene_, options, {}, callbacks); };
   }
-  // Resumes a stopped training from its checkpoint after applying `change` to it. Returns the error, if any.
+  // Resumes from the checkpoint after `change`. Returns the error, if any.
   static std::optional<Error> ErrorFrom(const test::TrainBy& stopped, int after, const test::TrainBy& train,
                                         const Change& change = {}) {
     Checkpoint checkpoint = test::StoppedAt(after, stopped);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lowering the SH degrees of Gaussians during Adam training.
+// Lowering SH degrees during Adam.
 #include "splatting/train/adam_stage/trained_model.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ class TrainedModels : public testing::Test {
     return {model, Adam<Cpu>({}, SecondMoment::kBlock), DensityControl<Host>(options, 2, 5),
             LengthUnitViews(views, 0.02), 2};
   }
-  // A step with the gradients of the original model; originals_of[i] is the original index of Gaussian i.
+  // A step with gradients of the original model; originals_of[i] is the original index of Gaussian i.
   void Step(TrainedModel<Cpu>& trained, const std::vector<float>& gradient, Index originals,
             const std::vector<std::uint32_t>& originals_of) const {
     float* g = trained.gradient(kAttributes);
@@ -63,8 +63,8 @@ SplatModel Of(const splat::ModelLayout& layout, const HostBuffer<float>& values)
   return model;
 }
 
-// Removing SH bands early does not affect the other parameters. They have the same bits as in a training that removes
-// these bands only at the end.
+// Removing SH bands early does not affect other parameters: they have the bits of a training that removes them at the
+// end.
 TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
   const SplatModel model = test::RandomModel(kCount, 3, 5);
   const std::vector<std::uint8_t> degrees = RandomDegrees(kCount, 6);
@@ -104,8 +104,8 @@ TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
   }
 }
 
-// Adam updates its bases in chunks of Gaussians. A moved Gaussian can be in another chunk, which is updated at another
-// step. Only the state right after the move is therefore identical.
+// Adam updates its bases in chunks of Gaussians. In another chunk, a moved Gaussian is updated at another step. Only
+// the state right after the move is therefore identical.
 TEST_F(TrainedModels, BasesGoWithTheirGaussians) {
   TrainedModel<Cpu> trained = Start(test::RandomModel(kCount, 3, 5));
   std::vector<std::uint32_t> same(kCount);
@@ -124,7 +124,7 @@ TEST_F(TrainedModels, BasesGoWithTheirGaussians) {
 
 TEST_F(TrainedModels, DegreesAreHandedDown) {
   const SplatModel model = test::WithDegrees(test::RandomModel(kCount, 3, 5), RandomDegrees(kCount, 7));
-  // Clones and splits keep the constant colour coefficient, which identifies the original Gaussian.
+  // Clones and splits keep the constant colour coefficient, which identifies the original.
   std::map<float, Index> known;
   for (Index i = 0; i < kCount; ++i) known[model.attribute(splat::kSh)[i]] = i;
   TrainedModel<Cpu> trained = Start(model);
@@ -141,7 +141,7 @@ TEST_F(TrainedModels, DegreesAreHandedDown) {
       EXPECT_EQ(after.attribute(a)[i], model.attribute(a)[from]);
     }
   }
-  // When all Gaussians of the highest degree are removed, the degree of the model falls.
+  // Without Gaussians of the highest degree, the model's degree falls.
   std::vector<Index> low;
   for (Index i = trained.layout().WithBand(2); i < trained.count(); ++i) low.push_back(i);
   trained.Keep(low);

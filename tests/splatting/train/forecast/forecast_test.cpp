@@ -72,7 +72,7 @@ TEST(IterationTimer, OfChangesIsInProportionToTheGaussians) {
   EXPECT_DOUBLE_EQ(timer.ChangeSeconds(5000), 10);
 }
 
-// Progress `done` of the stage, with 100 Gaussians of at most 150.
+// `done` of the stage, with 100 Gaussians of at most 150.
 StageProgress After(double done, bool has_coarse_views = true) {
   return {.span = {done, done}, .gaussians = 100, .max_gaussians = 150, .has_coarse_views = has_coarse_views};
 }
@@ -137,8 +137,8 @@ TEST(RemainingWork, KeepsTimeForChangesButNotAllOfIt) {
   EXPECT_LT(ahead.IterationsIn(-1), 0);
 }
 
-// Simulated clock: iterations take 1 at half size, 3 at full size and later 5. The stage ends in time, and the
-// requested part of it is at half resolution.
+// Simulated clock: iterations take 1 at half size, 3 at full size and later 5. The stage ends in time, with the
+// requested part at half resolution.
 TEST(ForecastStage, EndsTheStageInTime) {
   constexpr double kTime = 5000;
   TrainOptions options;

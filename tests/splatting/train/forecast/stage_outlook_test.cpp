@@ -11,7 +11,7 @@ namespace {
 
 using ForecastKind = StagePlanner::ForecastKind;
 
-// A constant number of Gaussians, and only views at full resolution.
+// Constant number of Gaussians, all views at full resolution.
 TrainOptions WithIterations(int iterations) {
   TrainOptions options;
   options.adam.iterations = iterations;
@@ -30,7 +30,7 @@ struct OutlookOf {
   StagePlanner outlook{session};
 };
 
-// Two iterations, because the first is ignored.
+// Two iterations: the first is ignored.
 void Observe(StagePlanner& outlook, double seconds) {
   for (int k = 0; k < 2; ++k) outlook.ObserveIteration(false, 100, 1000, seconds);
 }
@@ -46,7 +46,7 @@ TEST(StagePlanner, IterationsAreEqualPartsWhereTimeIsNotLimited) {
   EXPECT_EQ(outlook.ExpectedIterations(half), 40);
 }
 
-// As after resuming with another number of iterations, or without the former time limit.
+// As after resuming with other iterations, or without the time limit.
 TEST(StagePlanner, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
   OutlookOf of{WithIterations(40)};
   StagePlanner& outlook = of.outlook;
@@ -58,7 +58,7 @@ TEST(StagePlanner, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
   EXPECT_EQ(now.iteration, 40);
 }
 
-// A part of the remaining time is reserved for evaluations, so slightly fewer iterations fit.
+// Time is reserved for evaluations, so slightly fewer iterations fit.
 TEST(StagePlanner, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
   TrainOptions options = WithIterations(1000);
   options.time_limit = 150;
@@ -67,7 +67,7 @@ TEST(StagePlanner, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
   const StageProgress half{20, {19.0 / 40, 0.5}, 100};
   EXPECT_EQ(outlook.ExpectedIterations(half), 1000) << "before any iteration has been timed";
   Observe(outlook, 1);
-  // Evaluation takes half as long per pixel as training; 14,400 pixels are evaluated.
+  // Evaluation takes half the time per pixel of training; 14,400 pixels are evaluated.
   EXPECT_GT(outlook.ExpectedIterations(half), 20 + 85);
   EXPECT_LT(outlook.ExpectedIterations(half), 20 + 95);
   const StageSpan next = outlook.NextSpan(half);
@@ -89,7 +89,7 @@ TEST(StagePlanner, ForetellsOnce) {
   EXPECT_EQ(ahead.gaussians, 100);
   const Prediction told = outlook.MakeForecast(now, ahead, false, 7);
   EXPECT_EQ(told.mib, 7);
-  // 80 iterations and four fifths of the history rows remain. Evaluation takes half as long per pixel as training.
+  // 80 iterations and four fifths of the history rows remain. Evaluation takes half the time per pixel.
   const double rows = std::ceil(0.8 * options.adam.evaluations);
   EXPECT_NEAR(told.seconds, told.at_seconds + 80 * 3 + rows * outlook.EvaluationSeconds(), 1e-6);
   EXPECT_DOUBLE_EQ(outlook.EvaluationSeconds(), 0.5 * 3e-3 * 12 * 40 * 30);

@@ -21,7 +21,7 @@ namespace {
 
 using B = CpuBackend<float>;
 
-// The Jacobi (diagonal) preconditioner under another name.
+// Jacobi (diagonal) under another name.
 class OwnPreconditioner final : public Preconditioner<B> {
  public:
   explicit OwnPreconditioner(int& applied) : applied_(applied) {}
@@ -75,7 +75,7 @@ TEST(LmStage, TakesThePreconditionerThatTheProblemGives) {
   EXPECT_EQ(problem.applied, 0);
 }
 
-// Number of LM iterations of a training with this function tolerance.
+// Number of LM iterations with this function tolerance.
 int LmIterations(double function_tolerance) {
   TrainOptions options = test::ShortTraining(20, 3);
   options.lm.function_tolerance = function_tolerance;
@@ -87,7 +87,7 @@ TEST(LmStage, EndsWhereAnIterationGainsLittle) {
   EXPECT_EQ(LmIterations(1), 1) << "no iteration lowers the cost to 0";
 }
 
-// A splat and photographs of it with perturbed cameras.
+// With photographs from perturbed cameras.
 class JointLmStage : public testing::Test {
  protected:
   static TrainOptions Options(CameraChoice choice, int iterations) {
@@ -97,7 +97,7 @@ class JointLmStage : public testing::Test {
     options.lm.pcg_iterations = 15;
     return options;
   }
-  // The largest error of a projected mean in the training views, pixels.
+  // Largest error of a projected mean in the training views, pixels.
   double Off(const std::vector<ViewUnknowns>& found) const {
     const std::vector<View> moved = found.empty() ? given_.views : MovedViews(given_, found);
     double most = 0;
@@ -116,7 +116,7 @@ class JointLmStage : public testing::Test {
   Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_ = test::WithCamerasOff(truth_, 0.3, 0.01);
 };
 
-// The splat is the true one, which fixes the frame of the cameras.
+// The true splat fixes the frame of the cameras.
 TEST_F(JointLmStage, FindsCamerasWithoutAnAdamStage) {
   const double before = Off({});
   ASSERT_GT(before, 0.5);
@@ -135,7 +135,7 @@ TEST_F(JointLmStage, FindsCamerasWithoutAnAdamStage) {
             result.history.back().train.psnr);
 }
 
-// Colours do not depend on the direction (SH degree 0), so they cannot model exposures.
+// With SH degree 0, colours cannot model exposures.
 TEST_F(JointLmStage, FindsExposuresToo) {
   model_ = test::RandomModel(60, 0, 7);
   given_ = test::RingWithImages(model_, 12, 80, 60);
@@ -157,7 +157,7 @@ TEST_F(JointLmStage, FindsExposuresToo) {
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 3);
 }
 
-// After an Adam stage, LM keeps the cameras that Adam found.
+// LM keeps the cameras of the Adam stage.
 TEST_F(JointLmStage, LeavesCamerasAsAdamHasFoundThem) {
   TrainOptions options = Options(CameraChoice::kPose, 0);
   options.adam.iterations = 60;
@@ -197,7 +197,7 @@ TEST_F(JointLmStage, RefusesWhatItCannotFind) {
   EXPECT_THAT(Refining(small), ThrowsError(kOutOfMemory, "--memory_budget=0.003"));
 }
 
-// The state of the LM stage and the run state both contain the cameras; they must agree.
+// The LM stage's state and the run state both contain the cameras.
 TEST_F(JointLmStage, RefusesASavedStageWhoseCamerasAreNone) {
   const TrainOptions options = Options(CameraChoice::kPoseAndExposure, 3);
   const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, {}, callbacks); };
@@ -210,7 +210,7 @@ TEST_F(JointLmStage, RefusesASavedStageWhoseCamerasAreNone) {
   EXPECT_THROW(test::ResumeFrom(checkpoint, refine), Error);
 }
 
-// Without memory for the camera columns, the cameras are solved for jointly in PCG.
+// Without memory for the camera columns, PCG solves for the cameras jointly.
 TEST_F(JointLmStage, SolvesForCamerasAlongWhereThereIsNoRoomToEliminateThem) {
   TrainOptions options = Options(CameraChoice::kPose, 3);
   const double foreseen = Refine(given_, model_, options, {}, {}).memory.predicted_mib;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings that also optimise cameras and exposures.
+// Trainings that refine cameras and exposures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using testing::Contains;
 
-// A splat and photographs of it. The camera errors are up to 0.5 degrees and 0.5 % of the distance.
+// Camera errors are up to 0.5 degrees and 0.5 % of the distance.
 class CamerasFoundAlong : public testing::Test {
  protected:
   static TrainOptions Options(CameraChoice choice, int iterations) {
@@ -37,7 +37,7 @@ class CamerasFoundAlong : public testing::Test {
     }
     return views;
   }
-  // The largest error of a projected mean in the training views, pixels, up to the similarity that fits all views best.
+  // Largest error of a projected mean in the training views, pixels, up to the similarity that fits all views best.
   double Off(const std::vector<ViewUnknowns>& found) const {
     const std::vector<View> moved = MovedViews(given_, found);
     const std::vector<const View*> truth = TrainedOn(truth_);
@@ -89,7 +89,7 @@ TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
   }
 }
 
-// The gauge is fixed whenever all views were processed once, even in the middle of an iteration over several views.
+// The gauge is fixed whenever all views were processed once, even within an iteration over several views.
 TEST_F(CamerasFoundAlong, TheGaugeIsHeldOnceAnEpoch) {
   given_ = truth_;
   for (std::size_t v = 0; v < given_.views.size(); ++v) {
@@ -148,7 +148,7 @@ TEST_F(CamerasFoundAlong, BandsOfHarmonicsWaitForExposures) {
   }
 }
 
-// Cameras all around an object determine the focal length.
+// All around an object, the focal length is determined.
 TEST_F(CamerasFoundAlong, LensesComeBack) {
   constexpr double kTooLong = 1.02;
   for (View& view : given_.views) {
@@ -167,7 +167,7 @@ TEST_F(CamerasFoundAlong, LensesComeBack) {
     EXPECT_EQ(found[v].camera, found[1].camera) << "test views share the lens";
 }
 
-// A rotation that all cameras share is found mostly as poses, and not as a shift of the principal point.
+// A common rotation is found mostly as poses, not as a shift of the principal point.
 TEST_F(CamerasFoundAlong, LensesTakeNoTurn) {
   constexpr double kTurn = 0.03;
   for (std::size_t v = 0; v < given_.views.size(); ++v) {
@@ -286,14 +286,14 @@ TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
   EXPECT_FALSE(cameras.Restore(found));
   for (ViewUnknowns& view : found) view.lens = {};
   EXPECT_TRUE(cameras.Restore(found));
-  // All views share one lens, so this is invalid.
+  // All views share one lens: invalid.
   found[2].lens.log_focal[0] = 0.01;
   EXPECT_FALSE(cameras.Restore(found));
   found[2].lens = {};
   for (double& q : found[2].motion.quaternion) q = 0;
   EXPECT_FALSE(cameras.Restore(found));
   EXPECT_FALSE(cameras.Restore({}));
-  // Changes of parameters that are not optimised are invalid.
+  // Changes of fixed parameters are invalid.
   options.refine = CameraChoice::kPose;
   TrainingCameras poses(given, options);
   std::vector<ViewUnknowns> moved(10);

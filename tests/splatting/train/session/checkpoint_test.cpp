@@ -39,7 +39,7 @@ class Checkpoints : public testing::Test {
     WriteBytes(Path(name), bytes);
     return Path(name);
   }
-  // Trains until `stop` iterations of `stage` are done and saves a checkpoint. With `resume`, starts from the last one.
+  // Trains until `stop` iterations of `stage` are done; saves a checkpoint. With `resume`, starts from the last one.
   TrainResult TrainUntil(const TrainOptions& options, Stage stage, int stop, bool resume,
                          const StageRunners& stages = HostStages()) {
     TrainCallbacks callbacks;
@@ -56,12 +56,12 @@ class Checkpoints : public testing::Test {
     }
     return Train(scene_, options, {}, callbacks, stages);
   }
-  // Writes a checkpoint with a valid checksum.
+  // With a valid checksum.
   void Save(RunState run, const std::string& state) const {
     WriteCheckpoint(Path("checkpoint"), run,
                     [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
   }
-  // Resumes from this state until `stop` iterations of its stage are done.
+  // Resumes until `stop` iterations of this state's stage are done.
   auto GoingOn(const RunState& run, const std::string& state, int stop) {
     Save(run, state);
     return [this, stage = run.stage, stop] { TrainUntil(Options(), stage, stop, true); };
@@ -141,7 +141,7 @@ TEST_F(Checkpoints, WhilePruningResumeToTheSameBits) {
   }
 }
 
-// The limit on Gaussians is the one of the resumed run.
+// The resumed run limits the Gaussians.
 TEST_F(Checkpoints, ResumeWithTheCurrentLimits) {
   TrainUntil(Options(), Stage::kAdam, 10, false);
   TrainOptions fewer = Options();
@@ -230,7 +230,7 @@ TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
   const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
   const auto going_on = [&](const std::string& state) { return GoingOn(real.run, state, 40); };
   EXPECT_NO_THROW(going_on(real.stage_state)()) << "not changed";
-  // The state begins with the SH degree, the number of Gaussians, and how many of them lack each band.
+  // It begins with the SH degree, the number of Gaussians, and how many lack each band.
   const auto with = [&](std::size_t at, auto value) {
     std::string state = real.stage_state;
     std::memcpy(state.data() + at, &value, sizeof(value));
@@ -270,7 +270,7 @@ TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
         real.stage_state.substr(0, 60), real.stage_state.substr(0, real.stage_state.size() - 40)}) {
     EXPECT_THAT(going_on(state), ThrowsError(kBadFile, Path("checkpoint")));
   }
-  // More finished iterations than the options now request.
+  // More iterations than requested.
   Save(real.run, with_done(2));
   TrainOptions fewer = Options();
   fewer.lm.iterations = 1;

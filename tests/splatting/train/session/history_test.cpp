@@ -37,7 +37,7 @@ TEST(RecordedHistory, TellsOfItsLastRow) {
   EXPECT_EQ(history.rows()[1].iteration, 3);
 }
 
-// Until an evaluation is timed, it is predicted as half the time of training on as many pixels.
+// Until an evaluation is timed, the prediction is half the time of training on the same number of pixels.
 TEST(RecordedHistory, ForeseesTheNextEvaluation) {
   const Scene scene = TrainingScene();
   const TrainCallbacks callbacks;
@@ -55,7 +55,7 @@ TEST(RecordedHistory, ForeseesTheNextEvaluation) {
 
 using test::TrainingScene;
 
-// The limit includes evaluations and the predicted time of the next step.
+// The limit includes evaluations and the predicted next step.
 TEST(EarlyEnd, TimeLimitIsOfAllTime) {
   const Scene scene = TrainingScene();
   TrainOptions options;
@@ -70,7 +70,7 @@ TEST(EarlyEnd, TimeLimitIsOfAllTime) {
   EXPECT_FALSE(unlimited.early_end().ShouldStop(1e6));
 }
 
-// Clocks of processes differ; only the clock of rank 0 ends the training.
+// Only the clock of rank 0 ends the training.
 TEST(EarlyEnd, TimeLimitIsByTheClockOfTheFirst) {
   const Scene scene = TrainingScene();
   TrainOptions options;
@@ -121,7 +121,7 @@ TEST(TimeBudget, ATwentiethIsForRowsOfTheHistory) {
   EXPECT_TRUE(TimeBudget(options, kAlone, fresh).HasTimeToRecord(1e6));
 }
 
-// Time to write the result is reserved, and a quarter for LM if it is enabled.
+// Time is reserved for writing the result, and a quarter for LM if enabled.
 TEST(TimeBudget, AdamHasTheTimeThatOthersLeave) {
   TrainOptions options;
   const TrainingClock clock(50, 0);

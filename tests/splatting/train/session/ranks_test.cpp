@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings by several processes, emulated by threads. Label threads: run under the thread sanitizer too.
+// Trainings by several ranks, emulated by threads. Label threads: runs under the thread sanitizer too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
   return options;
 }
 
-// Trains on `count` ranks and expects the same result on all. Returns the result of rank 0.
+// Expects the same result on all `count` ranks and returns it.
 TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
                     const StageRunners& stages = HostStages()) {
   std::vector<TrainResult> all(static_cast<std::size_t>(count));
@@ -89,7 +89,7 @@ TEST(TrainingOverRanks, FindsNoCameras) {
   }
 }
 
-// The measured views can all be in the share of one rank.
+// One rank's share can contain all measured views.
 TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = Options();
@@ -104,7 +104,7 @@ TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
   EXPECT_EQ(together.history.back().cost, alone.history.back().cost);
 }
 
-// Only rank 0 writes the checkpoint. Any change it makes for that must be made on all ranks.
+// Only rank 0 writes the checkpoint. All ranks must make any change for that.
 void ExpectStopAndResume(const Scene& scene, const TrainOptions& options, const std::vector<int>& stops) {
   const TrainResult whole = TrainOn(1, scene, options);
   const TempFolder folder;
@@ -140,7 +140,7 @@ TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
   ExpectStopAndResume(test::TrainingScene(), TrainingOnRanks(45, 1), all);
 }
 
-// The clock of rank 0 decides, even if the others differ.
+// Rank 0's clock decides.
 TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
   const Scene scene = test::TrainingScene();
   for (const int lm_iterations : {0, 2}) {

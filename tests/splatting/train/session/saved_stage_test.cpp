@@ -41,7 +41,7 @@ TEST(SavedStage, IsTakenByItsStageOnce) {
   EXPECT_EQ(saved.Take(Stage::kLm), "state");
 }
 
-// Out-of-memory errors, and failures of other ranks, are not blamed on the checkpoint.
+// The checkpoint is not blamed for lack of memory or failures of other ranks.
 TEST(SavedStage, RefusesWhatCannotBeReadByName) {
   const Checkpoint checkpoint = InLm();
   const SavedStage saved(&checkpoint);

@@ -30,7 +30,7 @@ TEST(TrainingSession, EvaluationsBeforeABreakAreTimeToo) {
 
 using test::TrainingScene;
 
-// After resuming, an output that is saved every few minutes is due after a full interval, not at once.
+// An output every few minutes is due after a full interval, not at once.
 TEST(InterimOutput, IntervalsBeginWhereATrainingGoesOn) {
   const Scene scene = TrainingScene();
   Checkpoint checkpoint;

@@ -77,15 +77,15 @@ TEST_P(EachOption, EndsWhereItsRangeEnds) {
   ExpectTaken(TextOf(min));
   ExpectTaken(TextOf(max));
   ExpectRefused(TextOf(is_whole ? min - 1 : std::nextafter(min, -kInf)));
-  // The next larger value: for whole numbers, one that a double can distinguish.
+  // For whole numbers, one that a double can distinguish.
   ExpectRefused(TextOf(is_whole ? std::max(max + 1, std::nextafter(max, kInf)) : std::nextafter(max, kInf)));
   ExpectRefused(TextOf(kInf));
 }
 
-// The engine checks its own options when LM starts, after the whole Adam stage. So every error must be found here.
+// The engine checks its options when LM starts, after the whole Adam stage, so every error must be found here.
 TEST_P(EachOption, IsRefusedHereOrNotByTheEngine) {
   if (!option_.name.starts_with("lm.") || option_.kind == Kind::kSwitch || option_.kind == Kind::kChoice) return;
-  // If a range starts at 0, which often has a special meaning, try the smallest values too.
+  // 0 often has a special meaning: try the smallest values too.
   for (const double value :
        {option_.range.min, option_.range.min == 0 ? 1e-300 : option_.range.min, option_.range.max}) {
     if (option_.kind == Kind::kWhole && value != std::floor(value)) continue;
@@ -140,7 +140,7 @@ TEST(TrainOptions, RefiningIsBySingleViewsUnlessAskedOtherwise) {
   EXPECT_EQ(stages("paper", {}), std::pair(false, true));
 }
 
-// The schedule of 3DGS-LM, and where the paper and its code differ.
+// The schedule of 3DGS-LM, and the differences of paper and code.
 TEST(TrainOptions, PaperPresetsAreThePapers) {
   for (const char* name : {"paper", "paper_code"}) {
     const TrainOptions options = PresetOptions(name);
@@ -186,7 +186,7 @@ TEST(TrainOptions, RefusesAnUnknownPreset) {
               ThrowsError(kBadArgument, "--preset=quick", "fast", "balanced", "best", "paper", "paper_code"));
 }
 
-// Options set by a program are checked like options read from text.
+// As options read from text.
 TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
   struct Case {
     std::function<void(TrainOptions&)> spoil;

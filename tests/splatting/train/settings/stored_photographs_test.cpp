@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trainings that decode photographs on demand. Label threads: run under the thread sanitizer too.
+// Decoding photographs on demand. Label threads: runs under the thread sanitizer too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ Scene CoarseScene() {
   return scene;
 }
 
-// The scene with its photographs in a store that holds `room` of them in memory.
+// In a store that holds `room` photographs in memory.
 Scene Stored(Scene scene, double room) {
   scene.photographs = std::make_shared<PhotographStore>(room * BytesOf(scene.views[2].image));
   for (View& view : scene.views) {
@@ -57,7 +57,7 @@ TEST(StoredPhotographs, TrainToTheSameBits) {
   }
 }
 
-// If the store holds one photograph, at most one is in memory: in training, evaluation and scoring.
+// A store of one photograph keeps at most one in memory: in training, evaluation and scoring.
 TEST(StoredPhotographs, AreHeldOneAtATime) {
   Scene scene = CoarseScene();
   const double one = BytesOf(scene.views[2].image);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces kernels/core/launch.cuh in builds that compile the .cu files as plain C++ for the emulated GPU
-// (tests/support/emulated_device.h). Kernels run on the CPU.
+// Replaces kernels/core/launch.cuh in builds that compile .cu files as plain C++ for the emulated GPU
+// (tests/support/emulated_device.h).
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -8,7 +8,7 @@
 #include "tests/support/emulated_block.h"
 #include "tests/support/emulated_device.h"
 
-// Keywords of nvcc in such files.
+// Keywords of nvcc.
 #define __device__
 
 namespace vesta::device {
@@ -16,14 +16,14 @@ namespace vesta::device {
 template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
-  // One object for all launches with this number of threads, because making its stacks takes longer than most kernels.
+  // One object per number of threads, because making its stacks takes longer than most kernels.
   thread_local test::FiberBlock fibers(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
   if (blocks == 0) return;
   LaunchOrThrow(test::LaunchFindsMemory, name);
   test::Emulate(kernel, blocks, fibers);
 }
 
-// Reverse order, so that tests reveal a dependence on the order.
+// In reverse, to reveal a dependence on the order.
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
