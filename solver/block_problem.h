@@ -92,6 +92,8 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
 
   int num_parameter_blocks() const { return static_cast<int>(parameters_.size()); }
   int parameter_block_size(int block) const { return Parameter(block).ambient_size; }
+  // The argument of SetManifold.
+  const std::shared_ptr<const Manifold>& manifold(int block) const;
   // Position of the block's first number in x.
   Index offset(int block) const { return Parameter(block).ambient_offset; }
   // Position of the block's first entry in a step, and its number of entries; -1 and 0 for constant blocks and for

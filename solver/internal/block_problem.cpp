@@ -53,6 +53,11 @@ void BlockProblem::SetManifold(int block, std::shared_ptr<const Manifold> manifo
   parameters_[k].tangent_size = constant_[k] ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
 }
 
+const std::shared_ptr<const Manifold>& BlockProblem::manifold(int block) const {
+  Parameter(block);  // checks the index
+  return manifolds_[static_cast<std::size_t>(block)];
+}
+
 void BlockProblem::SetConstant(int block, bool constant) {
   const int size = Parameter(block).ambient_size;
   Changed();
