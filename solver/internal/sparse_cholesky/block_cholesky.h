@@ -3,6 +3,7 @@
 // (elimination.h). The factor of H + lambda D is used as a preconditioner. PCG then needs one or two iterations.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -78,8 +79,8 @@ class BlockCholesky {
 class NormalMatrixSource {
  public:
   virtual ~NormalMatrixSource() = default;
-  // H = J^T W J. All linearizations of a problem must use the same pattern. Computed at the first call; valid as long
-  // as this object.
+  // H = J^T W J. All linearizations of a problem must use the same pattern, unless its preconditioner plans the factor
+  // of each one. Computed at the first call; valid as long as this object.
   virtual const BlockMatrix& NormalMatrix() = 0;
 };
 
@@ -113,8 +114,12 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   // For linearizations that derive from NormalMatrixSource and have the planned pattern. why: reason for the choice of
   // this preconditioner, appended to the description.
   explicit SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why = "");
+  // Plans the factor again in each SetLinearization; plan must not return null.
+  using Plan = std::function<std::shared_ptr<SparseCholesky>(const BlockPattern& pattern)>;
+  explicit SparseCholeskyPreconditioner(Plan plan) : plan_(std::move(plan)) {}
 
-  Index size() const override { return cholesky_->plan().num_scalars; }
+  // 0 before the first plan.
+  Index size() const override { return cholesky_ ? cholesky_->plan().num_scalars : 0; }
   // Call it after SetDamping.
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, B::ConstVectorView diag_h) override;
@@ -125,6 +130,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   std::string description() const override;
 
  private:
+  Plan plan_;  // empty if the plan is always the same
   std::shared_ptr<SparseCholesky> cholesky_;
   std::string why_;
   NormalMatrixSource* source_ = nullptr;
