@@ -129,7 +129,7 @@ NEEDED = {
     "solver/bounds.h": ["normal_equations/problem_adaptor.h"],
     "solver/cost_function.h": ["derivative_passes.h", "functor_call.h"],
     "solver/device_functors.cuh": ["functor_call.h"],
-    "solver/levenberg_marquardt.h": ["batched_system.h", "trust_region/step_control.h"],
+    "solver/levenberg_marquardt.h": ["batched_system.h", "trust_region/nonmonotonic.h", "trust_region/step_control.h"],
     "solver/lm_options.h": ["normal_equations/normal_system.h", "trust_region/step_control.h"],
     "solver/residual_blocks.h": ["derivative_passes.h", "functor_call.h", "residual_block_layout.h", "residual_block_rows.h"],
     "solver/summary.h": ["linear/pcg.h"],

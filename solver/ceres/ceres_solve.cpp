@@ -137,6 +137,9 @@ LmOptions FromCeres(const ceres::Solver::Options& from) {
   options.step_control.min_lambda = std::max(1 / from.max_trust_region_radius, std::numeric_limits<double>::min());
   options.step_control.max_lambda = 1 / from.min_trust_region_radius;
   options.step_control.min_relative_decrease = from.min_relative_decrease;
+  if (from.use_nonmonotonic_steps) {
+    options.step_control.max_consecutive_nonmonotonic_steps = from.max_consecutive_nonmonotonic_steps;
+  }
   options.column_scaling = from.jacobi_scaling ? ColumnScaling::kOnePlusInverse : ColumnScaling::kNone;
   NormalSystemOptions& system = options.normal_system;
   system.metric.min_diagonal = from.min_lm_diagonal;
@@ -181,7 +184,6 @@ std::vector<std::string> IgnoredOptions(const ceres::Solver::Options& options) {
        "the steps are Levenberg-Marquardt's");
   note(options.trust_region_strategy_type != ceres::LEVENBERG_MARQUARDT, "trust_region_strategy_type = DOGLEG",
        "the steps are Levenberg-Marquardt's");
-  changed(&Options::use_nonmonotonic_steps, "use_nonmonotonic_steps", "no step may raise the cost");
   changed(&Options::use_inner_iterations, "use_inner_iterations", "they are not supported");
   changed(&Options::check_gradients, "check_gradients", "use solver/derivative_check.h in a test");
   changed(&Options::num_threads, "num_threads", "all cores are used; call vesta::SetNumThreads");

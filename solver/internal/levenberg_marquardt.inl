@@ -36,7 +36,11 @@ class Stopwatch {
 
 template <Backend B>
 LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem)
-    : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
+    : options_(options),
+      backend_(backend),
+      problem_(problem),
+      nonmonotonic_(options.step_control.max_consecutive_nonmonotonic_steps),
+      start_(std::chrono::steady_clock::now()) {
   options_.Validate();
   VESTA_CHECK(problem_.num_batches() >= 1, "num_batches() is {}; it must be 1 or more", problem_.num_batches());
   control_.emplace(options_.step_control);
@@ -73,13 +77,14 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   summary_.num_parameters = problem_.num_parameters();
   summary_.num_tangent = problem_.num_tangent();
   summary_.num_batches = problem_.num_batches();
-  summary_.configuration =
-      fmt::format("{} step rule, {}{}", ToString(options_.step_rule), ToString(options_.batch_mode),
-                  options_.line_search.enabled ? ", line search" : "");
+  summary_.configuration = fmt::format(
+      "{} step rule, {}{}{}", ToString(options_.step_rule), ToString(options_.batch_mode),
+      options_.line_search.enabled ? ", line search" : "", nonmonotonic_.enabled() ? ", nonmonotonic steps" : "");
   const ProfileScope timed = Timed();
   LmIteration row;
   summary_.fixed_cost = problem_.FixedCost(x_);
   initial_cost_ = cost_ = FullCost(x_);
+  nonmonotonic_.Start(cost_);
   ReportCosts();
   if (!std::isfinite(cost())) {
     const std::string where = problem_.DescribeNonFinite(x_, false);
@@ -236,7 +241,8 @@ typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename Batc
   // rho has the sign of the change of cost, whatever the model predicts.
   trial.rho = trial.predicted == 0 && change == 0 ? 0 : change / std::abs(trial.predicted);
   // A model that predicts no decrease cannot be trusted, even if the cost decreased.
-  trial.accepted = std::isfinite(trial.cost) && change > 0 && trial.predicted > 0 && control_->Accepts(trial.rho);
+  if (trial.predicted > 0) trial.rho = nonmonotonic_.GainRatio(trial.rho, trial.cost, trial.predicted);
+  trial.accepted = std::isfinite(trial.cost) && trial.predicted > 0 && control_->Accepts(trial.rho);
   trial.zone = ZoneOf(trial);
   row.gamma = gamma;
   row.cost_change = change;
@@ -308,6 +314,16 @@ const LmIteration& LmStepper<B>::Step() {
   if (trial.accepted) {
     control_->OnAccept(trial.rho);
     system_.reset();  // was made for the previous x_
+    if (nonmonotonic_.enabled()) {
+      // The cost is not comparable where the gradient decides.
+      const bool lowest =
+          nonmonotonic_.OnAccept(trial.cost, trial.predicted) || (trial.zone != Zone::kCost && best_x_.empty());
+      if (lowest) {
+        best_x_ = {};
+      } else if (best_x_.empty()) {
+        best_x_ = std::move(x_);
+      }
+    }
     std::swap(x_, trial_x_);
     cost_ = trial.cost;
     ReportCosts();
@@ -373,7 +389,7 @@ void LmStepper<B>::TestLimits() {
 template <Backend B>
 const LmIteration& LmStepper<B>::Record(LmIteration row) {
   row.iteration = static_cast<int>(summary_.iterations.size());
-  row.cost = cost();
+  row.cost = cost_ + summary_.fixed_cost;
   row.seconds = summary_.total_seconds = Seconds();
   summary_.iterations.push_back(row);
   if (options_.profile) summary_.phases = profile_.Rows();

@@ -390,7 +390,7 @@ struct Noisy {
   }
 };
 
-// The first steps are those of Ceres's tests: short where the function oscillates, long where it has noise.
+// The first steps are as in Ceres's tests: short for a function that oscillates, long for a function with noise.
 TEST(CeresCasesNumericDiff, Ridders) {
   ExpectRidders<3, 5, 5>(Products(), Products(), {{1e-64, 2, 3, 4, 5}, {9, 9, 5, 5, 1}}, 1e-2, 1e-11);
   const std::vector<double> x = {1, 2, 3, 4, 5}, y = {9, 9, 5, 5, 1}, zero(5);
