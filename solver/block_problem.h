@@ -68,6 +68,10 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
     // Largest size of the sparse Cholesky factor, in GiB; > 0.
     double max_factor_gib = 4;
+    // For residual blocks whose Jacobian is zero for most of their parameter blocks, and for other ones at another x.
+    // Uses the sparse Cholesky factor, plans it again in each linearization, and leaves these zero blocks out. No
+    // parameter block is eliminated.
+    bool dynamic_sparsity = false;
   };
 
   BlockProblem() = default;
@@ -217,6 +221,8 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   BlockNormalMatrix& NormalMatrix() const;
   // Lower bound on the operation counts of a sparse Cholesky factor. Does not plan the factorisation.
   StepCounts::Factor LeastFactor() const;
+  // max_factor_gib in bytes. Throws Error if it is not positive.
+  double MaxFactorBytes() const;
   // Plans the sparse Cholesky factorisation. Null if the factor would exceed max_factor_gib or need more than
   // max_multiplications; exceeded, if not null, is then set to the limit.
   std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications, ExceededLimit* exceeded = nullptr) const;

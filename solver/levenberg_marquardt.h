@@ -33,8 +33,8 @@ class LmStepper {
       : LmStepper(options, backend, problem, CopyOf(backend, x)) {}
 
   // Resumes a solve from an archive that Save wrote for the same problem. With the same options the iterations are
-  // bit-identical to an uninterrupted solve; the options may also be changed here. Throws Error if the size of the
-  // saved x is not num_parameters().
+  // bit-identical to an uninterrupted solve. The options may also be changed here, but nonmonotonic steps may be
+  // neither enabled nor disabled. Throws Error if the size of the saved x is not num_parameters().
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, ArchiveReader& saved);
   // Writes the state for the constructor above. Call it only while done() is false.
   void Save(ArchiveWriter& archive) { Visit(archive); }
@@ -51,7 +51,7 @@ class LmStepper {
 
   // The x with the lowest cost so far (up to the rounding error of the cost), and this cost. The cost is the sum over
   // all batches, and includes the fixed cost.
-  typename B::ConstVectorView x() const { return x_.view(); }
+  typename B::ConstVectorView x() const { return best_x_.empty() ? x_.view() : best_x_.view(); }
   double cost() const { return summary_.final_cost; }
   // Damping of the next linear solve.
   double lambda() const { return decisions_->lambda(); }
@@ -63,13 +63,14 @@ class LmStepper {
   void Visit(Archive& archive) {
     summary_.initial_cost = decisions_->initial_cost(), summary_.final_cost = decisions_->cost();
     archive(x_, *decisions_, turn_, scale_, summary_);
+    if (decisions_->is_nonmonotonic()) archive(best_x_);
     decisions_->SetCosts(summary_.initial_cost, summary_.final_cost);
     ReportCosts();
   }
   // Sets the costs of the summary, which include the fixed cost.
   void ReportCosts() {
     summary_.initial_cost = decisions_->initial_cost() + summary_.fixed_cost;
-    summary_.final_cost = decisions_->cost() + summary_.fixed_cost;
+    summary_.final_cost = (best_x_.empty() ? decisions_->cost() : decisions_->lowest_cost()) + summary_.fixed_cost;
   }
   // Checks the options. The constructor that delegates to this one sets x_ and the summary.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
@@ -120,6 +121,7 @@ class LmStepper {
   std::optional<LmDecisions> decisions_;
   std::chrono::steady_clock::time_point start_;
   typename B::Vector x_, trial_x_, step_, scaled_step_;
+  typename B::Vector best_x_;  // the point with the lowest cost, or empty if that is x_
   double x_norm_ = 0, gradient_norm_ = 0;
   int turn_ = 0;  // number of points linearized so far, passed to InBatches::OnNewPoint
   ColumnScale<B> scale_;

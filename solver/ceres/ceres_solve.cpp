@@ -19,6 +19,10 @@ enum class Next { kContinue, kStop, kAbort };
 // Called after the start and after each iteration.
 using AfterIteration = std::function<Next(const LmStepper<B>& stepper)>;
 
+bool UsesSparseCholesky(const ceres::Solver::Options& options) {
+  return options.linear_solver_type == ceres::SPARSE_NORMAL_CHOLESKY;
+}
+
 // The summary of a solve that ends before the cost is evaluated.
 LmSummary InvalidOptions(std::string message) {
   LmSummary summary;
@@ -103,7 +107,7 @@ LmSummary Solve(const LmOptions& options, ceres::Problem& problem, const LmCallb
 LmSummary Solve(const ceres::Solver::Options& options, ceres::Problem& problem, const LmCallback& callback,
                 ceres::EvaluationCallback* evaluation_callback) {
   if (std::string message; !options.IsValid(&message)) return InvalidOptions(std::move(message));
-  CeresProblem bridge(problem);
+  CeresProblem bridge(problem, {.dynamic_sparsity = options.dynamic_sparsity && UsesSparseCholesky(options)});
   bridge.SetEvaluationCallback(evaluation_callback);
   const auto after = [&](const LmStepper<B>& stepper) {
     const LmIteration& row = stepper.summary().iterations.back();
@@ -133,6 +137,9 @@ LmOptions FromCeres(const ceres::Solver::Options& from) {
   options.step_control.min_lambda = std::max(1 / from.max_trust_region_radius, std::numeric_limits<double>::min());
   options.step_control.max_lambda = 1 / from.min_trust_region_radius;
   options.step_control.min_relative_decrease = from.min_relative_decrease;
+  if (from.use_nonmonotonic_steps) {
+    options.step_control.max_consecutive_nonmonotonic_steps = from.max_consecutive_nonmonotonic_steps;
+  }
   options.column_scaling = from.jacobi_scaling ? ColumnScaling::kOnePlusInverse : ColumnScaling::kNone;
   NormalSystemOptions& system = options.normal_system;
   system.metric.min_diagonal = from.min_lm_diagonal;
@@ -177,7 +184,6 @@ std::vector<std::string> IgnoredOptions(const ceres::Solver::Options& options) {
        "the steps are Levenberg-Marquardt's");
   note(options.trust_region_strategy_type != ceres::LEVENBERG_MARQUARDT, "trust_region_strategy_type = DOGLEG",
        "the steps are Levenberg-Marquardt's");
-  changed(&Options::use_nonmonotonic_steps, "use_nonmonotonic_steps", "no step may raise the cost");
   changed(&Options::use_inner_iterations, "use_inner_iterations", "they are not supported");
   changed(&Options::check_gradients, "check_gradients", "use solver/derivative_check.h in a test");
   changed(&Options::num_threads, "num_threads", "all cores are used; call vesta::SetNumThreads");
@@ -196,7 +202,8 @@ std::vector<std::string> IgnoredOptions(const ceres::Solver::Options& options) {
   note(iterative && options.preconditioner_type != ceres::IDENTITY && options.preconditioner_type != ceres::JACOBI &&
            options.preconditioner_type != ceres::SCHUR_JACOBI,
        "preconditioner_type", "block Jacobi, or Schur-Jacobi, is used");
-  changed(&Options::dynamic_sparsity, "dynamic_sparsity", "the sparsity pattern follows from the blocks");
+  note(options.dynamic_sparsity && !UsesSparseCholesky(options), "dynamic_sparsity",
+       "only SPARSE_NORMAL_CHOLESKY uses it");
   changed(&Options::use_mixed_precision_solves, "use_mixed_precision_solves", "all computations use double");
   changed(&Options::max_num_refinement_iterations, "max_num_refinement_iterations", "PCG refines by its own tests");
   note(!options.trust_region_minimizer_iterations_to_dump.empty(), "trust_region_minimizer_iterations_to_dump",

@@ -87,7 +87,10 @@ void BlockLinearization::ApplyH(ConstVectorView v, VectorView Hv) {
 }
 
 const BlockMatrix& BlockLinearization::NormalMatrix() {
-  if (!normal_matrix_) normal_matrix_ = problem_.NormalMatrix().Sum(jacobian_);
+  if (!normal_matrix_) {
+    normal_matrix_ = problem_.options_.dynamic_sparsity ? BlockNormalMatrix(jacobian_).Sum(jacobian_)
+                                                        : problem_.NormalMatrix().Sum(jacobian_);
+  }
   return *normal_matrix_;
 }
 

@@ -30,7 +30,7 @@ void BlockProblem::Changed() {
 }
 
 const BlockStructure& BlockProblem::Structure() const {
-  if (!structure_) structure_.emplace(parameters_, residuals_, options_.eliminate);
+  if (!structure_) structure_.emplace(parameters_, residuals_, options_.eliminate && !options_.dynamic_sparsity);
   return *structure_;
 }
 
@@ -157,6 +157,7 @@ std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVec
 
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
   if (options_.make_preconditioner) return options_.make_preconditioner();
+  if (options_.dynamic_sparsity) return MakeSparseCholesky();
   const StepCounts& counts = *CountSteps(false);
   if (!counts.factor) {
     return std::make_unique<BlockJacobiPreconditioner<B>>(
@@ -193,7 +194,7 @@ StepCounts::Factor BlockProblem::LeastFactor() const {
 }
 
 const StepCounts* BlockProblem::CountSteps(bool eliminating) {
-  if (options_.make_preconditioner) return nullptr;
+  if (options_.make_preconditioner || options_.dynamic_sparsity) return nullptr;
   const BlockStructure& structure = Structure();
   const bool reduced = eliminating && structure.num_kept() < structure.num_tangent();
   if (counts_ && counts_->reduced == reduced) return &*counts_;
@@ -223,12 +224,20 @@ const StepCounts* BlockProblem::CountSteps(bool eliminating) {
 }
 
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakeSparseCholesky() {
-  if (!cholesky_) cholesky_ = PlanCholesky(std::numeric_limits<double>::infinity());
-  if (!cholesky_) {
-    Fail(kOutOfMemory,
-         "preconditioner = {}: the factor would be larger than max_factor_gib = {}; raise it or choose kBlockJacobi",
-         ToString(PreconditionerKind::kSparseCholesky), options_.max_factor_gib);
+  const auto planned = [this](std::shared_ptr<SparseCholesky> plan) {
+    if (!plan) {
+      Fail(kOutOfMemory,
+           "preconditioner = {}: the factor would be larger than max_factor_gib = {}; raise it or choose kBlockJacobi",
+           ToString(PreconditionerKind::kSparseCholesky), options_.max_factor_gib);
+    }
+    return plan;
+  };
+  if (options_.dynamic_sparsity) {
+    return std::make_unique<SparseCholeskyPreconditioner>([this, planned](const BlockPattern& pattern) {
+      return planned(SparseCholesky::Plan(pattern, MaxFactorBytes()));
+    });
   }
+  if (!cholesky_) cholesky_ = planned(PlanCholesky(std::numeric_limits<double>::infinity()));
   return std::make_unique<SparseCholeskyPreconditioner>(cholesky_);
 }
 
@@ -237,9 +246,15 @@ BlockNormalMatrix& BlockProblem::NormalMatrix() const {
   return *normal_matrix_;
 }
 
+double BlockProblem::MaxFactorBytes() const {
+  if (!(options_.max_factor_gib > 0)) {
+    Fail(kBadArgument, "max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
+  }
+  return options_.max_factor_gib * 0x1p30;
+}
+
 std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplications, ExceededLimit* exceeded) const {
-  const double max_bytes = options_.max_factor_gib * 0x1p30;
-  if (!(max_bytes > 0)) Fail(kBadArgument, "max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
+  const double max_bytes = MaxFactorBytes();
   if (BlockNormalMatrix::Bytes(Structure()) > max_bytes) {
     if (exceeded) *exceeded = ExceededLimit::kFactorValues;
     return nullptr;

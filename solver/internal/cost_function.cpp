@@ -3,24 +3,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "solver/internal/step_differences.h"
 
 namespace vesta {
 
 NumericDifferences::NumericDifferences(int num_residuals, std::vector<int> block_sizes,
                                        const DifferenceOptions& options)
     : CostFunction(num_residuals, std::move(block_sizes)), options_(options) {
-  if (!(options.relative_step > 0 && options.least_step > 0)) {
-    Fail(kBadArgument, "relative_step and least_step are {} and {}; choose them above 0", options.relative_step,
-         options.least_step);
+  if (!(options.relative_step > 0 && options.least_step > 0 && options.ridders_step > 0)) {
+    Fail(kBadArgument, "relative_step, least_step and ridders_step are {}, {} and {}; choose them above 0",
+         options.relative_step, options.least_step, options.ridders_step);
   }
 }
 
 bool NumericDifferences::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
   if (!Residuals(parameters, residuals)) return false;
   if (jacobians == nullptr) return true;
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon(), kNaN = std::numeric_limits<double>::quiet_NaN();
   const bool central = options_.method == DifferenceMethod::kCentral;
   const auto m = static_cast<std::size_t>(num_residuals());
   std::vector<double> ahead(m), behind(residuals, residuals + m);
@@ -33,6 +36,21 @@ bool NumericDifferences::Evaluate(const double* const* parameters, double* resid
     moved[b] = block.data();
     for (std::size_t c = 0; c < size; ++c) {
       const double x = parameters[b][c];
+      if (options_.method == DifferenceMethod::kRidders) {
+        // Points where the residuals are undefined count as NaN, so that shorter steps decide.
+        const StepDifferences derivatives = DifferenceAlong(
+            [&](double t, std::span<double> out) {
+              block[c] = x + t;
+              if (!Residuals(moved.data(), out.data())) std::fill(out.begin(), out.end(), kNaN);
+            },
+            m, options_.ridders_step * std::max(std::abs(x), 1.0), kEpsilon, std::abs(x));
+        block[c] = x;
+        for (std::size_t i = 0; i < m; ++i) {
+          if (!std::isfinite(derivatives.error[i])) return false;
+          jacobians[b][i * size + c] = derivatives.value[i];
+        }
+        continue;
+      }
       const double h = std::max(options_.relative_step * std::abs(x), options_.least_step);
       block[c] = x + h;
       // Divide by the step that was actually made, after rounding of x + h.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/covariance.h"
 
+#include <Eigen/Core>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -18,6 +19,7 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double
   constexpr Index kMaxEntries = 100'000'000;
   VESTA_CHECK(options.relative_threshold >= 0 && options.relative_threshold < 1,
               "relative_threshold is {}; choose it within [0, 1)", options.relative_threshold);
+  VESTA_CHECK(options.null_space_rank >= -1, "null_space_rank is {}; choose -1 or more", options.null_space_rank);
   const ProblemAdaptor<CpuBackend<double>> problem(of);
   CpuBackend<double> backend;
   std::vector<std::unique_ptr<LinearizationAdaptor<CpuBackend<double>>>> batches;
@@ -39,24 +41,63 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double
   for (const double entry : dense.jacobian) {
     if (!std::isfinite(entry)) return covariance;
   }
-  DenseQr::Inverse inverse = DenseQr(dense.rows, dense.cols, dense.jacobian, dense.residuals)
-                                 .NormalInverse(options.relative_threshold, options.truncate);
+  DenseQr::Inverse inverse =
+      DenseQr(dense.rows, dense.cols, dense.jacobian, dense.residuals)
+          .NormalInverse(options.relative_threshold, options.null_space_rank, options.scale_columns);
   covariance.rank = inverse.rank;
   covariance.values = std::move(inverse.values);
   return covariance;
 }
 
-BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstVectorView x,
-                                        std::span<const std::pair<int, int>> pairs) {
-  using B = CpuBackend<double>;
+namespace {
+
+using Pairs = std::span<const std::pair<int, int>>;
+
+// Blocks of zeros, in tangent spaces.
+BlockCovariance ZeroBlocks(BlockProblem& problem, CpuBackend<double>::ConstVectorView x, Pairs pairs) {
   VESTA_CHECK(x.size() == problem.num_parameters(), "x has {} entries, but the problem has {} parameters", x.size(),
               problem.num_parameters());
   BlockCovariance covariance;
+  for (const auto& [a, b] : pairs) {
+    const int rows = problem.tangent_size(a), cols = problem.tangent_size(b);
+    covariance.blocks.push_back({rows, cols, std::vector<double>(static_cast<std::size_t>(Index{rows} * cols))});
+  }
+  return covariance;
+}
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+RowMajor PlusJacobian(const BlockProblem& problem, CpuBackend<double>::ConstVectorView x, int block, int tangent_size) {
+  const Manifold* const manifold = problem.manifold(block).get();
+  if (manifold == nullptr) return RowMajor::Identity(tangent_size, tangent_size);
+  RowMajor jacobian(manifold->ambient_size(), tangent_size);
+  manifold->PlusJacobian(x.data() + problem.offset(block), jacobian.data());
+  return jacobian;
+}
+
+void MoveTo(CovarianceSpace space, const BlockProblem& problem, CpuBackend<double>::ConstVectorView x, Pairs pairs,
+            BlockCovariance& covariance) {
+  if (space == CovarianceSpace::kTangent) return;
+  for (std::size_t k = 0; k < covariance.blocks.size(); ++k) {
+    BlockCovariance::Block& block = covariance.blocks[k];
+    if (block.values.empty()) continue;
+    const RowMajor left = PlusJacobian(problem, x, pairs[k].first, block.rows);
+    const RowMajor right = PlusJacobian(problem, x, pairs[k].second, block.cols);
+    const RowMajor moved = left * RowMajor::Map(block.values.data(), block.rows, block.cols) * right.transpose();
+    block = {static_cast<int>(moved.rows()), static_cast<int>(moved.cols()),
+             std::vector<double>(moved.data(), moved.data() + moved.size())};
+  }
+}
+
+}  // namespace
+
+BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstVectorView x, Pairs pairs,
+                                        CovarianceSpace space) {
+  using B = CpuBackend<double>;
+  BlockCovariance covariance = ZeroBlocks(problem, x, pairs);
   std::map<int, std::vector<std::size_t>> pairs_of_column;  // indices of the pairs, by their second block
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const int rows = problem.tangent_size(pairs[k].first), cols = problem.tangent_size(pairs[k].second);
-    covariance.blocks.push_back({rows, cols, std::vector<double>(static_cast<std::size_t>(Index{rows} * cols))});
-    if (rows * cols > 0) pairs_of_column[pairs[k].second].push_back(k);
+    if (!covariance.blocks[k].values.empty()) pairs_of_column[pairs[k].second].push_back(k);
   }
   if (pairs_of_column.empty()) return covariance;
   LinearizationAdaptor<B> linearization(problem.Linearize(x));
@@ -88,6 +129,29 @@ BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double
       }
     }
   }
+  MoveTo(space, problem, x, pairs, covariance);
+  return covariance;
+}
+
+BlockCovariance CovarianceBlocks(BlockProblem& problem, CpuBackend<double>::ConstVectorView x, const Covariance& of,
+                                 Pairs pairs, CovarianceSpace space) {
+  VESTA_CHECK(of.size == problem.num_tangent(), "the covariance has {} rows, but steps of the problem have {} entries",
+              of.size, problem.num_tangent());
+  BlockCovariance covariance = ZeroBlocks(problem, x, pairs);
+  covariance.num_singular = of.size - of.rank;
+  if (of.values.empty()) covariance.blocks.clear();
+  for (std::size_t k = 0; k < covariance.blocks.size(); ++k) {
+    BlockCovariance::Block& block = covariance.blocks[k];
+    if (block.values.empty()) continue;
+    const auto row = static_cast<int>(problem.tangent_offset(pairs[k].first));
+    const auto col = static_cast<int>(problem.tangent_offset(pairs[k].second));
+    for (int r = 0; r < block.rows; ++r) {
+      for (int c = 0; c < block.cols; ++c) {
+        block.values[static_cast<std::size_t>(Index{r} * block.cols + c)] = of(row + r, col + c);
+      }
+    }
+  }
+  MoveTo(space, problem, x, pairs, covariance);
   return covariance;
 }
 

@@ -73,14 +73,13 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   summary_.num_parameters = problem_.num_parameters();
   summary_.num_tangent = problem_.num_tangent();
   summary_.num_batches = problem_.num_batches();
-  summary_.configuration =
-      fmt::format("{} step rule, {}{}", ToString(options_.step_rule), ToString(options_.batch_mode),
-                  options_.line_search.enabled ? ", line search" : "");
+  summary_.configuration = fmt::format(
+      "{} step rule, {}{}{}", ToString(options_.step_rule), ToString(options_.batch_mode),
+      options_.line_search.enabled ? ", line search" : "", decisions_->is_nonmonotonic() ? ", nonmonotonic steps" : "");
   const ProfileScope timed = Timed();
   LmIteration row;
   summary_.fixed_cost = problem_.FixedCost(x_);
-  const double start_cost = FullCost(x_);
-  decisions_->SetCosts(start_cost, start_cost);
+  decisions_->Start(FullCost(x_));
   ReportCosts();
   if (!std::isfinite(cost())) {
     const std::string where = problem_.DescribeNonFinite(x_, false);
@@ -306,6 +305,12 @@ const LmIteration& LmStepper<B>::Step() {
   StopBy(decisions_->Finish(trial, row.step_norm, x_norm_, solved), row.lambda);
   if (trial.accepted) {
     system_.reset();  // was made for the previous x_
+    // Where the gradient decides, costs differ by rounding errors only.
+    if (decisions_->at_lowest_cost() || (trial.zone != LmTrial::Zone::kCost && best_x_.empty())) {
+      best_x_ = {};
+    } else if (best_x_.empty()) {
+      best_x_ = std::move(x_);
+    }
     std::swap(x_, trial_x_);
     ReportCosts();
     ++summary_.num_accepted;
@@ -333,7 +338,7 @@ void LmStepper<B>::TestLimits() {
 template <Backend B>
 const LmIteration& LmStepper<B>::Record(LmIteration row) {
   row.iteration = static_cast<int>(summary_.iterations.size());
-  row.cost = cost();
+  row.cost = decisions_->cost() + summary_.fixed_cost;
   row.seconds = summary_.total_seconds = Seconds();
   summary_.iterations.push_back(row);
   if (options_.profile) summary_.phases = profile_.Rows();

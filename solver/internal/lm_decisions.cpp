@@ -35,7 +35,8 @@ LmDecisions::LmDecisions(const LmOptions& options, double rounding)
       parameter_tolerance_(options.parameter_tolerance),
       rounding_(rounding),
       max_consecutive_rejects_(options.max_consecutive_rejects),
-      control_(options.step_control) {}
+      control_(options.step_control),
+      nonmonotonic_(options.step_control.max_consecutive_nonmonotonic_steps) {}
 
 double LmDecisions::DoubtfulGain() const {
   return std::max(std::max(10 * function_tolerance_, rounding_) * cost_, 1e-20 * initial_cost_);
@@ -46,7 +47,8 @@ LmTrial LmDecisions::Judge(double cost, double predicted) const {
   // rho has the sign of the change of cost, whatever the model predicts.
   trial.rho = predicted == 0 && trial.change == 0 ? 0 : trial.change / std::abs(predicted);
   // A model that predicts no decrease cannot be trusted, even if the cost decreased.
-  trial.accepted = std::isfinite(cost) && trial.change > 0 && predicted > 0 && control_.Accepts(trial.rho);
+  if (predicted > 0) trial.rho = nonmonotonic_.GainRatio(trial.rho, cost, predicted);
+  trial.accepted = std::isfinite(cost) && predicted > 0 && control_.Accepts(trial.rho);
   trial.zone = ZoneOf(trial);
   return trial;
 }
@@ -70,6 +72,7 @@ LmVerdict LmDecisions::Finish(const LmTrial& trial, double step_norm, double x_n
   }
   if (trial.accepted) {
     control_.OnAccept(trial.rho);
+    nonmonotonic_.OnAccept(trial.cost, trial.predicted);
     cost_ = trial.cost;
     consecutive_rejects_ = 0;
   } else {

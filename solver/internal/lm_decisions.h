@@ -3,6 +3,7 @@
 // solve ends. LmStepper and SmallSolver share them.
 #pragma once
 
+#include "solver/internal/trust_region/nonmonotonic.h"
 #include "solver/internal/trust_region/step_control.h"
 #include "solver/lm_options.h"
 #include "solver/summary.h"
@@ -59,11 +60,21 @@ class LmDecisions {
   // lambda are out of range.
   LmDecisions(const LmOptions& options, double rounding);
 
+  // start_cost: the cost at the start.
+  void Start(double start_cost) {
+    SetCosts(start_cost, start_cost);
+    nonmonotonic_.Start(start_cost);
+  }
   void SetCosts(double initial_cost, double cost) { initial_cost_ = initial_cost, cost_ = cost; }
   double initial_cost() const { return initial_cost_; }
   // The cost at the current point.
   double cost() const { return cost_; }
   double lambda() const { return control_.lambda(); }
+  // Whether steps may raise the cost (StepControlOptions::max_consecutive_nonmonotonic_steps).
+  bool is_nonmonotonic() const { return nonmonotonic_.enabled(); }
+  // The lowest cost of all points so far, if is_nonmonotonic(), and whether the current point has it.
+  double lowest_cost() const { return nonmonotonic_.lowest(); }
+  bool at_lowest_cost() const { return !is_nonmonotonic() || cost_ <= nonmonotonic_.lowest(); }
 
   // Judges a trial point by its cost. If its zone is not kCost, call DecideByGradient next.
   LmTrial Judge(double cost, double predicted) const;
@@ -78,6 +89,7 @@ class LmDecisions {
   template <class Archive>
   void Visit(Archive& archive) {
     archive(control_, consecutive_rejects_, doubt_);
+    if (is_nonmonotonic()) archive(nonmonotonic_);
   }
 
  private:
@@ -90,6 +102,7 @@ class LmDecisions {
   double function_tolerance_, parameter_tolerance_, rounding_;
   int max_consecutive_rejects_;
   StepControl control_;
+  NonmonotonicReference nonmonotonic_;
   double initial_cost_ = 0, cost_ = 0;
   int consecutive_rejects_ = 0;
   ConvergenceDoubt doubt_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives by finite differences, with an estimate of their error. CheckProblem compares them with the derivatives
-// of a problem.
+// Derivatives by extrapolated finite differences, with an estimate of their error. Used by CheckProblem, and by
+// NumericDifferences with DifferenceMethod::kRidders.
 #pragma once
 
 #include <functional>
@@ -17,8 +17,9 @@ struct StepDifferences {
 
 // Estimates df/dt at t = 0, where f(t, out) writes `size` numbers. epsilon: relative rounding error of these numbers.
 // Rounding may also change t itself, by epsilon * place. Uses central differences with steps +-t. t begins at `largest`
-// and is divided by 4 repeatedly, and the differences are extrapolated to t = 0 (Ridders, Accurate computation of F'(x)
-// and F'(x)F''(x), 1982). For each number, returns the estimate with the smallest error.
+// and is divided by 4 up to 11 times, and the differences are extrapolated to t = 0 (Ridders, Accurate computation of
+// F'(x) and F'(x)F''(x), 1982). For each number, returns the estimate with the smallest error. Ends as soon as rounding
+// alone exceeds these errors.
 StepDifferences DifferenceAlong(const std::function<void(double t, std::span<double> out)>& f, std::size_t size,
                                 double largest, double epsilon, double place);
 

@@ -41,7 +41,8 @@ TEST(NumericDiffCost, AgreesWithDualNumbersToItsDigits) {
   const AutoDiffCost<Curves, 3, 2, 1> exact;
   const Evaluation expected(exact, 0.7, -0.4, 1.3);
   for (const auto& [method, digits] :
-       {std::pair(DifferenceMethod::kForward, 1e-5), std::pair(DifferenceMethod::kCentral, 1e-9)}) {
+       {std::pair(DifferenceMethod::kForward, 1e-5), std::pair(DifferenceMethod::kCentral, 1e-9),
+        std::pair(DifferenceMethod::kRidders, 1e-12)}) {
     const NumericDiffCost<Curves, 3, 2, 1> numeric(Curves{}, {.method = method});
     const Evaluation found(numeric, 0.7, -0.4, 1.3);
     ASSERT_TRUE(found.ok);
@@ -56,6 +57,17 @@ TEST(NumericDiffCost, AgreesWithDualNumbersToItsDigits) {
   }
   using Cost = NumericDiffCost<Curves, 3, 2, 1>;
   EXPECT_THROW(Cost(Curves{}, {.relative_step = 0}), Error);
+  EXPECT_THROW(Cost(Curves{}, {.ridders_step = 0}), Error);
+}
+
+// The functor is undefined from p0 = -1 on, so the first steps from -0.999 lead to points without a value.
+TEST(NumericDiffCost, RiddersShortensStepsToUndefinedPoints) {
+  const Evaluation expected(AutoDiffCost<Curves, 3, 2, 1>(), -0.999, -0.4, 1.3);
+  const NumericDiffCost<Curves, 3, 2, 1> numeric(Curves{}, {.method = DifferenceMethod::kRidders});
+  const Evaluation found(numeric, -0.999, -0.4, 1.3);
+  ASSERT_TRUE(found.ok);
+  for (int i = 0; i < 6; ++i) EXPECT_NEAR(found.by_p[i], expected.by_p[i], 1e-9 * (1 + std::abs(expected.by_p[i])));
+  EXPECT_FALSE(Evaluation(numeric, std::nextafter(-1.0, 0.0), 0, 0).ok) << "no step leads to points with values";
 }
 
 // Sizes are set at run time.

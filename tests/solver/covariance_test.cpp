@@ -47,15 +47,48 @@ TEST(Covariance, TellsOfDirectionsWithoutInformation) {
   const Covariance refused = EstimateCovariance(problem, Cpu::Vector(3));
   EXPECT_EQ(refused.rank, 2);
   EXPECT_TRUE(refused.values.empty());
-  const Covariance truncated =
-      EstimateCovariance(problem, Cpu::Vector(3), {.relative_threshold = 1e-12, .truncate = true});
-  ASSERT_EQ(truncated.values.size(), 9U);
-  // The result is a generalised inverse: H C H = H.
-  Eigen::Map<const Eigen::MatrixXd> c(truncated.values.data(), 3, 3);
-  const Eigen::MatrixXd h = test::Gram(batch.a);
-  EXPECT_LE((test::Multiply(test::Multiply(h, c), h) - h).norm(), 1e-10 * h.norm());
+  // Column 2 in a millionth of its unit: the rank is the same, and the result is the pseudo-inverse.
+  for (const double unit : {1.0, 1e6}) {
+    LinearProblem::Batch scaled = batch;
+    scaled.a.col(2) *= unit;
+    LinearProblem of_scaled({scaled});
+    for (const int null_space_rank : {-1, 1}) {
+      const Covariance pseudo = EstimateCovariance(of_scaled, Cpu::Vector(3), {.null_space_rank = null_space_rank});
+      EXPECT_EQ(pseudo.rank, 2);
+      ASSERT_EQ(pseudo.values.size(), 9U);
+      const Eigen::MatrixXd c = Eigen::Map<const Eigen::MatrixXd>(pseudo.values.data(), 3, 3);
+      const Eigen::MatrixXd h = test::Gram(scaled.a), hc = test::Multiply(h, c);
+      EXPECT_LE((test::Multiply(hc, h) - h).norm(), 1e-10 * h.norm());
+      EXPECT_LE((test::Multiply(c, hc) - c).norm(), 1e-10 * c.norm());
+      EXPECT_LE((hc - hc.transpose()).norm(), 1e-10);
+    }
+  }
   LinearProblem zero({{Eigen::MatrixXd::Zero(2, 2), Eigen::VectorXd::Zero(2)}});
   EXPECT_EQ(EstimateCovariance(zero, Cpu::Vector(2)).rank, 0);
+  const Covariance none = EstimateCovariance(zero, Cpu::Vector(2), {.null_space_rank = -1});
+  EXPECT_EQ(none.values, std::vector<double>(4));
+}
+
+TEST(Covariance, IgnoresAChosenNumberOfDirections) {
+  LinearProblem::Batch batch = RandomBatch(8, 3, 1);
+  const auto at = Cpu::Vector(3);
+  LinearProblem problem({batch});
+  // The eigenvectors of the larger eigenvalues.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(test::Gram(batch.a));
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(3, 3);
+  for (int ignored = 3; ignored >= 0; --ignored) {
+    if (ignored < 3) {
+      const Eigen::VectorXd v = eigen.eigenvectors().col(ignored);
+      expected += v * v.transpose() / eigen.eigenvalues()[ignored];
+    }
+    const Covariance covariance = EstimateCovariance(problem, at, {.null_space_rank = ignored, .scale_columns = false});
+    EXPECT_EQ(covariance.rank, 3);
+    for (int k = 0; k < 9; ++k) {
+      EXPECT_NEAR(covariance.values.at(static_cast<std::size_t>(k)), expected(k / 3, k % 3), 1e-12);
+    }
+  }
+  EXPECT_EQ(EstimateCovariance(problem, at, {.null_space_rank = 5}).values, std::vector<double>(9));
+  EXPECT_THROW(EstimateCovariance(problem, at, {.null_space_rank = -2}), Error);
 }
 
 TEST(Covariance, AgreesWithCeres) {

@@ -29,7 +29,8 @@ class BlockJacobian {
   const BlockStructure& structure() const { return structure_; }
   // The dense Jacobian of residual block `row`.
   double* row_values(Index row) { return values_.data() + At(row).value_offset; }
-  const double* row_values(Index row) const { return values_.data() + At(row).value_offset; }
+  const double* row_values(Index row) const { return values(At(row)); }
+  const double* values(const BlockRow& row) const { return values_.data() + row.value_offset; }
 
   // Writes the nonzero entries: entry (i, k) of J to columns[k * leading + i].
   void Copy(double* columns, Index leading) const;

@@ -155,20 +155,33 @@ void DenseQr::Solve(std::span<double> damping_and_solution) const {
   for (int k = 0; k < n; ++k) damping_and_solution[static_cast<std::size_t>(k)] *= x[k];
 }
 
-DenseQr::Inverse DenseQr::NormalInverse(double relative_threshold, bool truncate) const {
+DenseQr::Inverse DenseQr::NormalInverse(double relative_threshold, int null_space_rank, bool scale_columns) const {
   const Eigen::Index n = factors_->cols;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(factors_->R()),
-                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& sigma = svd.singularValues();
+  const Eigen::VectorXd scale = scale_columns
+                                    ? Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(factors_->scale.data(), n))
+                                    : Eigen::VectorXd::Ones(n);
+  // J S = Q r with S = diag(scale).
+  Eigen::MatrixXd r = factors_->R();
+  if (!scale_columns) r *= Eigen::Map<const Eigen::VectorXd>(factors_->scale.data(), n).cwiseInverse().asDiagonal();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& sigma = svd.singularValues();  // in descending order
   Inverse inverse;
-  Eigen::MatrixXd half = svd.matrixV();  // V Sigma^-1, with singular directions set to zero
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const bool counts = sigma[k] > 0 && sigma[k] > relative_threshold * sigma[0];
-    inverse.rank += counts ? 1 : 0;
-    half.col(k) *= counts ? 1 / sigma[k] : 0.0;
+  while (inverse.rank < n && sigma[inverse.rank] > relative_threshold * sigma[0]) ++inverse.rank;
+  const Eigen::Index used = null_space_rank < 0 ? inverse.rank : std::max<Eigen::Index>(0, n - null_space_rank);
+  if (used > inverse.rank) return inverse;
+  // S V Sigma^-1 without the ignored directions. Its product with its transpose is (J^T J)^-1, or a generalised
+  // inverse.
+  Eigen::MatrixXd half = svd.matrixV().leftCols(used) * sigma.head(used).cwiseInverse().asDiagonal();
+  half.applyOnTheLeft(scale.asDiagonal());
+  if (scale_columns && used > 0 && used < n) {
+    // A generalised inverse becomes the pseudo-inverse if it is projected onto the complement of the ignored
+    // directions.
+    const Eigen::MatrixXd ignored = scale.asDiagonal() * svd.matrixV().rightCols(n - used);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(ignored);
+    half.applyOnTheLeft(qr.householderQ().adjoint());
+    half.topRows(n - used).setZero();
+    half.applyOnTheLeft(qr.householderQ());
   }
-  if (inverse.rank < n && !truncate) return inverse;
-  half.applyOnTheLeft(Eigen::Map<const Eigen::VectorXd>(factors_->scale.data(), n).asDiagonal());
   const Eigen::MatrixXd product = half * half.transpose();
   inverse.values.assign(product.data(), product.data() + n * n);
   return inverse;

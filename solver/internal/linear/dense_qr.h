@@ -22,15 +22,13 @@ class DenseQr {
   // are singular in working precision, x is 0.
   void Solve(std::span<double> damping_and_solution) const;
 
-  // (J^T J)^-1, cols x cols. The columns of J are first scaled to length 1. A direction is singular if its singular
-  // value is at most relative_threshold times the largest one. truncate = true ignores singular directions (the
-  // pseudo-inverse); with false, there are no values if there is one. rank: the number of directions that are not
-  // singular.
+  // (J^T J)^-1, cols x cols; see CovarianceOptions for the arguments. If directions are ignored, `values` is the
+  // pseudo-inverse. It is empty if another direction is singular. rank: the number of directions that are not singular.
   struct Inverse {
     int rank = 0;
     std::vector<double> values;
   };
-  Inverse NormalInverse(double relative_threshold, bool truncate) const;
+  Inverse NormalInverse(double relative_threshold, int null_space_rank, bool scale_columns) const;
 
  private:
   struct Factors;

@@ -14,6 +14,9 @@ void CheckSmallOptions(const LmOptions& options) {
   if (kind != LinearSolverKind::kAuto && kind != LinearSolverKind::kDenseQr) refuse("normal_system.linear_solver");
   if (options.batch_mode != BatchMode::kExact) refuse("batch_mode");
   if (options.line_search.enabled) refuse("line_search");
+  if (options.step_control.max_consecutive_nonmonotonic_steps > 0) {
+    refuse("step_control.max_consecutive_nonmonotonic_steps");
+  }
   if (options.check_derivatives) refuse("check_derivatives");
   if (options.profile) refuse("profile");
   if (options.normal_system.metric.group_median_floor > 0) refuse("normal_system.metric.group_median_floor");

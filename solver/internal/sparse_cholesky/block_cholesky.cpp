@@ -296,6 +296,9 @@ void SparseCholeskyPreconditioner::SetLinearization(std::span<LinearizationAdapt
   VESTA_CHECK(batches.size() == 1, "a sparse Cholesky factor is of one batch, not of {}", batches.size());
   source_ = dynamic_cast<NormalMatrixSource*>(&batches.front()->get());
   VESTA_CHECK(source_ != nullptr, "this preconditioner needs linearizations of its own problem");
+  if (!plan_) return;
+  factor_.reset();
+  cholesky_ = plan_(source_->NormalMatrix().pattern());
 }
 
 void SparseCholeskyPreconditioner::SetDamping(double lambda, B::ConstVectorView metric) {
@@ -305,6 +308,7 @@ void SparseCholeskyPreconditioner::SetDamping(double lambda, B::ConstVectorView 
 }
 
 std::string SparseCholeskyPreconditioner::description() const {
+  if (!cholesky_) return ToString(PreconditionerKind::kSparseCholesky);
   return fmt::format("{} of {:.1f} MiB{}", ToString(PreconditionerKind::kSparseCholesky), cholesky_->bytes() / 0x1p20,
                      why_);
 }

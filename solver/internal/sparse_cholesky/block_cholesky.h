@@ -3,6 +3,7 @@
 // (elimination.h). PCG needs one or two iterations with the factor of H + lambda D as its preconditioner.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -78,7 +79,7 @@ class NormalMatrixSource {
  public:
   virtual ~NormalMatrixSource() = default;
   // H = J^T W J, computed at the first call and valid as long as this object. All linearizations of a problem must use
-  // the same pattern.
+  // the same pattern, unless its preconditioner plans the factor of each one.
   virtual const BlockMatrix& NormalMatrix() = 0;
 };
 
@@ -111,8 +112,12 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   // For linearizations that derive from NormalMatrixSource and have the planned pattern. why: reason for this
   // preconditioner, for the description.
   explicit SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why = "");
+  // Plans the factor again in each SetLinearization; plan must not return null.
+  using Plan = std::function<std::shared_ptr<SparseCholesky>(const BlockPattern& pattern)>;
+  explicit SparseCholeskyPreconditioner(Plan plan) : plan_(std::move(plan)) {}
 
-  Index size() const override { return cholesky_->plan().num_scalars; }
+  // 0 before the first plan.
+  Index size() const override { return cholesky_ ? cholesky_->plan().num_scalars : 0; }
   // Call it after SetDamping.
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
   void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, B::ConstVectorView diag_h) override;
@@ -123,6 +128,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   std::string description() const override;
 
  private:
+  Plan plan_;  // empty if the plan is always the same
   std::shared_ptr<SparseCholesky> cholesky_;
   std::string why_;
   NormalMatrixSource* source_ = nullptr;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "kernels/core/check.h"
@@ -140,11 +141,11 @@ constexpr Index kNormalGrain = 64;
 
 std::size_t At(Index i) { return static_cast<std::size_t>(i); }
 
-// Calls visit(row, larger cell, smaller cell) for every two free blocks of each residual block, in order.
-template <class Visit>
-void VisitPairs(const BlockStructure& structure, const Visit& visit) {
+// Calls visit(row, larger cell, smaller cell) for every two cells of each residual block, in order.
+template <class CellsOf, class Visit>
+void VisitPairs(const BlockStructure& structure, CellsOf& cells_of, const Visit& visit) {
   for (std::size_t r = 0; r < structure.rows().size(); ++r) {
-    const auto cells = structure.cells(structure.rows()[r]);
+    const std::span<const BlockCell> cells = cells_of(structure.rows()[r]);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) {
         const bool ascending = cells[k].free < cells[i].free;
@@ -162,15 +163,33 @@ std::size_t NumPairs(const BlockStructure& structure) {
 
 }  // namespace
 
-BlockNormalMatrix::BlockNormalMatrix(const BlockStructure& structure) {
+BlockNormalMatrix::BlockNormalMatrix(const BlockStructure& structure)
+    : BlockNormalMatrix(structure, NumPairs(structure), [&](const BlockRow& row) { return structure.cells(row); }) {}
+
+BlockNormalMatrix::BlockNormalMatrix(const BlockJacobian& jacobian)
+    : BlockNormalMatrix(jacobian.structure(), 0, [&, nonzero = std::vector<BlockCell>()](const BlockRow& row) mutable {
+        const double* values = jacobian.values(row);
+        nonzero.clear();
+        for (const BlockCell& cell : jacobian.structure().cells(row)) {
+          bool zero = true;
+          for (int i = 0; i < row.num_residuals && zero; ++i) {
+            const double* const entries = values + Index{i} * row.width + cell.local;
+            zero = std::all_of(entries, entries + cell.size, [](double entry) { return entry == 0; });
+          }
+          if (!zero) nonzero.push_back(cell);
+        }
+        return std::span<const BlockCell>(nonzero);
+      }) {}
+
+template <class CellsOf>
+BlockNormalMatrix::BlockNormalMatrix(const BlockStructure& structure, std::size_t reserve, CellsOf cells_of) {
   std::vector<int> sizes;
   for (const FreeBlock& block : structure.free_blocks()) sizes.push_back(block.size);
   std::vector<BlockPattern::Pair> pairs;
   std::vector<Term> terms;
-  const std::size_t count = NumPairs(structure);
-  pairs.reserve(count);
-  terms.reserve(count);
-  VisitPairs(structure, [&](Index row, const BlockCell& larger, const BlockCell& smaller) {
+  pairs.reserve(reserve);
+  terms.reserve(reserve);
+  VisitPairs(structure, cells_of, [&](Index row, const BlockCell& larger, const BlockCell& smaller) {
     pairs.push_back({larger.free, smaller.free});
     terms.push_back({row, larger.local, smaller.local});
   });

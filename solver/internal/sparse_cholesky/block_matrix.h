@@ -106,6 +106,9 @@ class BlockMatrix {
 class BlockNormalMatrix {
  public:
   explicit BlockNormalMatrix(const BlockStructure& structure);
+  // Leaves out the blocks of H to which only zero blocks of this Jacobian contribute. Sum then needs a Jacobian that is
+  // zero in the same blocks.
+  explicit BlockNormalMatrix(const BlockJacobian& jacobian);
 
   const BlockPattern& pattern() const { return *pattern_; }
   // Computes H; jacobian must have the structure of the constructor. Terms are added in the order of the residual
@@ -122,6 +125,10 @@ class BlockNormalMatrix {
     Index row;
     int larger, smaller;
   };
+
+  // cells_of(row): the cells of this BlockRow that count. reserve: number of their pairs, or 0 if not known.
+  template <class CellsOf>
+  BlockNormalMatrix(const BlockStructure& structure, std::size_t reserve, CellsOf cells_of);
 
   std::shared_ptr<const BlockPattern> pattern_;
   std::vector<std::size_t> first_term_;  // per block below the diagonal, and the end

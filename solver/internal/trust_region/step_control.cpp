@@ -42,6 +42,10 @@ void StepControlOptions::Validate() const {
     Fail(kBadArgument, "step_control.lambda_after_first_reject is {}; choose it within [0, max_lambda]",
          lambda_after_first_reject);
   }
+  if (max_consecutive_nonmonotonic_steps < 0) {
+    Fail(kBadArgument, "step_control.max_consecutive_nonmonotonic_steps is {}; choose 0 or more",
+         max_consecutive_nonmonotonic_steps);
+  }
 }
 
 StepControlOptions DefaultStepControl(StepRule rule) {

@@ -39,6 +39,10 @@ struct StepControlOptions {
   // rejection shows that the start is far from the minimum, so that a small initial_lambda was wrong. 0: treat the
   // first step like the others.
   double lambda_after_first_reject = 0;
+  // Accept steps that raise the cost, if it has decreased enough since an earlier point. The number of successive
+  // accepted steps without a new lowest cost after which that point changes (NonmonotonicReference); >= 0. 0: each step
+  // must decrease the cost. Ceres uses 5 with use_nonmonotonic_steps.
+  int max_consecutive_nonmonotonic_steps = 0;
 
   void Validate() const;
 };

@@ -341,6 +341,68 @@ TEST(CeresCasesNumericDiff, CentralAndForwardDifferences) {
   }
 }
 
+// The largest error of the derivatives of a cost function of one block, relative to max(1, |exact|).
+template <class Cost>
+double WorstError(const Cost& cost, const CostFunction& exact, const Blocks& at) {
+  const Derivatives found = Evaluate(cost, at), expected = Evaluate(exact, at);
+  double worst = 0;
+  for (std::size_t b = 0; b < expected.jacobians.size(); ++b) {
+    for (std::size_t i = 0; i < expected.jacobians[b].size(); ++i) {
+      const double size = std::max(1.0, std::abs(expected.jacobians[b][i]));
+      worst = std::max(worst, std::abs(found.jacobians[b][i] - expected.jacobians[b][i]) / size);
+    }
+  }
+  return worst;
+}
+
+// Ridders' method has errors up to `tolerance` here and in Ceres. smooth: the functor without noise.
+template <int kResiduals, int... kSizes, class F, class Smooth>
+void ExpectRidders(const F& functor, const Smooth& smooth, const Blocks& at, double step, double tolerance) {
+  const AutoDiffCost<Smooth, kResiduals, kSizes...> exact(smooth);
+  const auto cost = std::make_shared<AutoDiffCost<F, kResiduals, kSizes...>>(functor);
+  const DifferenceOptions options = {.method = DifferenceMethod::kRidders, .ridders_step = step};
+  ceres::NumericDiffOptions their_options;
+  their_options.ridders_relative_initial_step_size = step;
+  const ceres::NumericDiffCostFunction<F, ceres::RIDDERS, kResiduals, kSizes...> theirs(
+      new F(functor), ceres::TAKE_OWNERSHIP, kResiduals, their_options);
+  EXPECT_LE(WorstError<CostFunction>(NumericDiffCost<F, kResiduals, kSizes...>(functor, options), exact, at),
+            tolerance);
+  EXPECT_LE(WorstError<CostFunction>(Wrapped(cost, options), exact, at), tolerance);
+  EXPECT_LE(WorstError(theirs, exact, at), tolerance);
+}
+
+struct Exponential {
+  template <class T>
+  bool operator()(const T* x, T* r) const {
+    using std::exp;
+    r[0] = exp(x[0]);
+    return true;
+  }
+};
+
+// x^2 with noise of this size.
+struct Noisy {
+  double noise;
+  template <class T>
+  bool operator()(const T* x, T* r) const {
+    using std::sin;
+    r[0] = x[0] * x[0] + T(noise) * sin(T(1e12) * x[0]);
+    return true;
+  }
+};
+
+// The first steps are as in Ceres's tests: short for a function that oscillates, long for a function with noise.
+TEST(CeresCasesNumericDiff, Ridders) {
+  ExpectRidders<3, 5, 5>(Products(), Products(), {{1e-64, 2, 3, 4, 5}, {9, 9, 5, 5, 1}}, 1e-2, 1e-11);
+  const std::vector<double> x = {1, 2, 3, 4, 5}, y = {9, 9, 5, 5, 1}, zero(5);
+  for (const Blocks& at : {Blocks{x, y}, Blocks{{0, 2, 3, 0, 5}, y}, Blocks{{1, 2, 3, 1, 5}, {0, 9, 0, 5, 0}},
+                           Blocks{zero, y}, Blocks{x, zero}, Blocks{zero, zero}}) {
+    ExpectRidders<2, 5, 5>(Transcendental(), Transcendental(), at, 1e-3, 1e-10);
+  }
+  for (int k = -3; k <= 3; ++k) ExpectRidders<1, 1>(Exponential(), Exponential(), {{k * std::log(2.0)}}, 1e-2, 1e-10);
+  for (const double at : {0.0, 1.0, 3.0, 4.0, 50.0}) ExpectRidders<1, 1>(Noisy{1e-9}, Noisy{0}, {{at}}, 10, 1e-6);
+}
+
 TEST(CeresCasesNormalPrior, OfEverySize) {
   for (int rows = 1; rows < 5; ++rows) {
     for (int cols = 1; cols < 5; ++cols) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Covariances. Adapted from Ceres 2.1's test internal/ceres/covariance_test.cc; docs/ceres_tests.md lists the omitted
-// cases. ceres::Covariance computes the expected values, in the tangent spaces.
+// cases. ceres::Covariance computes the expected values.
 #include "solver/covariance.h"
 
 #include <gtest/gtest.h>
@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/check.h"
 #include "solver/ceres/ceres_problem.h"
 #include "tests/solver/ceres/twin_problem.h"
 
@@ -75,8 +76,15 @@ std::unique_ptr<ceres::Covariance> Compute(TwinProblem& twin, const std::vector<
   return covariance;
 }
 
+// Our form of Ceres's options.
+CovarianceOptions OurOptions(const ceres::Covariance::Options& options) {
+  return {.relative_threshold = std::sqrt(options.min_reciprocal_condition_number),
+          .null_space_rank = options.null_space_rank,
+          .scale_columns = false};
+}
+
 // Compares the covariances of all pairs of blocks with Ceres, natively and through the bridge, by the dense and the
-// sparse computation. dense_only: J^T J is singular.
+// sparse computation, in both spaces. dense_only: directions are ignored.
 void ExpectSameCovariances(TwinProblem& twin, const ceres::Covariance::Options& options = {}, bool dense_only = false) {
   const auto pairs = AllPairs(twin.num_blocks());
   const auto theirs = Compute(twin, pairs, options);
@@ -90,27 +98,34 @@ void ExpectSameCovariances(TwinProblem& twin, const ceres::Covariance::Options& 
     for (auto& [a, b] : indices) {
       if (!native) a = bridge.block(twin.values(a)), b = bridge.block(twin.values(b));
     }
-    const Covariance dense = EstimateCovariance(*problem, at, {.truncate = dense_only});
+    const Covariance dense = EstimateCovariance(*problem, at, OurOptions(options));
     ASSERT_FALSE(dense.values.empty());
-    const BlockCovariance sparse =
-        dense_only ? BlockCovariance() : EstimateBlockCovariance(*problem, at, std::span(indices));
-    for (std::size_t p = 0; p < pairs.size(); ++p) {
-      const auto [a, b] = indices[p];
-      const int rows = problem->tangent_size(a), cols = problem->tangent_size(b);
-      if (rows == 0 || cols == 0) {  // constant
-        EXPECT_TRUE(dense_only || sparse.blocks.at(p).values.empty());
-        continue;
-      }
-      RowMajor expected(rows, cols);
-      ASSERT_TRUE(theirs->GetCovarianceBlockInTangentSpace(twin.values(pairs[p].first), twin.values(pairs[p].second),
-                                                           expected.data()));
-      for (int r = 0; r < rows; ++r) {
-        for (int c = 0; c < cols; ++c) {
-          const int row = static_cast<int>(problem->tangent_offset(a)) + r;
-          const int col = static_cast<int>(problem->tangent_offset(b)) + c;
-          EXPECT_NEAR(dense(row, col), expected(r, c), 1e-13) << a << ", " << b;
-          if (dense_only) continue;
-          EXPECT_NEAR(sparse.blocks.at(p)(r, c), expected(r, c), 1e-13) << a << ", " << b;
+    for (const CovarianceSpace space : {CovarianceSpace::kTangent, CovarianceSpace::kAmbient}) {
+      const BlockCovariance of_dense = CovarianceBlocks(*problem, at, dense, std::span(indices), space);
+      const BlockCovariance of_sparse =
+          dense_only ? of_dense : EstimateBlockCovariance(*problem, at, std::span(indices), space);
+      for (std::size_t p = 0; p < pairs.size(); ++p) {
+        const auto [a, b] = indices[p];
+        if (problem->tangent_size(a) == 0 || problem->tangent_size(b) == 0) {  // constant
+          EXPECT_TRUE(of_dense.blocks.at(p).values.empty());
+          EXPECT_TRUE(of_sparse.blocks.at(p).values.empty());
+          continue;
+        }
+        const bool ambient = space == CovarianceSpace::kAmbient;
+        const auto size = [&](int block) {
+          return ambient ? problem->parameter_block_size(block) : problem->tangent_size(block);
+        };
+        RowMajor expected(size(a), size(b));
+        const double *const first = twin.values(pairs[p].first), *const second = twin.values(pairs[p].second);
+        ASSERT_TRUE(ambient ? theirs->GetCovarianceBlock(first, second, expected.data())
+                            : theirs->GetCovarianceBlockInTangentSpace(first, second, expected.data()));
+        for (const BlockCovariance* ours : {&of_dense, &of_sparse}) {
+          const BlockCovariance::Block& block = ours->blocks.at(p);
+          ASSERT_EQ(block.rows, expected.rows());
+          ASSERT_EQ(block.cols, expected.cols());
+          for (int r = 0; r < block.rows; ++r) {
+            for (int c = 0; c < block.cols; ++c) EXPECT_NEAR(block(r, c), expected(r, c), 1e-13) << a << ", " << b;
+          }
         }
       }
     }
@@ -165,13 +180,13 @@ TEST(CeresCasesCovariance, BesideAConstantBlock) {
   ExpectSameCovariances(twin);
 }
 
-TEST(CeresCasesCovariance, InTangentSpaces) {
+TEST(CeresCasesCovariance, OnManifolds) {
   ThreeBlocks twin;
   SetManifolds(twin);
   ExpectSameCovariances(twin);
 }
 
-TEST(CeresCasesCovariance, InTangentSpacesBesideConstantBlocks) {
+TEST(CeresCasesCovariance, OnManifoldsBesideConstantBlocks) {
   ThreeBlocks twin;
   SetManifolds(twin);
   twin.SetConstant(0);
@@ -192,6 +207,30 @@ TEST(CeresCasesCovariance, OfARankDeficientProblem) {
   EXPECT_TRUE(EstimateCovariance(twin.ours(), at).values.empty());
   const std::pair<int, int> pair(0, 0);
   EXPECT_EQ(EstimateBlockCovariance(twin.ours(), at, std::span(&pair, 1)).num_singular, 3);
+  const BlockCovariance none =
+      CovarianceBlocks(twin.ours(), at, EstimateCovariance(twin.ours(), at), std::span(&pair, 1));
+  EXPECT_EQ(none.num_singular, 3);
+  EXPECT_TRUE(none.blocks.empty());
+  EXPECT_THROW(CovarianceBlocks(twin.ours(), at, {.size = 2}, std::span(&pair, 1)), Error);
+}
+
+// The direction with the smallest singular value is ignored, by its number or by the threshold.
+TEST(CeresCasesCovariance, OfTruncatedRank) {
+  ThreeBlocks twin;
+  ceres::Covariance::Options options;
+  options.algorithm_type = ceres::DENSE_SVD;
+  options.null_space_rank = 1;
+  ExpectSameCovariances(twin, options, true);
+  options.null_space_rank = -1;
+  options.min_reciprocal_condition_number = 0.044494;
+  ExpectSameCovariances(twin, options, true);
+  const std::vector<double> x = twin.x();
+  EXPECT_EQ(EstimateCovariance(twin.ours(), View(x), OurOptions(options)).rank, 5);
+  // Without ignored directions this threshold leaves no values, as in Ceres.
+  options.null_space_rank = 0;
+  EXPECT_TRUE(EstimateCovariance(twin.ours(), View(x), OurOptions(options)).values.empty());
+  const std::vector<std::pair<const double*, const double*>> pair = {{twin.values(0), twin.values(0)}};
+  EXPECT_FALSE(ceres::Covariance(options).Compute(pair, &twin.theirs()));
 }
 
 // Ceres keeps a set of blocks in the order of the call; vesta has the order of tangent_offset.

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/check.h"
+#include "solver/internal/sparse_cholesky/block_cholesky.h"
 #include "tests/solver/ceres/twin_problem.h"
 
 namespace vesta::test {
@@ -51,7 +53,7 @@ Evaluation PointToPolygon(double x, double y) {
 
 // The polygon starts on the unit circle. Each point starts at the closest vertex.
 struct EllipseFit : TwinProblem {
-  EllipseFit() {
+  explicit EllipseFit(BlockProblem::Options options = {}) : TwinProblem(nullptr, std::move(options)) {
     std::vector<int> arguments = {0};
     std::vector<std::pair<double, double>> vertices;
     for (int k = 0; k < kSegments; ++k) {
@@ -92,6 +94,36 @@ TEST(CeresCasesDynamicSparsity, ReachesTheSameMinimum) {
     EXPECT_TRUE(solved.converged) << solved.report;
     EXPECT_NEAR(solved.final_cost, expected.final_cost, 1e-5 * expected.final_cost);
   }
+}
+
+// Zero blocks change nothing but the size of the factor.
+TEST(CeresCasesDynamicSparsity, LeavesOutZeroBlocks) {
+  EllipseFit fixed, changing({.dynamic_sparsity = true});
+  LmOptions options = ceres_bridge::FromCeres(Quiet(ceres::SPARSE_NORMAL_CHOLESKY));
+  std::vector<double> x = fixed.x();
+  const LmSummary expected = SolveLm(fixed.ours(), x, options);
+  std::vector<double> x_changing = fixed.x();
+  const LmSummary summary = SolveLm(changing.ours(), x_changing, options);
+  EXPECT_EQ(summary.iterations.size(), expected.iterations.size());
+  for (std::size_t k = 0; k < x.size(); ++k) EXPECT_NEAR(x_changing[k], x[k], 1e-6);
+  const auto at = changing.ours().Linearize(View(x));
+  const auto whole = fixed.ours().Linearize(View(x));
+  const BlockMatrix& sparse = dynamic_cast<NormalMatrixSource&>(*at).NormalMatrix();
+  const BlockMatrix& dense = dynamic_cast<NormalMatrixSource&>(*whole).NormalMatrix();
+  // Each point has two vertices, and each vertex the next one.
+  EXPECT_LE(sparse.pattern().num_blocks(), 2 * kPoints + 2 * kSegments);
+  EXPECT_GE(dense.pattern().num_blocks(), kPoints * kSegments);
+}
+
+// PCG uses the factor without being told so.
+TEST(CeresCasesDynamicSparsity, ByDefaultThePreconditionerIsTheFactor) {
+  EllipseFit fit({.max_factor_gib = 1e-9, .dynamic_sparsity = true});
+  std::vector<double> x = fit.x();
+  LmOptions options;
+  options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  EXPECT_THROW(SolveLm(fit.ours(), x, options), Error) << "the factor exceeds its limit";
+  EllipseFit roomy({.dynamic_sparsity = true});
+  EXPECT_TRUE(IsConverged(SolveLm(roomy.ours(), x, options).status));
 }
 
 }  // namespace

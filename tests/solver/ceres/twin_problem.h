@@ -97,8 +97,8 @@ inline CpuBackend<double>::ConstVectorView View(const std::vector<double>& x) {
 
 class TwinProblem {
  public:
-  explicit TwinProblem(ceres::EvaluationCallback* callback = nullptr)
-      : callback_(callback), theirs_(OptionsOf(callback)) {}
+  explicit TwinProblem(ceres::EvaluationCallback* callback = nullptr, BlockProblem::Options ours = {})
+      : callback_(callback), theirs_(OptionsOf(callback)), ours_(std::move(ours)) {}
 
   // Returns the index of the block in both problems.
   int AddBlock(std::vector<double> start, const TwinManifold& manifold = {}) {
