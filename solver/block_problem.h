@@ -237,8 +237,6 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // For residual block `term`: sets scratch.arguments to its parameter blocks in x, and fills the residuals with
   // Unwritten, a NaN that marks entries which the cost function does not write.
   void Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
-  // Computes the residuals of a residual block. Returns the cost function's return value.
-  bool TermResiduals(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
   // Computes the residuals and Jacobians of a residual block. Both are filled with Unwritten first. Returns the cost
   // function's return value.
   bool EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
@@ -247,6 +245,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // Jacobian is not written.
   void LinearizeTerm(ConstVectorView x, std::size_t term, std::span<const BlockCell> cells, int width,
                      double* residuals, double* jacobian, Scratch& scratch) const;
+  // Writes the residuals to scratch.residuals; NaN if they are undefined.
   double TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const;
   // Describes the first value of a residual block that is not finite; empty if all are finite.
   std::string DescribeTerm(ConstVectorView x, std::size_t term, bool jacobians, Scratch& scratch) const;

@@ -78,18 +78,24 @@ class AutoDiffCost final : public CostFunction {
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     if (jacobians == nullptr) return Call(parameters, residuals);
     using D = typename DualForFunctor<F, double, kParameters, kPointers>::Type;
-    ScratchArray<D, kParameters> p;
-    ScratchArray<D, kResiduals> r;
-    std::array<const D*, sizeof...(kBlocks)> blocks;
-    std::array<D*, kParameters> columns;
-    return DifferentiateBlocks<D>(kSizes, kResiduals, {p.data(), r.data(), blocks.data(), columns.data()}, parameters,
-                                  residuals, jacobians,
-                                  [&](const auto* const* from, auto* to) { return Call(from, to); });
+    Work<D> work;
+    return DifferentiateBlocks(work, parameters, residuals, jacobians,
+                               [&](const auto* const* from, auto* to) { return Call(from, to); });
   }
 
  private:
   static constexpr std::array<int, sizeof...(kBlocks)> kSizes{kBlocks...};
   static constexpr int kParameters = (kBlocks + ...);
+  template <class D>
+  struct Work {
+    static constexpr std::size_t num_blocks() { return sizeof...(kBlocks); }
+    static constexpr int size(std::size_t b) { return kSizes[b]; }
+    static constexpr int num_residuals() { return kResiduals; }
+    ScratchArray<D, kParameters> parameters;
+    ScratchArray<D, kResiduals> residuals;
+    std::array<const D*, sizeof...(kBlocks)> blocks;
+    std::array<D*, kParameters> columns;
+  };
   template <int>
   using Block = const double*;
   // True if the functor reads all blocks through one pointer.

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -24,18 +25,28 @@ class DynamicAutoDiffCost final : public CostFunction {
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     if (jacobians == nullptr) return InvokeFunctor(functor_, parameters, residuals);
-    using D = Dual<double, kDerivatives>;
-    const auto count = static_cast<std::size_t>(std::accumulate(block_sizes().begin(), block_sizes().end(), 0));
-    std::vector<D> numbers(count + static_cast<std::size_t>(num_residuals()));
-    std::vector<const D*> blocks(block_sizes().size());
-    std::vector<D*> columns(count);
-    return DifferentiateBlocks<D>(block_sizes(), num_residuals(),
-                                  {numbers.data(), numbers.data() + count, blocks.data(), columns.data()}, parameters,
-                                  residuals, jacobians,
-                                  [&](const auto* const* from, auto* to) { return InvokeFunctor(functor_, from, to); });
+    Work work(*this);
+    return DifferentiateBlocks(work, parameters, residuals, jacobians,
+                               [&](const auto* const* from, auto* to) { return InvokeFunctor(functor_, from, to); });
   }
 
  private:
+  using D = Dual<double, kDerivatives>;
+  struct Work {
+    explicit Work(const CostFunction& cost) : sizes(cost.block_sizes()), blocks(sizes.size()) {
+      const auto count = static_cast<std::size_t>(std::accumulate(sizes.begin(), sizes.end(), 0));
+      parameters.resize(count);
+      residuals.resize(static_cast<std::size_t>(cost.num_residuals()));
+      columns.resize(count);
+    }
+    std::size_t num_blocks() const { return sizes.size(); }
+    int size(std::size_t b) const { return sizes[b]; }
+    int num_residuals() const { return static_cast<int>(residuals.size()); }
+    std::span<const int> sizes;
+    std::vector<D> parameters, residuals;
+    std::vector<const D*> blocks;
+    std::vector<D*> columns;
+  };
   F functor_;
 };
 

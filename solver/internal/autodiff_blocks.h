@@ -3,52 +3,49 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
+#include <cstddef>
+#include <type_traits>
 
 #include "kernels/math/derivatives.h"
 #include "solver/internal/derivative_passes.h"
 
 namespace vesta {
 
-// Work memory of DifferentiateBlocks. D is a dual number.
-template <class D>
-struct AutoDiffMemory {
-  D* parameters;     // of all blocks
-  D* residuals;      // num_residuals
-  const D** blocks;  // per block
-  D** columns;       // per parameter
-};
-
 // Computes residuals and Jacobians as CostFunction::Evaluate does; jacobians is not null. call(blocks, residuals):
 // calls the functor, with pointers to dual numbers or to doubles, and returns its result. The blocks of dual numbers
-// are adjacent in memory. Inlined, so that the compiler unrolls loops over sizes that are constants.
-template <class D, class Call>
-[[gnu::always_inline]] inline bool DifferentiateBlocks(std::span<const int> sizes, int num_residuals,
-                                                       const AutoDiffMemory<D>& memory, const double* const* parameters,
-                                                       double* residuals, double** jacobians, const Call& call) {
-  int num_columns = 0;  // parameters whose derivatives are needed
-  D* next = memory.parameters;
-  for (std::size_t b = 0; b < sizes.size(); ++b) {
-    memory.blocks[b] = next;
-    for (int i = 0; i < sizes[b]; ++i, ++next) {
-      *next = D(parameters[b][i]);
-      if (jacobians[b] != nullptr) memory.columns[num_columns++] = next;
+// are adjacent in memory.
+//
+// work: the sizes and the memory, as members that may be constants and arrays of a fixed size:
+//   num_blocks(), size(b), num_residuals()
+//   parameters[], residuals[]: dual numbers, of all blocks and of all residuals
+//   blocks[]: a pointer to const dual numbers per block; columns[]: a pointer to a dual number per parameter
+template <class Work, class Call>
+bool DifferentiateBlocks(Work& work, const double* const* parameters, double* residuals, double** jacobians,
+                         const Call& call) {
+  using D = std::remove_reference_t<decltype(work.parameters[0])>;
+  std::size_t num_columns = 0;  // parameters whose derivatives are needed
+  for (std::size_t b = 0, k = 0; b < work.num_blocks(); ++b) {
+    work.blocks[b] = work.parameters.data() + k;
+    for (int i = 0; i < work.size(b); ++i, ++k) {
+      work.parameters[k] = D(parameters[b][i]);
+      if (jacobians[b] != nullptr) work.columns[num_columns++] = work.parameters.data() + k;
     }
   }
   if (num_columns == 0) return call(parameters, residuals);
-  MarkUnwritten(num_residuals, memory.residuals);
+  MarkUnwritten(work.num_residuals(), work.residuals.data());
   return DifferentiateInPasses(
-      num_columns, [&](int c) -> D& { return *memory.columns[c]; },
-      [&] { return call(memory.blocks, memory.residuals); },
+      static_cast<int>(num_columns), [&](int c) -> D& { return *work.columns[static_cast<std::size_t>(c)]; },
+      [&] { return call(work.blocks.data(), work.residuals.data()); },
       [&](int first, int count) {
-        for (int row = 0; row < num_residuals; ++row) residuals[row] = memory.residuals[row].a;
+        const auto residual = [&](int row) -> D& { return work.residuals[static_cast<std::size_t>(row)]; };
+        for (int row = 0; row < work.num_residuals(); ++row) residuals[row] = residual(row).a;
         int begin = 0;  // column of the block's first parameter
-        for (std::size_t b = 0; b < sizes.size(); ++b) {
+        for (std::size_t b = 0; b < work.num_blocks(); ++b) {
           if (jacobians[b] == nullptr) continue;
-          const int end = begin + sizes[b];
-          for (int row = 0; row < num_residuals; ++row) {
+          const int end = begin + work.size(b);
+          for (int row = 0; row < work.num_residuals(); ++row) {
             for (int c = std::max(begin, first); c < std::min(end, first + count); ++c) {
-              jacobians[b][row * sizes[b] + c - begin] = DerivativeOf(memory.residuals[row], c - first);
+              jacobians[b][row * work.size(b) + c - begin] = DerivativeOf(residual(row), c - first);
             }
           }
           begin = end;

@@ -57,11 +57,6 @@ inline void BlockProblem::Prepare(ConstVectorView x, std::size_t term, double* r
   for (int i = 0; i < block.num_residuals; ++i) residuals[i] = Unwritten<double>();
 }
 
-bool BlockProblem::TermResiduals(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
-  Prepare(x, term, residuals, scratch);
-  return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, nullptr);
-}
-
 bool BlockProblem::EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
   Prepare(x, term, residuals, scratch);
   const ResidualBlock block = residuals_[term];
@@ -82,9 +77,15 @@ bool BlockProblem::EvaluateTerm(ConstVectorView x, std::size_t term, double* res
 }
 
 double BlockProblem::TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const {
-  if (residuals_[term].num_residuals == 0) return 0;  // removed
-  scratch.residuals.resize(static_cast<std::size_t>(residuals_[term].num_residuals));
-  if (!TermResiduals(x, term, scratch.residuals.data(), scratch)) return std::numeric_limits<double>::quiet_NaN();
+  const int num_residuals = residuals_[term].num_residuals;
+  if (num_residuals == 0) return 0;  // removed
+  scratch.residuals.resize(static_cast<std::size_t>(num_residuals));
+  Prepare(x, term, scratch.residuals.data(), scratch);
+  if (!terms_[term].cost->Evaluate(scratch.arguments.data(), scratch.residuals.data(), nullptr)) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    scratch.residuals.assign(scratch.residuals.size(), kNaN);
+    return kNaN;
+  }
   double s = 0;
   for (const double r : scratch.residuals) s += r * r;
   return 0.5 * (terms_[term].loss ? terms_[term].loss->Evaluate(s).rho : s);

@@ -60,7 +60,7 @@ int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> ma
 int BlockProblem::AddParameterBlock(double* values, int size, std::shared_ptr<const Manifold> manifold) {
   VESTA_CHECK(values != nullptr, "the values of a parameter block are null");
   const auto known = block_of_.find(values);
-  VESTA_CHECK(known == block_of_.end(), "these values are those of parameter block {} already", known->second);
+  VESTA_CHECK(known == block_of_.end(), "these values belong to parameter block {} already", known->second);
   const int block = AddParameterBlock(size, std::move(manifold));
   caller_memory_[static_cast<std::size_t>(block)] = values;
   block_of_[values] = block;

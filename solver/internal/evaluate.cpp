@@ -109,8 +109,9 @@ class BlockEvaluator {
       jacobian = result_.jacobian.values.data() + result_.jacobian.row_starts[At(first_row_[k])];
       std::fill_n(jacobian, count * width, std::numeric_limits<double>::quiet_NaN());
       problem_.LinearizeTerm(x_, term, cells, width, residuals, jacobian, scratch);
-    } else if (!problem_.TermResiduals(x_, term, residuals, scratch)) {
-      std::fill_n(residuals, count, std::numeric_limits<double>::quiet_NaN());
+    } else {
+      problem_.TermCost(x_, term, scratch);
+      std::copy(scratch.residuals.begin(), scratch.residuals.end(), residuals);
     }
     double s = 0;
     for (int i = 0; i < count; ++i) s += residuals[i] * residuals[i];
