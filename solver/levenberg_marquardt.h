@@ -133,8 +133,8 @@ class LmStepper {
 };
 
 // Minimises the problem's cost, starting from x. Overwrites x with the best point found. Its cost, summed over all
-// batches, is never above that of the start. Runs an LmStepper until it is done or the callback returns kStop. Throws
-// Error as the constructor of LmStepper does.
+// batches, is never above the cost of the start. Runs an LmStepper until it is done or the callback returns kStop.
+// Throws Error as the constructor of LmStepper does.
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const std::type_identity_t<IterationCallback<B>>& callback = {});

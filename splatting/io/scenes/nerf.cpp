@@ -309,7 +309,7 @@ void ReadFrames(const json& top, const char* key, const std::string& path, const
 constexpr const char* kCameraPath = "camera_path";
 
 // The cameras of a camera path of nerfstudio's viewer: camera_to_world, 16 numbers row by row, and fov, the vertical
-// field of view in degrees. The size is that of `usual`.
+// field of view in degrees. `usual` gives the size.
 std::vector<View> ReadCameraPath(const json& top, const std::string& file, const Camera& usual) {
   std::vector<View> views;
   ForEachFrame(top, kCameraPath, file, [&](const FrameValues& values) {
