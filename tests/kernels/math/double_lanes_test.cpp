@@ -15,7 +15,7 @@ namespace vesta {
 namespace {
 
 using V = DoubleLanes;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Lane i has the value first + i * step.
@@ -33,7 +33,7 @@ TEST(DoubleLanes, ExponentialIsAccurateToOneUnitInTheLastPlace) {
     const V result = exp(x);
     for (int lane = 0; lane < V::kWidth; ++lane) {
       const long double exact = std::exp(static_cast<long double>(x[lane]));
-      const double unit = std::nextafter(static_cast<double>(exact), kInfinity) - static_cast<double>(exact);
+      const double unit = std::nextafter(static_cast<double>(exact), kInf) - static_cast<double>(exact);
       worst = std::max(worst, static_cast<double>(std::abs(result[lane] - exact)) / unit);
     }
   }
@@ -44,10 +44,10 @@ TEST(DoubleLanes, ExponentialOfSpecialValues) {
   const auto at = [](double x) { return exp(V(x))[V::kWidth - 1]; };
   EXPECT_EQ(at(0), 1);
   EXPECT_EQ(at(-0.0), 1);
-  EXPECT_EQ(at(kInfinity), kInfinity);
-  EXPECT_EQ(at(710), kInfinity);
+  EXPECT_EQ(at(kInf), kInf);
+  EXPECT_EQ(at(710), kInf);
   EXPECT_TRUE(std::isfinite(at(709.78)));
-  EXPECT_EQ(at(-kInfinity), 0);
+  EXPECT_EQ(at(-kInf), 0);
   EXPECT_EQ(at(-750), 0);
   EXPECT_TRUE(std::isnan(at(kNaN)));
 }
