@@ -15,7 +15,7 @@ namespace {
 
 // r_k = sin((k + 1) p[0]) + the sum of p[i] q[i % 2], for 11 numbers p and 2 numbers q.
 template <class T>
-void Waves(const T* p, const T* q, int rows, T* r) {
+void WavesOfTwo(const T* p, const T* q, int rows, T* r) {
   using std::sin;
   for (int k = 0; k < rows; ++k) {
     r[k] = sin(T(k + 1.0) * p[0]);
@@ -25,7 +25,7 @@ void Waves(const T* p, const T* q, int rows, T* r) {
 struct FixedWaves {
   template <class T>
   bool operator()(const T* p, const T* q, T* r) const {
-    Waves(p, q, 3, r);
+    WavesOfTwo(p, q, 3, r);
     return p[0] < T(5.0);
   }
 };
@@ -33,7 +33,7 @@ struct DynamicWaves {
   int rows;
   template <class T>
   bool operator()(const T* const* blocks, T* r) const {
-    Waves(blocks[0], blocks[1], rows, r);
+    WavesOfTwo(blocks[0], blocks[1], rows, r);
     return blocks[0][0] < T(5.0);
   }
 };

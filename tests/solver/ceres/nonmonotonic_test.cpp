@@ -15,7 +15,7 @@ namespace vesta::test {
 namespace {
 
 // Rosenbrock's function: a curved valley.
-struct Valley {
+struct CurvedValley {
   template <class T>
   bool operator()(const T* p, T* r) const {
     r[0] = T(100.0) * (p[1] - p[0] * p[0]);
@@ -27,7 +27,7 @@ struct Valley {
 struct TwinValley : TwinProblem {
   TwinValley() {
     const int block = AddBlock({-1.2, 1});
-    Add<2, 2>(Valley(), {block});
+    Add<2, 2>(CurvedValley(), {block});
   }
 };
 
