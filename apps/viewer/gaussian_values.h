@@ -24,8 +24,8 @@ enum class GaussianValue { kRemovalCost, kCoverage };
 // Position of each Gaussian on the colour scale, 0..1. rise: its removal cost. Position 0: the loss does not rise; 0.5:
 // the rise is the median of the positive rises.
 std::vector<float> RemovalCostColors(const std::vector<double>& rise);
-// The same for coverage. Position 0: no view shows the Gaussian; 0.5: all views together show as much of it as one
-// complete view would.
+// The same for coverage. Position 0: no view shows the Gaussian; 0.5: all views together show as much as one complete
+// view of the Gaussian.
 std::vector<float> CoverageColors(const std::vector<gs::Coverage>& coverage);
 
 struct MeasuredValues {

@@ -53,10 +53,10 @@ class BlockDiagonal {
   // y = this x.
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) const;
 
-  // Replaces every block by its Cholesky factor L, with 1 / L_kk on the diagonal. Solve needs it. If a diagonal entry
-  // is not positive, its row and column are treated as zero, and Solve returns 0 there. A pivot below 1e-6 (in double:
-  // 1e-13) times its diagonal entry is raised to that value, because a preconditioner must be positive definite but
-  // need not be exact. Returns the number of replaced or raised pivots. Finite input always gives finite output.
+  // Replaces every block by its Cholesky factor L, with 1 / L_kk on the diagonal. Must precede Solve. If a diagonal
+  // entry is not positive, its row and column are treated as zero, and Solve returns 0 there. A pivot below 1e-6 (in
+  // double: 1e-13) times its diagonal entry is raised to that value, because a preconditioner must be positive definite
+  // but need not be exact. Returns the number of replaced or raised pivots. Finite input always gives finite output.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
