@@ -114,7 +114,7 @@ VESTA_HD inline V AlphaOdds(const V& alpha) {
 }
 // A pixel's colour, or u . colour, is a sum of contributions of splats. Returns the sum's derivative with respect to
 // log alpha of this splat; 0 at the cap. odds: AlphaOdds. share: this splat's contribution. behind: on entry, the
-// contributions of this splat and everything behind it; on return, those behind it.
+// contributions of this splat and everything behind it; on return, without this splat.
 template <class V>
 VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& share, V& behind) {
   behind = behind - share;

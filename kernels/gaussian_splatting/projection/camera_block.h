@@ -2,9 +2,9 @@
 // Derivatives of splats with respect to the camera pose: the functions in CameraKernels. Each SIMD lane has one
 // Gaussian.
 //
-// A PoseTangent is a motion of a pose in camera axes: rotation omega and translation tau. Its effect on the projection
-// is the same as that of a rigid motion of all Gaussians about the camera's centre. In world axes, this rigid motion
-// has the rotation turn = R^T omega and the translation shift = R^T tau:
+// A PoseTangent is a motion of a pose in camera axes: rotation omega and translation tau. A rigid motion of all
+// Gaussians about the camera's centre has the same effect on the projection. In world axes, this rigid motion has the
+// rotation turn = R^T omega and the translation shift = R^T tau:
 //   d mean = turn x (mean - centre) + shift,   d quaternion = (0, turn) quaternion / 2.
 // Colours depend on the direction, in world axes, from the camera to the Gaussian. Only the shift changes this
 // direction. The derivative with respect to the pose is therefore the derivative of projection and colour (project.h,

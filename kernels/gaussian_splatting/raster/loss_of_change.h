@@ -83,7 +83,7 @@ struct LossOfChange {
     const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
     const PixelPenalty<V> before(e, loss.penalty), after(e + delta, loss.penalty);
-    // First and second derivative of the SSIM part of the loss: those of the loss minus those of the penalty.
+    // First and second derivative of the SSIM part of the loss: total derivative minus derivative of the penalty.
     const V ssim_slope = Fnma(l1, before.derivative, L::Load(gradient[k] + offset));
     const V pointwise = Fnma(l1, before.Curvature(loss.penalty), L::Load(diagonal[k] + offset));
     const V ssim_curvature = Fma(window_factor, L::Load(curvature[k] + offset), pointwise);

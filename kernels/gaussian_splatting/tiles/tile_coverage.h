@@ -53,7 +53,8 @@ struct TileRows {
     end = Clip((splat.v + reach.y - S(0.5)) / S(kTileSize), rows - 1) + 1;
   }
 
-  // Computes the touched tiles *first .. *last in a row of tiles. Returns false if the splat touches none of the row.
+  // Computes the touched tiles *first .. *last in a row of tiles. Returns false if the splat touches no tile of the
+  // row.
   VESTA_HD bool Row(int row, int* first, int* last) const {
     constexpr S kSize(kTileSize), kHalf(0.5);
     const S y0 = Max(static_cast<S>(row) * kSize + kHalf, splat.v - reach.y);
