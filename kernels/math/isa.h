@@ -2,9 +2,8 @@
 // The inline namespace of one instruction set.
 //
 // A template instantiated in a file compiled for AVX-512 becomes a weak symbol. Without this namespace, the linker
-// could use this copy in code for older CPUs. There the program would stop with SIGILL. All code in kernels/math and
-// every *.simd.cpp is therefore in `namespace vesta { inline namespace VESTA_ISA {` (checked by
-// tools/check_isa_symbols.py).
+// could use this copy for older CPUs, and the program would stop there with SIGILL. All code in kernels/math and every
+// *.simd.cpp is therefore in `namespace vesta { inline namespace VESTA_ISA {` (checked by tools/check_isa_symbols.py).
 #pragma once
 
 #ifndef VESTA_ISA

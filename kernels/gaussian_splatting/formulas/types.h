@@ -70,8 +70,7 @@ struct SplatGram {
 
 inline constexpr int kTileSize = 16;  // width and height, pixels
 
-// Long sums are split into partial sums of this many terms. In float, a sum of a million equal terms loses three
-// digits.
+// Long sums are split into partial sums of this many terms. In float, a sum of a million equal terms loses 3 digits.
 inline constexpr int kTermsPerPartialSum = 4096;
 
 // The splats of one view in depth order, and for each tile the list of splats that touch it. The rank of a splat is its
