@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of the commands and flags of the program, and the parsed command line. Flags that are options of a training
-// are in TrainFields() instead (train_options.h).
+// Tables of the commands and flags of the program, and the parsed command line. The flags of training options are in
+// TrainFields() instead (train_options.h).
 #pragma once
 
 #include <array>
@@ -50,7 +50,7 @@ const CommandInfo* FindCommand(const std::string& name);
 // The command with its required arguments, for help: "vesta train SCENE --out=DIR".
 std::string UsageForm(const CommandInfo& command);
 
-// --align: the parameters that eval fits to each test view before it measures again.
+// --align: the parameters that eval fits to each test view before it measures the quality again.
 enum class Align { kNone, kPose, kPoseAndColor };
 
 // --show: the quantity that render draws.
@@ -77,7 +77,7 @@ struct Flags {
   std::string box;
   bool clean = false;
   bool report = true;                        // write report.html after a training
-  std::string scene;                         // empty: report uses the folder in metrics.json, convert none
+  std::string scene;                         // empty: for report the folder in metrics.json, for convert none
   std::optional<double> max_loss, size_mib;  // prune: exactly one of these two and --keep is given
   std::optional<gs::RefineMethod> method;    // empty: depends on the preset
   std::string preset;                        // empty: as in --config, or kDefaultPreset
@@ -97,7 +97,7 @@ struct Flags {
   int threads = 0;
   std::string view;                // train: port of the page, or "auto"; empty: no page
   std::string bind = "127.0.0.1";  // address on which the viewer listens
-  std::optional<int> port;         // empty: the first free one from 7007 on
+  std::optional<int> port;         // empty: the first free port from 7007 on
   bool quiet = false;
   bool log_lm = false;
   bool profile = false;
@@ -111,7 +111,7 @@ struct Flags {
 // The groups of flags, in the order of the help.
 enum class FlagGroup { kInput, kQuality, kOutput, kBrowser, kResources, kOther };
 const char* Heading(FlagGroup group);
-// The group of an option of TrainFields() that has a flag of its own name.
+// The group of an option of TrainFields() that has its own flag.
 FlagGroup GroupOf(const schema::FieldInfo& option);
 
 struct FlagRow {

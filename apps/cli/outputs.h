@@ -15,7 +15,7 @@ namespace vesta::app {
 // Input and output paths of a run.
 class RunFiles {
  public:
-  // It need not exist.
+  // The file need not exist.
   void Reads(const std::string& file);
   // A scene that is not loaded yet: the folder itself, its images/ and sparse/.
   void ReadsScene(const std::string& folder);
@@ -28,8 +28,8 @@ class RunFiles {
   // A folder that the run may overwrite completely: it must not contain an input.
   void WritesFolder(const std::string& given, const std::string& folder);
 
-  // Throws Error (one line with the flag) if a rule is violated, or if an output exists as another kind, such as a
-  // folder instead of a file.
+  // Throws Error (one line with the flag) if a rule is violated, or if a folder exists at the path of an output file or
+  // a file at the path of an output folder.
   void Check() const;
 
  private:
@@ -49,8 +49,8 @@ class RunFiles {
 };
 
 // The output folder of a run. The constructor creates it with its parents, checks that it is writable, locks it against
-// other runs, and removes temporary files of killed runs. The destructor unlocks it. Unless Keep was called, it also
-// removes the created folders that are empty.
+// other runs, and removes the temporary files that killed runs left in it. The destructor unlocks it. Unless Keep was
+// called, it also removes those created folders that are empty.
 class OutputFolder {
  public:
   // Throws Error (one line with the folder) if it cannot be created or written, or if another run has locked it.
@@ -61,7 +61,7 @@ class OutputFolder {
 
   const std::string& path() const { return path_; }
   std::string File(const std::string& name) const;
-  // Call it when the folder has a result.
+  // Call Keep when the folder contains a result.
   void Keep() { made_.clear(); }
 
  private:
@@ -80,8 +80,8 @@ RunFiles FilesOf(const CommandLine& line);
 // "--flag=value".
 std::string FlagText(const char* flag, const std::string& value);
 
-// Throws Error (one line with the flag) if `file`, the value of the flag, cannot be written. Removes its temporary
-// files of killed runs.
+// file: the value of the flag. Throws Error (one line with the flag) if it cannot be written. Removes the temporary
+// files that killed runs left for it.
 void CheckWritable(const char* flag, const std::string& file);
 
 }  // namespace vesta::app

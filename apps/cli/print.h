@@ -52,8 +52,8 @@ class TimeLeft {
   double latest_seconds_ = 0;
 };
 
-// Prints the progress of a training. On a terminal: one line with a bar, rewritten up to five times per second.
-// Otherwise: a new line after every 5 % of a stage, and after an iteration that ends 10 s or more after the last line.
+// Prints the progress of a training. On a terminal, rewrites one line with a bar up to five times per second.
+// Otherwise, prints a line after every 5 % of a stage and after iterations that end 10 s or more after the last line.
 class ProgressLine {
  public:
   explicit ProgressLine(std::FILE* out);

@@ -6,7 +6,7 @@
 
 namespace vesta::app {
 
-// Git commit, with "-dirty" if the sources differ from it; "unknown" without git. Updated by every build.
+// Git commit, with "-dirty" if the sources differ from the commit; "unknown" without git. Every build updates it.
 extern const char* const kCommit;
 
 // Such as "0.2.0".

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands of the program. A command prints its results to stdout and returns the exit status. The parser has
-// checked the number of arguments. Throws Error (one line) for unusable input, and UsageError for flags that do not fit
-// together.
+// checked the number of arguments. Commands throw Error (one line) for unusable input, and UsageError for an invalid
+// combination of flags.
 #pragma once
 
 #include "apps/cli/flags.h"

@@ -9,12 +9,12 @@
 
 namespace vesta::app {
 
-// All ranks; without mpirun, this process alone. The first call initialises MPI. Throws Error if mpirun started several
-// processes of a build without MPI.
+// All ranks; without mpirun, this process alone. The first call initialises MPI. Throws Error if the build has no MPI
+// but mpirun started several processes.
 Communicator& WorldCommunicator();
-// Whether another rank has just reported the error `why`, so that this one need not. May wait half a second.
+// Whether another rank has just reported the error `why`. This rank then need not report it. May wait half a second.
 bool IsReportedByOtherRank(const std::string& why);
-// For a rank that fails. With other ranks: sends them the reason `why` and exits with `status` at once, because
+// For a rank that fails. If there are other ranks, sends them the reason `why` and exits with `status` at once, because
 // MPI_Finalize would wait forever. Otherwise returns.
 void AbortOtherRanks(const std::string& why, int status);
 // Collective: every rank calls it at the end of the program, so that no rank succeeds if another one fails.

@@ -13,7 +13,7 @@ namespace vesta::app {
 
 // Measurements of one photograph, comparable between the views of a scene.
 struct ViewDiagnostics {
-  // Mean squared Laplacian of the luma / variance of the luma: low if blurred, independent of contrast.
+  // Mean squared Laplacian of the luma / variance of the luma: low for a blurred image, and independent of contrast.
   double sharpness = 0;
   double saturated = 0;          // fraction of the pixels with a saturated channel
   double contrast = 0;           // standard deviation of the luma, 0..1
@@ -32,10 +32,10 @@ ViewDiagnostics DiagnosticsOf(const gs::Image& image);
 double ThumbnailDistance(const ViewDiagnostics& a, const ViewDiagnostics& b);
 
 // Estimates the exposure of each view relative to the median view, in stops: factors of two of light, which is
-// luma^2.2. For each point inside the image, the light of its pixel is divided by the light of the point's colour. This
-// is the mean colour over the point's photographs, so the content of the image has no influence. The exposure is the
+// luma^2.2. For each point inside the image, the light of its pixel is divided by the light of the point's colour. The
+// point's colour is the mean over its photographs, so the content of the image has no influence. The exposure is the
 // median of these ratios. It is 0 if the lower and the upper quartile differ in sign, as when foreground hides the
-// points. NaN with fewer than 20 points.
+// points, and NaN with fewer than 20 points.
 std::vector<double> ExposureStops(const gs::Scene& scene);
 
 // One line per warning, the most serious kind first. A kind that affects many views names five of them and the number

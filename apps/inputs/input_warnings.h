@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Warnings about a splat and a scene that probably do not match, judged by the quality. One line each; empty: no
+// Warnings about a splat that, judging by its quality, probably does not match the scene. One line each; empty: no
 // warning.
 #pragma once
 
@@ -13,8 +13,8 @@ namespace vesta::app {
 // dB.
 std::string WarningOfScene(double train_psnr);
 
-// Warns about a training with a very low PSNR at its end, probably because of a wrong scene or wrong options. Names the
-// reason if found: photographs of one colour, points that no training view sees, or points all at the same position.
+// Warns about a training with a very low PSNR at its end: the scene or the options are probably wrong. Names the reason
+// if it finds one: photographs of one colour, points that no training view sees, or all points at the same position.
 std::string WarningOfTraining(const gs::Scene& scene, double train_psnr);
 
 }  // namespace vesta::app

@@ -43,7 +43,7 @@ gs::SplatModel LoadSplat(const std::string& path);
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
 // Sets the background and eps2d for loading the scene to those of the splat.
 void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
-// Reads the files. UseRenderingFlags sets the background and eps2d; the values in `options` are replaced.
+// Reads the files. UseRenderingFlags sets the background and eps2d of the splat, which replace those in `options`.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);
 // For the arguments SPLAT and SCENE of eval, render or view.

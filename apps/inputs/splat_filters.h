@@ -10,11 +10,11 @@
 
 namespace vesta::app {
 
-// Throws UsageError if --box is invalid or flags do not fit together. Reads no files.
+// Throws UsageError if --box or the combination of flags is invalid. Reads no files.
 void CheckFilterFlags(const Flags& flags);
 
-// Removes the Gaussians outside --box, then, with --clean, the floaters. Adds the files of --scene to `files` and
-// checks these. Appends one line for the user per filter to `message`. Throws Error if no Gaussian would remain.
+// Removes the Gaussians outside --box and then, with --clean, the floaters. Adds the files of --scene to `files` and
+// checks `files`. Appends one line for the user per filter to `message`. Throws Error if no Gaussian would remain.
 gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* message);
 
 }  // namespace vesta::app

@@ -16,15 +16,15 @@
 
 namespace vesta::app {
 
-// Checks --film. Throws Error, with a message that names it, if the file name does not end in .mp4,
+// Checks the file of --film. Throws Error, with a message that names the flag, if the file name does not end in .mp4,
 // if ffmpeg is not installed, or if the file cannot be written.
 void CheckFilm(const std::string& file);
 
-// A video with ffmpeg's default codec for .mp4 (H.264 in usual builds). The file appears when Finish is called; without
-// it, the destructor ends ffmpeg and discards the video.
+// A video with ffmpeg's default codec for .mp4 (H.264 in usual builds). Finish creates the file. If Finish was not
+// called, the destructor ends ffmpeg and discards the video.
 class Film {
  public:
-  // size: frame size in pixels; one black column or row pads an odd width or height. frames_per_second > 0.
+  // size: frame size in pixels. A black column or row is added to an odd width or height. frames_per_second > 0.
   Film(const std::string& file, gs::ImageSize size, double frames_per_second);
   ~Film();
   Film(const Film&) = delete;
@@ -49,8 +49,8 @@ class Film {
 
 // A .png file name for each view: View::name with "_" for "/", and with ".png" instead of its extension.
 // files_of(name): all files that the caller will write for this name, beginning with the name itself. No two views get
-// the same file: if some would, all names keep their extension ("a.jpg.png"); if some still would ("a/b.jpg" and
-// "a_b.jpg"), all of these but the first get a number.
+// the same file. If two views would, all names keep their extension ("a.jpg.png"). If two still would ("a/b.jpg" and
+// "a_b.jpg"), each view after the first gets a number.
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
                                    const std::function<std::vector<std::string>(const std::string&)>& files_of);
 

@@ -19,7 +19,7 @@ struct CameraPath {
   std::string note;             // one line for the user; empty: none
 };
 
-// Throws UsageError if --path, --size, --frames, --film, --fps or --truth are invalid or do not fit together. Reads no
+// Throws UsageError if --path, --size, --frames, --film, --fps, --truth or their combination is invalid. Reads no
 // files.
 void CheckPathFlags(const Flags& flags);
 

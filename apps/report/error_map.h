@@ -15,19 +15,19 @@
 
 namespace vesta::app {
 
-// The colour at position `of`, 0..1, of the scale from black over red to pale yellow: r, g, b in 0..1.
+// Returns r, g, b, 0..1, at position `of`, 0..1, on the colour scale from black over red to pale yellow.
 std::array<float, 3> HeatColor(float of);
 
-// Errors from this value on have the brightest colour. A pixel's error is the mean over channels of |render - truth|,
-// with colours in 0..1; truth means the photograph.
+// Errors of this value or more have the brightest colour. A pixel's error is the mean over channels of |render -
+// truth|, with colours in 0..1; truth means the photograph.
 inline constexpr double kBrightestError = 0.25;
 
-// The errors, from black (none) to pale yellow (kBrightestError or more), of both images rounded to 8 bits. Throws
-// Error if their sizes differ.
+// Draws the errors, from black (none) to pale yellow (kBrightestError or more). First rounds both images to 8 bits.
+// Throws Error if their sizes differ.
 gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth);
 
-// The smallest fraction of the pixels, 0..1, with half of the sum of squared errors: small if the error is concentrated
-// in a few places, near 0.5 if spread evenly, and 0 for equal images.
+// The smallest fraction of the pixels, 0..1, that together have half of the sum of squared errors. It is small if the
+// error is concentrated in a few places, near 0.5 if the error is spread evenly, and 0 for equal images.
 double FractionWithHalfOfError(const gs::Image& render, const gs::Image& truth);
 
 // The quality of one test view.
@@ -43,7 +43,7 @@ struct ViewPictures {
   std::string truth, render, error;  // error: ErrorMap at half the size
 };
 
-// Renders and measures views as the evaluation at the end of a training. The model must be in the frame of the scene.
+// Renders and measures views like the evaluation at the end of a training. The model must be in the frame of the scene.
 // Throws Error if a photograph cannot be read.
 class ViewRenderer {
  public:
@@ -62,8 +62,8 @@ class ViewRenderer {
 };
 
 // Two SVG drawings of the cameras and a sample of the points, from above and from the side; up is the mean up axis of
-// the cameras. Training views are grey; test views green (best) to red (worst), with names. errors: one for each test
-// view, in the order of the scene, or empty.
+// the cameras. Training views are grey. Test views are green (best) to red (worst) and have their names. errors: one
+// for each test view, in the order of the scene, or empty.
 std::string CameraPlans(const gs::Scene& scene, std::span<const ViewError> errors);
 
 }  // namespace vesta::app

@@ -32,7 +32,7 @@ struct Chart {
 // The chart as SVG, with escaped texts. Without a finite point, it shows a note.
 std::string ToSvg(const Chart& chart);
 
-// A mark's label: "0.25", "120k", "1.5M". step: distance of the marks, which determines the digits.
+// A mark's label: "0.25", "120k", "1.5M". step: distance of the marks, which determines the number of digits.
 std::string ShortNumber(double value, double step);
 
 // About `count` round numbers within [low, high], for the marks of an axis. high > low.

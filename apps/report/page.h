@@ -13,7 +13,7 @@ namespace vesta::app {
 // Text from files is escaped, and a Content-Security-Policy forbids network requests.
 std::string ReportPage(const Report& report);
 
-// Colours for runs: the CSS classes run0, run1, ...
+// Number of colours for runs: the CSS classes run0, run1, ...
 inline constexpr std::size_t kRunColors = 6;
 
 std::string_view PageStyle();   // CSS

@@ -31,7 +31,7 @@ class RunRecord {
   std::vector<PhaseRow> phases() const;  // with --profile
   // The value of a key, such as "test_psnr", in each row of the history; NaN if unknown.
   std::vector<double> History(const char* figure) const;
-  // Keys, such as "adam.iterations", and values of all options, as text.
+  // All options as text: key, such as "adam.iterations", and value.
   std::vector<std::pair<std::string, std::string>> Options() const;
   const nlohmann::ordered_json& json() const { return json_; }
 
@@ -49,18 +49,18 @@ RunRecord ReadRun(const std::string& folder);
 // The values of a JSON object of objects as texts, with names "OUTER.INNER".
 std::vector<std::pair<std::string, std::string>> Flattened(const nlohmann::ordered_json& object);
 
-// scene: equal for two runs only if they use the same photographs at the same size (SceneToReport).
+// scene: from SceneToReport; equal for two runs only if they use the same photographs at the same size.
 struct RunSource {
   RunRecord record;
   std::string scene;
 };
 
-// A splat in the frame of its scene, and the scene with photographs of at least its test views.
+// A splat in the frame of its scene, and the scene. At least the test views of the scene have photographs.
 struct PosedSplat {
   const gs::SplatModel* model;
   const gs::Scene* scene;
 };
-// Loads splat and scene of a run, given its index; valid until the next call. Throws Error if that fails.
+// Loads splat and scene of the run with this index, valid until the next call. Throws Error if loading fails.
 using SplatLoader = std::function<PosedSplat(std::size_t run)>;
 
 struct ReportedRun {

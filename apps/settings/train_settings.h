@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of a training from presets, --config files and the command line, and their JSON.
+// Reads the options of a training from presets, --config files and the command line, and writes them as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -48,7 +48,7 @@ struct TrainSettings {
 gs::TrainOptions PresetOf(const CommandInfo& command, const std::string& preset,
                           std::optional<gs::RefineMethod> method = {});
 
-// The settings for train, config, refine or prune. resumed: settings of the checkpoint to resume, or null; they replace
+// The settings for train, config, refine or prune. resumed: settings of the checkpoint to resume, or null. They replace
 // the preset unless --preset or --config is given. Throws Error if a file cannot be used or options contradict each
 // other.
 TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed = nullptr);
@@ -56,7 +56,7 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed =
 // The options with which a training loads its scene.
 gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& options);
 
-// Sets the number of threads and checks --device, before every command. Throws as CheckDevice.
+// Sets the number of threads and checks --device. Call it before every command. Throws as CheckDevice.
 void UseComputeFlags(const Flags& flags);
 
 }  // namespace vesta::app

@@ -12,10 +12,10 @@
 
 namespace vesta::app {
 
-// Parses --checkpoint_every or --snapshot_every: "500" means iterations, "10m" minutes, an empty text never. Throws
-// UsageError (one line with the flag) for another text.
+// Parses --checkpoint_every or --snapshot_every: "500" means iterations, "10m" means minutes, and an empty text means
+// never. Throws UsageError (one line with the flag) for any other text.
 gs::Interval ParseInterval(const char* flag, const std::string& text);
-// Throws UsageError if one is invalid.
+// Throws UsageError if one of the two intervals is invalid.
 void CheckIntervals(const Flags& flags);
 
 // DIR/checkpoint.vesta.
@@ -35,9 +35,9 @@ std::string OriginText(const Origin& origin);
 Origin ReadOrigin(const gs::Checkpoint& checkpoint);
 
 // Checks that a training with the settings `before` can continue from the checkpoint with the settings `now`. Throws
-// Error (one line with the option) if an option differs that must not change during a training; in the LM stage these
-// include all options of Adam and of densification. Also throws Error if Adam has already done the new number of
-// iterations.
+// Error (one line with the option) if an option differs that must not change during a training. In the LM stage, these
+// options include all options of Adam and of densification. Also throws Error if Adam has already done the new number
+// of iterations.
 void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& before, const TrainSettings& now);
 
 }  // namespace vesta::app

@@ -19,7 +19,7 @@
 
 namespace vesta::app {
 
-// Probable maximum number of Gaussians of the result, number at the start, and SH degree.
+// most: the largest number of Gaussians that the result will probably have. least: the number at the start.
 struct ExpectedModel {
   Index most, least;
   int sh_degree;
@@ -37,11 +37,11 @@ struct TrainingJob {
   OutputFolder* out;  // null except on rank 0, which writes the results
 };
 
-// Notes for the user, one line each: about the origin and eps2d of the splat, how to evaluate it, and exceeded memory
-// budgets. result.model must be in world coordinates. splat: its file.
+// Notes for the user, one line each: about the origin and eps2d of the splat, its evaluation, and exceeded memory
+// budgets. result.model must be in world coordinates. splat: path of the written splat file.
 std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
 
-// How to resume a training that the user stopped; else empty. Only for rank 0.
+// Text that says how to resume a training that the user stopped; else empty. Only for rank 0.
 std::string ResumeHint(const TrainingJob& job, const gs::TrainResult& result);
 
 // Adds the outputs of a training with --out=`out` to `files`.
@@ -50,11 +50,11 @@ void RegisterResults(const Flags& flags, const std::string& out, RunFiles* files
 // Calls gs::Train or gs::Refine with these callbacks.
 using TrainRun = std::function<gs::TrainResult(gs::TrainCallbacks&)>;
 
-// Trains, then writes and prints the results, also after an interruption. Returns the exit status.
+// Trains, then writes and prints the results, even if the training was interrupted. Returns the exit status.
 int TrainAndWrite(const TrainingJob& job, const TrainRun& run);
 
 // Callbacks that show the progress on `line`, log each LM iteration if log_lm, and stop the training after Ctrl-C.
-// has_lm: an LM stage follows, which the predicted time at the start does not include.
+// has_lm: an LM stage follows. The time predicted at the start does not include it.
 gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm);
 
 // Callbacks that write checkpoints and snapshots (--checkpoint_every, --snapshot_every). scene and out must outlive the
@@ -62,8 +62,8 @@ gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm
 void SetSaveCallbacks(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
                       const OutputFolder& out, gs::TrainCallbacks* callbacks);
 
-// Starts the server of --view; null without it. Call TrainingMonitor::Follow before the training. scene must outlive
-// the result.
+// Starts the server of --view; returns null without this flag. Call TrainingMonitor::Follow before the training. scene
+// must outlive the result.
 std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
                                              const gs::TrainOptions& options);
 

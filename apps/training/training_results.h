@@ -12,7 +12,7 @@
 
 namespace vesta::app {
 
-// For refined cameras, in the output folder.
+// Subfolder of the output folder for refined cameras.
 inline constexpr const char* kCameraFolder = "cameras";
 
 // Removes the refined cameras of an earlier training.
@@ -22,9 +22,9 @@ void RemoveCameras(const OutputFolder& out);
 // not refined, writes nothing and returns an empty text.
 std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out);
 
-// Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, so that DIR never has files of different trainings:
-// files of an earlier training, also its cameras, are removed when the new splat is written. Disk space is reserved
-// before the training. If the program is killed, DIR has the old results, the new results, or only the new splat.
+// Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html. DIR never has files of different trainings, because
+// writing the new splat removes the files of an earlier training, including its cameras. Disk space is reserved before
+// the training. If the program is killed, DIR has the old results, the new results, or only the new splat.
 class TrainingResults {
  public:
   // Must outlive this object.
@@ -34,8 +34,8 @@ class TrainingResults {
   const std::string& metrics_path() const { return metrics_path_; }
   const std::string& report_path() const { return report_path_; }
 
-  // Reserves disk space for `likely` Gaussians; if there is too little, for `least` Gaussians, and returns false.
-  // Throws Error if that fails too.
+  // Reserves disk space for `likely` Gaussians. If there is too little, reserves space for `least` Gaussians instead
+  // and returns false. Throws Error if that fails too.
   bool Reserve(Index likely, Index least, int sh_degree);
   // Writes the splat before the LM stage, then reserves the same space.
   void SaveModel(const gs::SplatModel& model);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The texts of `vesta help`: help, manual page, and shell completions, from the tables of commands, flags and options.
+// Makes the help, the manual page and the shell completions from the tables of commands, flags and options.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace vesta::app {
 
-// The list of commands if `topic` is empty, else the flags of the command topic[0]; if `topic` contains "--all", also
-// rare flags and all training options. Throws UsageError if there is no such command.
+// Returns the list of commands if `topic` is empty, else the flags of the command topic[0]. If `topic` contains
+// "--all", the text also has rare flags and all training options. Throws UsageError if there is no such command.
 std::string HelpText(const std::vector<std::string>& topic);
 
 // The manual page (section 1, roff).

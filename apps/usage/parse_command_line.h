@@ -9,12 +9,12 @@
 
 namespace vesta::app {
 
-// Throws UsageError for an unknown command, with the most similar name.
+// Throws UsageError for an unknown command. The message suggests the most similar name.
 [[noreturn]] void RefuseCommand(const std::string& name);
 
 // Parses the words after the program name. help, --help and -h select help, also after a command. Throws UsageError for
-// a missing or unknown command; for an unknown flag or key, or one of another command; for a missing or invalid value;
-// for too few or too many arguments; and for a missing --out.
+// a missing or unknown command; for a flag or key that is unknown or belongs to another command; for a missing or
+// invalid value; for too few or too many arguments; and for a missing --out.
 CommandLine ParseCommandLine(const std::vector<std::string>& words);
 
 // A flag of a command, or an option for --set, for help, manual page and completions.
@@ -22,7 +22,7 @@ struct ListedFlag {
   std::string name;  // flag without dashes, or key for --set
   const schema::FieldInfo* field;
   FlagGroup group;
-  std::string value;  // default, with the default preset; empty: none
+  std::string value;  // default for the default preset; empty: none
   bool only_in_all = false;
   bool may_be_bare = false;  // the flag may have no value
 

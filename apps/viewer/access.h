@@ -13,18 +13,18 @@
 namespace vesta::app {
 
 // The secret token of a viewer's link: 32 hexadecimal digits from the system's random numbers. Requests for the splat
-// need it also if the server has a loopback address (127.0.0.1), because any site open in the same browser can send
-// requests there. Throws Error if the system has no random numbers.
+// need the token even if the server has a loopback address (127.0.0.1), because any site open in the same browser can
+// send requests to this address. Throws Error if the system has no random numbers.
 std::string MakeToken();
 
-// Compares in constant time, which reveals nothing about the token.
+// Compares in constant time, so that the time reveals nothing about the token.
 bool IsToken(std::string_view given, std::string_view token);
 
 bool IsLoopback(std::string_view address);
 
-// Whether a request comes from the viewer's own page, by its headers Host and Origin (empty if missing). address: where
-// the server listens. If it is a loopback address, the host must be one too, with any port, because tunnels change the
-// port. So a foreign host name that resolves to 127.0.0.1 is rejected. An origin must equal the host.
+// Whether a request comes from the viewer's own page, judging by its headers Host and Origin (empty if missing). If
+// `address`, on which the server listens, is a loopback address, the host must be one too, so a foreign name that
+// resolves to 127.0.0.1 is rejected. Any port is valid, because tunnels change it. An origin must equal the host.
 bool IsOwnPage(std::string_view address, std::string_view host, std::string_view origin);
 
 // A connection for cpp-httplib that limits bytes and time of a whole request; httplib itself limits only each read.

@@ -20,7 +20,7 @@ namespace vesta::app {
 // The quantities that a frame can show.
 enum class FrameKind { kRender, kTruth, kDifference, kDepth, kMedianDepth, kNormals, kCount, kRemovalCost, kCoverage };
 
-// Whether it shows one value per Gaussian (gaussian_values.h).
+// Whether the frame shows one value per Gaussian (gaussian_values.h).
 constexpr bool ShowsValues(FrameKind kind) { return kind == FrameKind::kRemovalCost || kind == FrameKind::kCoverage; }
 
 struct FrameRequest {
@@ -38,29 +38,29 @@ struct FrameRequest {
 //   rotation       quaternion w,x,y,z, camera to world, any length but zero; axes x right, y down, z forward
 //   focal          focal length in image heights, 0.05 to 50
 // truth and difference need `photo` and are at most as large as the photograph. removal_cost and coverage need a scene
-// with training views. moved: views of the scene with refined cameras; empty: not refined. Throws Error (one line with
-// the parameter) for missing or invalid parameters.
+// with training views. moved: views of the scene with refined cameras; empty: cameras are not refined. Throws Error
+// (one line with the parameter) for missing or invalid parameters.
 FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved = {});
 
 // Renders frames. Thread-safe.
 class FrameRenderer {
  public:
-  // FrameKind::kCount: splats in a tile of 16 x 16 pixels with the brightest colour.
+  // FrameKind::kCount: tiles of 16 x 16 pixels with this number of splats or more have the brightest colour.
   static constexpr int kManySplats = 1000;
 
   // The scene must outlive this object. background: 0..1.
   FrameRenderer(const gs::Scene& scene, const std::array<float, 3>& background)
       : scene_(scene), background_(ToDouble(background)) {}
 
-  // A JPEG. model: in the frame of the scene. scale_positions: for values per Gaussian, the position of each Gaussian
-  // on the colour scale, 0..1; else null.
+  // Returns a JPEG. model: in the frame of the scene. scale_positions: for a frame of values per Gaussian, the position
+  // of each Gaussian on the colour scale, 0..1; else null.
   std::string Jpeg(const gs::SplatModel& model, const FrameRequest& request,
                    const std::vector<float>* scale_positions = nullptr);
 
  private:
   gs::Image Picture(const gs::SplatModel& model, const FrameRequest& request,
                     const std::vector<float>* scale_positions);
-  // Draw splats_, which Picture has built for the model and camera.
+  // These functions draw splats_, which Picture has built for the model and camera.
   gs::Image DepthImage(const splat::Model<float>& model, gs::DepthKind kind);
   gs::Image ValueImage(const std::vector<float>& scale_positions);
   gs::Image CountImage() const;

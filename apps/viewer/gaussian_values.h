@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values per Gaussian that the viewer's page shows as colours: removal cost and coverage (docs/glossary.md). They take
-// several passes over all photographs, so a background thread computes them when a page requests them.
+// Values per Gaussian that the viewer's page shows as colours: removal cost and coverage (docs/glossary.md). Computing
+// them takes several passes over all photographs. A background thread therefore does it when a page requests them.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ enum class GaussianValue { kRemovalCost, kCoverage };
 // the rise is the median of the positive rises.
 std::vector<float> RemovalCostColors(const std::vector<double>& rise);
 // The same for coverage. Position 0: no view shows the Gaussian; 0.5: all views together show as much as one complete
-// view of it.
+// view of the Gaussian.
 std::vector<float> CoverageColors(const std::vector<gs::Coverage>& coverage);
 
 struct MeasuredValues {
@@ -44,9 +44,9 @@ class GaussianValues {
   GaussianValues& operator=(const GaussianValues&) = delete;
 
   // Returns the latest values, possibly of an earlier model; null: none yet. If they are not of `shown`, which must
-  // have a model, also starts to compute these, unless a computation runs or the pause after the last one, as long as
-  // the computation was, has not ended. Throws Error if the computation for `shown` failed, for example because a
-  // photograph cannot be read. Thread-safe.
+  // have a model, also starts to compute the values of `shown`. Does not start while a computation runs, nor in the
+  // pause after it, which is as long as the computation was. Throws Error if the computation for `shown` failed, for
+  // example because a photograph cannot be read. Thread-safe.
   std::shared_ptr<const MeasuredValues> Get(GaussianValue value, const ShownModel::Shown& shown);
 
  private:
@@ -60,8 +60,8 @@ class GaussianValues {
   };
 
   std::vector<float> Measure(GaussianValue value, const ShownModel::Shown& shown) const;
-  // The training views with the cameras of `shown`. Each photograph is copied when used, so that few copies are in
-  // memory.
+  // The training views with the cameras of `shown`. Each photograph is copied only when it is used, so that few copies
+  // are in memory.
   std::vector<gs::View> TrainingViews(const ShownModel::Shown& shown) const;
   void MeasureInto(State& state, GaussianValue value, const ShownModel::Shown& shown);
 

@@ -34,11 +34,11 @@ struct HttpRoute {
 
 class HttpServer {
  public:
-  // Without a given port, the first free one from kFirstPort on; kPortsToTry are tried.
+  // Without a given port, the server tries kPortsToTry ports from kFirstPort on and takes the first free one.
   static constexpr int kFirstPort = 7007, kPortsToTry = 100;
 
   // Serves until destruction. address: "127.0.0.1" for this machine only, "0.0.0.0" for all network interfaces. port: 0
-  // for the first free one. Throws Error (one line with --bind) if it cannot listen there.
+  // for the first free one. Throws Error (one line with --bind) if the server cannot listen there.
   HttpServer(const std::string& address, int port, std::vector<HttpRoute> routes);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;

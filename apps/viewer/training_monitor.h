@@ -24,7 +24,7 @@ class ShownModel {
  public:
   struct Shown {
     std::shared_ptr<const gs::SplatModel> model;  // null: none yet
-    // Changes of the training cameras relative to the scene, by refinement; null: not refined.
+    // How refinement has changed the training cameras of the scene; null: not refined.
     std::shared_ptr<const std::vector<gs::ViewUnknowns>> cameras;
     int version = 0;  // number of Put calls
   };
@@ -62,7 +62,7 @@ class TrainingMonitor {
   // model: receives the training's model while a page is open; must outlive this object.
   explicit TrainingMonitor(ShownModel& model) : model_(model) {}
 
-  // Adds functions of this object to the callbacks; existing ones are called too. It must outlive the training.
+  // Adds functions of this object to the callbacks and keeps existing ones. The object must outlive the training.
   void Follow(gs::TrainCallbacks* callbacks);
   // Sets the status to over.
   void End();
@@ -96,11 +96,11 @@ class TrainingMonitor {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool is_paused_ = false, is_stopped_ = false, is_over_ = false, wants_checkpoint_ = false;
-  double shown_at_ = -1;  // last copy of the model for the page; seconds of the steady clock
+  double shown_at_ = -1;  // time of the last copy of the model for the page; steady clock, seconds
   gs::TrainProgress progress_;
   TimeLeft time_left_;
   double seconds_left_ = 0;
-  int every_ = 1, since_ = 0;  // one of every_ observed losses is kept; since_: observed after it
+  int every_ = 1, since_ = 0;  // one of every_ losses is kept; since_: losses after the last kept one
   Curve costs_, train_psnr_, test_psnr_;
   std::string message_;
 };

@@ -25,7 +25,7 @@ struct ViewerAddress {
 class Viewer {
  public:
   // scene, model and training must outlive this object. scene may have no views. training: may be null. background:
-  // 0..1. Throws Error (one line with --bind) if it cannot listen on the address.
+  // 0..1. Throws Error (one line with --bind) if the server cannot listen on the address.
   Viewer(const ViewerAddress& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
          TrainingMonitor* training = nullptr);
 
@@ -42,7 +42,7 @@ class Viewer {
   HttpReply State();
   HttpReply Scene();
   HttpReply Frame(const HttpQuery& query);
-  // A frame of values per Gaussian, of the model of GaussianValues::Get, which may be earlier than `shown`.
+  // A frame of values per Gaussian. Their model is the one of GaussianValues::Get, which may be earlier than `shown`.
   HttpReply FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown);
 
   const gs::Scene& scene_;
@@ -53,8 +53,8 @@ class Viewer {
   HttpServer server_;  // declared last: serves as long as it exists
 };
 
-// The flags are --bind and --port of `vesta view`, or --bind and --view of a training. Throws UsageError if the value
-// of --view is not a port.
+// The address from --bind and --port of `vesta view`, or from --bind and --view of a training. Throws UsageError if the
+// value of --view is not a port.
 ViewerAddress AddressOfViewer(const Flags& flags);
 ViewerAddress AddressOfTrainingView(const Flags& flags);
 
@@ -77,12 +77,12 @@ class TrainingView {
 // The scene for the page as JSON, in the frame of the scene: "pivot" (the centre for orbiting: median of the points;
 // without points, of the Gaussians), "radius" (their median distance from the pivot), "up" (unit vector, mean of the
 // cameras), and "views", a list in the order of the scene with "name", "role" (train, held_out or test), "width",
-// "height", "position", "rotation" (w,x,y,z; camera to world) and "focal" (in image heights). views: with their current
-// cameras.
+// "height", "position", "rotation" (w,x,y,z; camera to world) and "focal" (in image heights). views: the views of the
+// scene with their current cameras.
 std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views, const gs::SplatModel& model);
 
-// Median distance of the Gaussians from their median position: Scene::extent of a scene without views, which determines
-// the near plane.
+// Median distance of the Gaussians from their median position. It is Scene::extent of a scene without views.
+// Scene::extent determines the near plane.
 double ExtentOf(const gs::SplatModel& model);
 
 }  // namespace vesta::app

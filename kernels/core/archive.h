@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Serialisation of objects as bytes. An object lists its members once, for writing and reading:
+// Serialisation of objects as bytes. An object lists its members once, for both writing and reading:
 //
 //   template <class Archive>
 //   void Visit(Archive& archive) { archive(count_, values_, name_); }
 //
 // A member has a trivially copyable type, or is a string, a vector, a Buffer, or an object with Visit. Strings, vectors
 // and buffers are stored as their number of elements (8 bytes), then the elements. Numbers are stored as in memory
-// (little-endian). The caller adds any type, version or checksum.
+// (little-endian). If a type, version or checksum is needed, the caller adds it.
 // An ArchiveWriter passes the bytes of each member to a function. An ArchiveReader reads from memory and throws Error
 // if the bytes end too early.
 #pragma once
@@ -27,7 +27,7 @@ namespace vesta {
 
 class ArchiveWriter {
  public:
-  // Whether the archive reads the members.
+  // Whether this class reads the members of an object.
   static constexpr bool kReads = false;
   explicit ArchiveWriter(std::function<void(std::string_view)> sink) : sink_(std::move(sink)) {}
 
@@ -98,7 +98,7 @@ class ArchiveReader {
   std::string_view rest() const { return rest_; }
 
  private:
-  // Reads the number of elements of at least `element` bytes each. Throws Error if fewer bytes follow.
+  // Reads a number of elements of at least `element` bytes each. Throws Error if too few bytes follow for them.
   Index ReadSize(std::size_t element) {
     Index size = 0;
     Bytes(&size, sizeof(size));

@@ -29,8 +29,8 @@ struct BlockGroup {
 };
 
 // A symmetric block-diagonal matrix over the parameters 0..num_parameters-1. The groups must cover each parameter
-// exactly once. Element (row, col) of block i of group g is values(g)[PackedLower(row, col) * count + i], so 16 blocks
-// can be factorised side by side in vector registers. B is a vector backend (vector_backend.h).
+// exactly once. Element (row, col) of block i of group g is values(g)[PackedLower(row, col) * count + i]. With this
+// layout, 16 blocks are factorised at once in vector registers. B is a vector backend (vector_backend.h).
 template <class B>
 class BlockDiagonal {
  public:
@@ -55,8 +55,8 @@ class BlockDiagonal {
 
   // Replaces every block by its Cholesky factor L, with 1 / L_kk on the diagonal. Must precede Solve. If a diagonal
   // entry is not positive, its row and column are treated as zero, and Solve returns 0 there. A pivot below 1e-6 (in
-  // double: 1e-13) times its diagonal entry is raised to that value: a preconditioner must be positive definite but
-  // need not be exact. Returns the number of replaced or raised pivots. Finite input always gives finite output.
+  // double: 1e-13) times its diagonal entry is raised to that value, because a preconditioner must be positive definite
+  // but need not be exact. Returns the number of replaced or raised pivots. Finite input always gives finite output.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
@@ -75,7 +75,7 @@ namespace vesta::device {
 // GPU versions for one group, defined in block_diagonal.cu. Each thread processes one block; neighbouring threads read
 // neighbouring values.
 //
-// Largest order of a block, which a thread keeps in local memory.
+// Largest order of a block. A thread keeps the block in local memory.
 inline constexpr int kMaxBlockOrder = 32;
 
 // All pointers are to GPU memory. values: the NumValues() values of the group. num_replaced: counter that Factorize

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GPU kernels whose threads work together, as plain C++. A block kernel is a struct with
+// GPU kernels, in plain C++, whose threads work together. A block kernel is a struct with
 //
 //   static constexpr int kThreads;            threads of a block, a multiple of 32
 //   struct Shared;                            shared memory: plain arrays, not initialised, up to 48 KiB
@@ -50,9 +50,9 @@ struct LargestOrNaN {
   }
 };
 
-// Each block of threads combines term(i) with `add` over one chunk of [0, size) into result[block]. Chunks have `chunk`
-// indices (ChunkSize), the last one perhaps fewer, so the result does not depend on the GPU. term: VESTA_HD
-// double(Index). add: `add(0, x)` must be x.
+// Each block of threads combines the values term(i) of one chunk of [0, size) with `add` and stores result[block].
+// Chunks have `chunk` indices (ChunkSize), the last one perhaps fewer, so the result does not depend on the GPU. term:
+// VESTA_HD double(Index). add: `add(0, x)` must be x.
 template <class Term, class Add>
 struct ReduceChunks {
   static constexpr int kThreads = 256;
@@ -99,7 +99,7 @@ struct SumChunks {
 };
 
 // Number of indices per chunk in a reduction of `size` terms. There are at most kMaxChunks chunks. Each one except the
-// last has at least 4096 indices: launching a shorter one costs more than its sum.
+// last has at least 4096 indices, because launching a block of threads costs more than a shorter sum.
 inline constexpr Index kMaxChunks = 2048;
 constexpr Index ChunkSize(Index size) {
   constexpr Index kShortest = 4096, kStep = 256;

@@ -25,11 +25,11 @@ inline constexpr S kSmallestPivot = sizeof(S) == sizeof(float) ? S(1e-6) : S(1e-
 }  // namespace block_internal
 
 // Cholesky factorisation of kLanes blocks of order `size`, in place. a: the packed lower triangles (packed.h), replaced
-// by L with 1 / L_kk on the diagonal. Adds the number of replaced or raised pivots of each lane to `num_replaced`.
-// root, scale and left are scratch arrays of `size` elements.
+// by L with 1 / L_kk on the diagonal. Adds each lane's number of replaced or raised pivots to `num_replaced`. root,
+// scale and left are scratch arrays of `size` elements.
 //
-// The blocks are first scaled to a unit diagonal. The squares of row i of L sum to diagonal entry i. The square of an
-// entry is therefore at most this diagonal entry minus the squares of the entries before it in its row. Clamping to
+// The blocks are first scaled to a unit diagonal. The squared entries of row i of L sum to diagonal entry i. The square
+// of an entry is therefore at most diagonal entry i minus the squares of the entries before it in row i. Clamping to
 // this bound keeps all numbers finite for any input.
 template <int kLanes, class S>
 VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLanes<S, kLanes>* root,

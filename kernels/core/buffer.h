@@ -51,8 +51,8 @@ class Buffer<T, Host> {
     return *this;
   }
 
-  // Discards the contents and sets all elements to T{}. Reuses the memory if it is large enough, like the functions
-  // below.
+  // Discards the contents and sets all elements to T{}. Like the functions below, reuses the memory if it is large
+  // enough.
   void Resize(Index size) {
     ResizeForOverwrite(size);
     std::fill_n(data_.get(), size_, T{});

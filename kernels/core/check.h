@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors. Misuse and bad input throw vesta::Error with a one-line message that says what to do. Numerical failures
-// never throw; the solver's summary reports them.
+// Errors. For misuse and bad input, the library throws vesta::Error with a one-line message that says what to do.
+// Numerical failures never throw; the solver's summary reports them.
 #pragma once
 
 #include <fmt/format.h>

@@ -7,8 +7,8 @@ namespace vesta {
 enum class Isa { kBaseline, kAvx2, kAvx512 };
 
 // The best instruction set that this CPU supports and vesta was compiled for. The environment variable
-// VESTA_SIMD=sse2|avx2|avx512 overrides it; throws Error if its value is unknown or the CPU lacks that set. Decided
-// once per process.
+// VESTA_SIMD=sse2|avx2|avx512 overrides this choice. Throws Error if its value is unknown or the CPU lacks that set.
+// The choice is made once per process.
 Isa ActiveIsa();
 // Whether this CPU supports the instruction set.
 bool IsaAvailable(Isa isa);
@@ -17,14 +17,14 @@ const char* IsaName(Isa isa);
 }  // namespace vesta
 
 // VESTA_DECLARE_PER_ISA declares a function that a *.simd.cpp file defines once per instruction set. VESTA_OF_ISA
-// selects one of its versions. The ordinary.cpp file uses both:
+// selects one of these versions. The ordinary.cpp file uses both macros:
 //
 //   VESTA_DECLARE_PER_ISA(const RowKernels& CompiledRowKernels();)
 //   const RowKernels& RowKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRowKernels)(); }
 //
 // Both lines must be in the namespace that encloses `inline namespace VESTA_ISA` in the *.simd.cpp file. The *.simd.cpp
-// file must not include them: the macro makes `baseline` the inline namespace, but there VESTA_ISA must be the inline
-// one.
+// file must not include these lines: the macro makes `baseline` the inline namespace, but in the *.simd.cpp file this
+// must be VESTA_ISA.
 #if defined(__x86_64__)
 #define VESTA_DECLARE_PER_ISA(...) \
   inline namespace baseline {      \

@@ -11,8 +11,8 @@
 
 namespace vesta {
 
-// Like the host's buffer: move-only, zero after construction and Resize, reusing its memory. The host cannot access the
-// elements; copies are explicit.
+// Like the host's buffer: move-only, zero after construction and Resize, and its memory is reused. The host cannot
+// access the elements; copies are explicit.
 template <class T>
 class Buffer<T, Device> {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GPU kernels, for host code: whether they can run, how they are launched, and their registers and bytes.
+// For host code: tells whether GPU kernels can run, launches them, and lists their registers and bytes.
 #pragma once
 
 #include <cstddef>
@@ -17,12 +17,12 @@ struct KernelStatistics {
   int registers = 0;
   std::size_t local_bytes = 0, shared_bytes = 0;  // per thread (arrays and spills); per block
 };
-// One element per launched kernel, in the order of the first launches. Instances of one template can have the same
-// name.
+// One element per launched kernel, in the order in which the kernels were first launched. Instances of one template can
+// have the same name.
 std::vector<KernelStatistics> KernelTable();
 
-// Counters of one host thread since its start. A sort or a running sum counts as one launch. ReadLagged counts as a
-// wait if its previous copy may still be running.
+// Counters of one host thread since its start. A sort or a running sum counts as one launch. A call of ReadLagged
+// counts as a wait if the previous copy may still be running.
 struct HostWork {
   std::int64_t launches = 0, waits = 0;
 };
@@ -34,8 +34,8 @@ inline HostWork& CountedHostWork() {
 // Called once per kernel by launch.cuh, for KernelTable.
 void RegisterKernel(const char* name, const void* kernel);
 
-// Returns an empty string if the GPU can run this program's kernels, otherwise CUDA's error message, for example that
-// the program has no machine code for this GPU, or that its PTX is too new for the driver.
+// Returns an empty string if the GPU can run this program's kernels, otherwise CUDA's error message. For example, the
+// program has no machine code for this GPU, or its PTX is too new for the driver.
 std::string UnsupportedReason();
 
 // The error message for a GPU that cannot run the kernels. reason: from UnsupportedReason. capability: 10 major +
@@ -46,8 +46,8 @@ inline std::string NoCodeMessage(const std::string& gpu, int capability, const s
          " (CUDA: " + reason + ")";
 }
 
-// Calls launch(), which launches a kernel and returns false if memory ran out. In that case returns the pool's unused
-// memory to the driver and tries again. If this fails too, throws OutOfDeviceMemory with the kernel's name.
+// Calls launch(), which launches a kernel and returns false if memory ran out. If it returns false, gives the pool's
+// unused memory back to the driver and tries again. If this fails too, throws OutOfDeviceMemory with the kernel's name.
 template <class Launch>
 void LaunchOrThrow(const Launch& launch, const char* name) {
   ++CountedHostWork().launches;

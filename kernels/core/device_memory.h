@@ -32,13 +32,13 @@ const DeviceInfo& QueryDevice();
 
 namespace device {
 
-// Allocates uninitialised memory from a pool that keeps freed memory. Throws OutOfDeviceMemory; returns null for 0
-// bytes.
+// Allocates uninitialised memory from a pool that keeps freed memory. Returns null for 0 bytes. Throws
+// OutOfDeviceMemory.
 void* Allocate(std::size_t bytes);
 void Free(void* memory) noexcept;
-// Returns the pool's unused memory to the driver, which can merge fragments. Waits for all work.
+// Returns the pool's unused memory to the driver, so that the driver can merge fragments. Waits for all work.
 void TrimPool();
-// These run in stream order. Copies to and from the host wait until they are complete.
+// The next four functions run in stream order. Copies to and from the host wait until they are complete.
 void SetZero(void* memory, std::size_t bytes);
 void Copy(void* to, const void* from, std::size_t bytes);
 void CopyFromHost(void* to, const void* from, std::size_t bytes);
@@ -47,15 +47,15 @@ void CopyToHost(void* to, const void* from, std::size_t bytes);
 void Synchronize();
 
 // Returns the value that `scalar` had at the previous call with the same pointer; 0 at the first call. Starts a copy
-// for the next call. Waits only for the previous copy. If more than 16 scalars are read, the oldest one starts again
-// with 0.
+// for the next call, and waits only for the previous copy. At most 16 scalars are remembered: one more replaces the
+// oldest, which then starts again with 0.
 double ReadLagged(const double* scalar);
 // Discards the copies of first[0 .. count - 1]. Their next ReadLagged returns 0.
 void DiscardLagged(const double* first, std::size_t count);
 
 // Bytes that can be allocated now: free device memory plus unused memory of the pool.
 std::size_t FreeBytes();
-// Bytes allocated now, and the maximum since ResetPeak.
+// Bytes allocated now; their maximum since ResetPeak.
 std::size_t BytesInUse();
 std::size_t PeakBytes();
 void ResetPeak();

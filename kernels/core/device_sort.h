@@ -15,7 +15,7 @@ void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& v
                DeviceBuffer<std::uint32_t>& other_keys, DeviceBuffer<std::uint32_t>& other_values, Index count,
                int bits, DeviceBuffer<unsigned char>& temporary);
 
-// sums[0] = 0 and sums[i] = counts[0] + ... + counts[i - 1] for i < size. The arrays must not overlap.
+// sums[0] = 0; sums[i] = counts[0] + ... + counts[i - 1] for 0 < i < size. The arrays must not overlap.
 void RunningSum(const Index* counts, Index* sums, Index size, DeviceBuffer<unsigned char>& temporary);
 
 }  // namespace vesta::device

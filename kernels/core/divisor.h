@@ -26,7 +26,7 @@ struct Division {
 
 class Divisor {
  public:
-  // divisor >= 0. With 0 (no data) Divide must not be called.
+  // divisor >= 0. If it is 0 (no data), Divide must not be called.
   constexpr explicit Divisor(Index divisor)
       : divisor_(divisor > 0 ? divisor : 1), reciprocal_(~std::uint64_t{0} / static_cast<std::uint64_t>(divisor_)) {}
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The library's exception type. Without fmt, so that nvcc can compile it. Other sources include check.h instead.
+// The library's exception type. Does not use fmt, so that nvcc can compile it. Other sources include check.h instead.
 #pragma once
 
 #include <stdexcept>

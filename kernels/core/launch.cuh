@@ -35,8 +35,8 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
 
 // Threads per block of ForEach: few, so that functions with many registers still occupy most of a multiprocessor.
 inline constexpr int kForEachThreads = 128;
-// F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor at once. With 1 the
-// compiler may use all registers. Without kMinBlocks (0) it may spill values to memory to fit one more block.
+// F::kMinBlocks, if defined: the minimum number of blocks that must fit on a multiprocessor at once. If it is 1, the
+// compiler may use all registers. Without kMinBlocks (0), it may spill values to memory to fit one more block.
 template <class F>
 constexpr int MinBlocks() {
   if constexpr (requires { F::kMinBlocks; }) {
@@ -73,7 +73,7 @@ void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
   static const bool noted = (RegisterKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
   static_cast<void>(noted);
-  // Enough blocks for the largest GPUs; the loop inside the kernel covers the remaining indices.
+  // This many blocks are enough for the largest GPUs; the loop inside the kernel covers the remaining indices.
   constexpr Index kMaxBlocks = 132 * 128;
   const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
   const auto blocks = static_cast<unsigned>(needed < kMaxBlocks ? needed : kMaxBlocks);

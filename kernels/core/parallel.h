@@ -18,15 +18,15 @@ namespace vesta {
 // Sets the number of threads, including the calling one; 0 means one per core. Throws Error if it is negative.
 void SetNumThreads(int num_threads);
 int NumThreads();
-// The check of SetNumThreads.
+// The check that SetNumThreads makes.
 inline void CheckNumThreads(int num_threads) {
   if (num_threads < 0)
     throw Error(kBadArgument, "num_threads is " + std::to_string(num_threads) + "; choose 0 for all cores, or more");
 }
 
-// Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, count), on all threads, in any order.
-// Chunk boundaries are multiples of grain for any number of threads. Exceptions of body are rethrown. body may call
-// this function.
+// Divides [0, count) into consecutive chunks of `grain` indices. Calls body(begin, end) for them on all threads, in any
+// order. Chunk boundaries are multiples of grain for any number of threads. Exceptions of body are rethrown. body may
+// call this function.
 void ParallelForChunks(Index count, Index grain, const std::function<void(Index begin, Index end)>& body);
 
 // Calls body(i) for each i in [0, count), with `grain` indices per task.
@@ -53,7 +53,7 @@ T ParallelSum(Index count, Index grain, const Body& body) {
   return sum;
 }
 
-// For ParallelSum: += keeps the larger value, and NaN if there is one.
+// For ParallelSum: += keeps the larger value, or NaN if either value is NaN.
 struct Largest {
   double value = 0;
   Largest& operator+=(const Largest& other) {

@@ -4,8 +4,8 @@
 
 namespace vesta {
 
-// Makes glibc return each buffer of 1 MiB or more to the system as soon as it is freed. By default it keeps more and
-// more of them while the sizes grow. Programs call it at their start. No effect without glibc.
+// Makes glibc return each buffer of 1 MiB or more to the system as soon as it is freed. By default, glibc keeps more
+// and more freed buffers while the sizes grow. Programs call this function at their start. No effect without glibc.
 void ReturnFreedMemoryToSystem();
 
 // Peak resident memory so far, MiB.

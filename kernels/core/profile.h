@@ -2,10 +2,10 @@
 // Profiler: wall and CPU seconds of named phases of a run (`--profile`, LmOptions::profile).
 //
 // A phase that begins within another one is its child. Every second belongs to exactly one phase, the innermost open
-// one, so the phases add up to the whole. The profile belongs to the thread (ProfileScope), because phases begin deep
-// in the kernels. Threads without a profile, which decode photographs or serve the viewer, record no phases. Their CPU
-// seconds are added to the phase open at that time. Phases begin on the main thread of the run, never in the body of a
-// parallel loop.
+// one, so the phases add up to the whole. Phases begin deep in the kernels, so each thread has a current profile
+// (ProfileScope) and functions do not pass it on. Threads without a profile, which decode photographs or serve the
+// viewer, record no phases. Their CPU seconds are added to the phase that the run has open at that time. Phases begin
+// on the main thread of the run, never in the body of a parallel loop.
 #pragma once
 
 #include <cstdint>
@@ -44,8 +44,8 @@ PhaseSeconds ReadClocksOf() {
 
 struct PhaseRow {
   std::string name;
-  int depth = 0;           // 0: the whole run; the rows of depth d + 1 below a row of depth d add up to it
-  std::int64_t calls = 0;  // 0: the row "other", time of the parent outside its listed phases
+  int depth = 0;           // 0: the whole run; a row of depth d is the sum of the rows of depth d + 1 below it
+  std::int64_t calls = 0;  // 0: the row "other", the time of the parent outside its listed phases
   PhaseSeconds seconds;    // including its child phases
 };
 
@@ -57,12 +57,12 @@ class Profile {
   // The profile of the calling thread; null without one.
   static Profile* Current() { return current_; }
 
-  // Begins a phase within the open one, or continues it. name: a string literal.
+  // Begins a phase within the open phase, or continues an earlier one of the same name there. name: a string literal.
   void Begin(const char* name);
-  // Ends the open phase; its parent is open again.
+  // Ends the open phase. Its parent is then open again.
   void End();
   // Returns the times until now. Each parent precedes its child phases, which are sorted by decreasing wall time.
-  // Phases below the fraction least_share of the total wall time are combined in "other".
+  // Phases whose fraction of the total wall time is below least_share are combined in "other".
   std::vector<PhaseRow> Rows(double least_share = 0.005);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counter-based random numbers: functions of a key and a counter, so they do not depend on the order of threads.
+// Counter-based random numbers: functions of a key and a counter. They do not depend on the order of threads.
 #pragma once
 
 #include <cmath>

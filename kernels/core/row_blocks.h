@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Products with a Jacobian J that stores one dense block per residual block, all of the same shape. GPU solvers use
-// them for problems that store their Jacobian. Each step is a functor of an index and may run in any order.
+// them for problems that store their Jacobian. Each step is a functor, called for all indices in any order.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace vesta {
 
-// Dense blocks of `residuals` rows and `parameters` columns. Column c of block b belongs to parameter index[c * blocks
-// + b]. Row k of block b is row k * blocks + b of J, with entries jacobian[(k * parameters + c) * blocks + b].
+// Dense blocks of `residuals` rows and `parameters` columns. Column c of block b belongs to the parameter index[c *
+// blocks + b]. Row k of block b is row k * blocks + b of J, with entries jacobian[(k * parameters + c) * blocks + b].
 template <class S>
 struct RowBlocks {
   Index blocks = 0;
@@ -27,9 +27,9 @@ struct RowBlocks {
 // The transpose: for each parameter, the list of its columns in the blocks. Column c of block b is listed as c * blocks
 // + b. The list of parameter p is entries[first_entry[p]] .. entries[first_entry[p + 1] - 1], ascending in b.
 //
-// Lists are split into segments of at most kSegmentEntries entries, so that several threads share a parameter with many
-// blocks. Segment s has the entries segments[s] .. segment_end[s] - 1. Parameter p has the segments first_segment[p] ..
-// first_segment[p + 1] - 1.
+// Each list is split into segments of at most kSegmentEntries entries. Several threads can then share the work of a
+// long list. Segment s has the entries segments[s] .. segment_end[s] - 1. Parameter p has the segments first_segment[p]
+// .. first_segment[p + 1] - 1.
 struct RowBlocksTranspose {
   const Index *entries, *first_entry, *segments, *segment_end, *first_segment;
 };
@@ -50,7 +50,7 @@ struct MultiplyRows {
   }
 };
 
-// For segment s: partial[s] = its part of J^T u, or of diag(J^T J) if u is null.
+// For segment s: partial[s] = the segment's part of J^T u, or of diag(J^T J) if u is null.
 template <class S>
 struct SumSegment {
   RowBlocks<S> rows;
@@ -73,7 +73,7 @@ struct SumSegment {
   }
 };
 
-// For parameter p: sums[p] = the sum of its segments.
+// For parameter p: sums[p] = the sum of partial[s] over its segments s.
 template <class S>
 struct SumSegments {
   RowBlocksTranspose transpose;
@@ -86,8 +86,8 @@ struct SumSegments {
   }
 };
 
-// For i = packed * group.count + g: element `packed` of the packed lower triangle of diagonal block g of J^T J. A
-// residual block with one parameter of a diagonal block must have all of them, in adjacent columns and in order.
+// Computes values[k * group.count + g]: entry k of the packed lower triangle of diagonal block g of J^T J. If a
+// residual block uses any parameter of a diagonal block, it must use all, in adjacent columns and in order.
 template <class S>
 struct GramOfRows {
   static constexpr int kMinBlocks = 1;

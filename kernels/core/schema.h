@@ -32,7 +32,7 @@ struct Choice {
   const char* name;
 };
 
-// A field with any non-empty text. placeholder: its word in the help, such as FILE.
+// A field with any non-empty text. placeholder: the word for the value in the help, such as FILE.
 struct Words {
   const char* placeholder;
 };
@@ -64,7 +64,7 @@ std::string Print(double value);
 std::string Print(Index value);
 std::vector<std::string> SplitAt(const std::string& text, char separator);
 
-// Returns at most max_count names with the smallest edit distance, nearest first, without very different ones.
+// Returns at most max_count names with the smallest edit distance, nearest first. Omits very different names.
 std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names,
                                  std::size_t max_count = 3);
 

@@ -54,7 +54,7 @@ struct Sorting<Host> {
     for (Index i = 0; i < keys.size(); ++i) values[i] = items[i].value;
   }
 
-  // sums[i] = counts[0] + ... + counts[i - 1], with as many sums as counts. Returns the last sum, sums[size - 1].
+  // sums[i] = counts[0] + ... + counts[i - 1] for i < size, the number of counts. Returns the last sum, sums[size - 1].
   static Index RunningSum(const HostBuffer<Index>& counts, HostBuffer<Index>& sums) {
     Index sum = 0, last = 0;
     for (Index i = 0; i < counts.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine's vector algebra, declared once for all memory spaces: on the host in cpu_backend.cpp, on a device in its
-// own file. The engine is one template for both.
+// The engine's vector algebra, declared once for all memory spaces. It is defined for the host in cpu_backend.cpp, and
+// for a device in its own file. The engine is one template for both.
 #pragma once
 
 #include <cmath>
@@ -38,8 +38,8 @@ enum PcgScalar : int {
   kNumPcgScalars
 };
 
-// Why the iteration stopped: small residual, small decrease of the model, p^T A p or r^T z not positive, or a value
-// that is not finite.
+// Why the iteration stopped: the residual is small; the decrease of the model is small; p^T A p or r^T z is not
+// positive; a value is not finite.
 enum class PcgStop : int { kConverged, kModelConverged, kIndefinite, kNonFinite };
 
 // Points of an iteration at which UpdatePcgScalars runs, after the named values were computed.
@@ -63,8 +63,8 @@ VESTA_HD inline bool SmallResidual(const double* s) {
 }
 }  // namespace pcg_internal
 
-// Advances the scalars by one phase. After a stop, alpha and beta are 0 and nothing changes: iterations that the host
-// launched before it saw the stop do not change the iterate.
+// Advances the scalars by one phase. After a stop, alpha and beta are 0. Iterations that the host launched before it
+// saw the stop then do not change the iterate.
 VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
   using pcg_internal::IsFinite;
   using pcg_internal::Stop;
@@ -86,8 +86,8 @@ VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
     }
     case PcgPhase::kResidual: {
       if (!IsFinite(s[kPcgResidualNorm2])) return Stop(s, PcgStop::kNonFinite);
-      // A conjugate-gradient step lowers the model by alpha r^T z / 2. Nash and Sofer 1990: stop when the decrease of
-      // the latest step, times the number of steps, is a small fraction of the total decrease.
+      // A conjugate-gradient step lowers the model by alpha r^T z / 2. Nash and Sofer 1990: stop when the number of
+      // steps times the decrease of the latest step is a small fraction of the total decrease.
       const double decrease = 0.5 * s[kPcgAlpha] * s[kPcgRz];
       s[kPcgModel] -= decrease;
       s[kPcgIteration] += 1.0;
@@ -107,8 +107,8 @@ VESTA_HD inline void UpdatePcgScalars(PcgPhase phase, double* s) {
   }
 }
 
-// Pointer to one double in memory space Space. Reductions write to a slot and vector updates read their factor from
-// one, so an inner loop need not wait for the host.
+// Pointer to one double in memory space Space. Reductions write to a slot, and vector updates read their factor from a
+// slot. An inner loop then need not wait for the host.
 template <class Space>
 struct Slot {
   double* value = nullptr;
@@ -116,7 +116,7 @@ struct Slot {
 
 // Operations on vectors of scalars S in memory space Space. Cheap to construct. All vectors of one call must have the
 // same size. y may be the same memory as x unless stated otherwise. .* and ./ are elementwise. Reductions add chunks of
-// fixed size in double in a fixed order, so results do not depend on the number of threads.
+// fixed size, in double and in a fixed order, so results do not depend on the number of threads.
 template <class S, class SpaceTag>
 class VectorBackend {
  public:
@@ -132,7 +132,7 @@ class VectorBackend {
   void Fill(double a, VectorView y);
   // y = x.
   void Copy(ConstVectorView x, VectorView y);
-  // y = a x + b y. With b == 0 y is never read (it may hold NaN); with a == 0 x is never read.
+  // y = a x + b y. If b == 0, y is not read and may contain NaN. If a == 0, x is not read.
   void Axpby(double a, ConstVectorView x, double b, VectorView y);
   // y += a d .* x.
   void AddScaled(double a, ConstVectorView d, ConstVectorView x, VectorView y);
@@ -157,7 +157,7 @@ class VectorBackend {
   void Dot(ConstVectorView x, ConstVectorView y, Slot slot);
   // slot = sum_k w_k x_k y_k.
   void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, Slot slot);
-  // The same sums as return values. On a device they wait: do not use them in inner loops.
+  // The same sums as return values. On a device these functions wait: do not use them in inner loops.
   double Dot(ConstVectorView x, ConstVectorView y);
   double WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y);
   // max_k |x_k|; 0 for an empty vector, NaN if any element is NaN.
@@ -179,17 +179,17 @@ class VectorBackend {
   // Waits for pending work and returns the values.
   double Read(Slot slot);
   std::vector<double> Read(const Slots& slots);
-  // On the host, the value of the slot. On a device, its value at the previous call with this slot (0 at the first
-  // call); waits only for the copy that the previous call started.
+  // On the host, returns the value of the slot. On a device, returns its value at the previous call with this slot (0
+  // at the first call), and waits only for the copy that the previous call started.
   double ReadLagged(Slot slot);
   Slot SlotOf(Slots& slots, int i) { return {slots.data() + i}; }
 
-  // Copy between host memory and this space, and wait.
+  // These functions copy between host memory and this space, and wait.
   void FromHost(HostSpan<const S> x, VectorView y);
   void ToHost(ConstVectorView x, HostSpan<S> y);
 };
 
-// The engine's requirement: a VectorBackend of some scalar and memory space.
+// The engine requires a VectorBackend of some scalar and memory space.
 template <class B>
 concept Backend = std::default_initializable<B> &&
     std::same_as<B, VectorBackend<typename B::Scalar, typename B::Space>> && std::floating_point<typename B::Scalar>;

@@ -64,8 +64,8 @@ class PartialVector<float> {
 };
 #endif
 
-// Rows of a block: 4, or the number of lanes if smaller. Transposed requires that the number of lanes is a multiple of
-// kBlockRows.
+// Rows of a block: 4, or the number of lanes if this is smaller. Transposed requires that the number of lanes is a
+// multiple of kBlockRows.
 template <class S>
 inline constexpr int kBlockRows = xsimd::batch<S>::size < 4 ? static_cast<int>(xsimd::batch<S>::size) : 4;
 
@@ -93,7 +93,7 @@ class WholeBlockAccess {
 };
 
 // Access to a block at the right or lower edge of the image. Only its first `rows` rows and their first `pixels` pixels
-// exist. Load and ZeroOutside set the others to zero; Store does not write them.
+// exist. Load and ZeroOutside set the other pixels to zero; Store does not write them.
 template <class S, int kRows>
 class EdgeBlockAccess {
  public:
@@ -129,7 +129,7 @@ class EdgeBlockAccess {
 };
 
 // Calls f(column, access) for the blocks of one strip of kRows rows, from left to right. `width`: width of the image.
-// Only the first `rows` rows of the strip are in the image. column: the first of the block. access: a
+// Only the first `rows` rows of the strip are in the image. column: first column of the block. access: a
 // WholeBlockAccess or an EdgeBlockAccess.
 template <class S, int kRows, class F>
 inline void ForBlocks(int width, int rows, const F& f) {

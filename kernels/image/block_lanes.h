@@ -39,7 +39,7 @@ struct Elementary<DoubleLanes> {
 inline DoubleLanes Reciprocal(const DoubleLanes& x) { return DoubleLanes(1) / x; }
 
 // kCount vectors as one scalar. The formula of an SSIM window is a chain of about thirty dependent operations. With
-// several vectors the processor computes independent chains at once instead of waiting.
+// several vectors, the processor computes independent chains at the same time instead of waiting.
 template <class V, int kCount>
 struct Several {
   V v[kCount];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Operators of the photometric loss on a GPU, as block kernels (kernels/core/block_kernel.h). A field is an array with
 // one value per pixel and colour channel. Each block of threads processes 32 x 16 pixels of one channel. It loads the
-// fields of an operator in these pixels and a border of five pixels, blurs them with the SSIM window, and passes the
-// result to the operator. The formulas and symbols (e, p, q, s, the blur G) are in photometric_formula.h. Products of
-// fields are elementwise.
+// fields of an operator at these pixels and in a border of five pixels, blurs the fields with the SSIM window, and
+// passes the result to the operator. The formulas and symbols (e, p, q, s, the blur G) are in photometric_formula.h.
+// Products of fields are elementwise.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -49,7 +49,7 @@ struct BlurBlock {
   struct Shared {
     union {
       S field[kFields][kPaddedHeight][kPaddedWidth];
-      double lanes[kThreads];  // for the reductions, after the last use of the fields
+      double lanes[kThreads];  // for the reductions; used after the last use of the fields
     };
     S column[kFields][kHeight][kPaddedWidth];  // blurred along the columns
   };
@@ -142,7 +142,7 @@ struct LossSumsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
-  // Null if not wanted: curvature alone, or all four.
+  // Outputs. curvature may be null; or all four are null.
   S *p, *q, *s, *curvature;
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
@@ -161,9 +161,8 @@ struct LossSumsOperator {
   }
 };
 
-// gradient = ssim_weight * (J^T times a vector of ones) + l1_weight * (derivative of the penalty), where J is the
-// Jacobian of 1 - SSIM of all windows. diagonal (may be null) = ssim_weight * G(s) + l1_weight * (curvature of the
-// penalty).
+// gradient = ssim_weight * (J^T times a vector of ones) + l1_weight * (derivative of the penalty). J is the Jacobian of
+// 1 - SSIM of all windows. diagonal (may be null) = ssim_weight * G(s) + l1_weight * (curvature of the penalty).
 template <class S>
 struct GradientOperator {
   static constexpr int kFields = 3, kSums = 0;
@@ -210,7 +209,7 @@ struct CenterOperator {
   }
 };
 
-// out = c * G(in), elementwise: the first step of a product with the curvature operator W.
+// out = c * G(in), where * is elementwise: the first step of a product with the curvature operator W.
 template <class S>
 struct WeightedBlurOperator {
   static constexpr int kFields = 1, kSums = 0;
@@ -221,7 +220,7 @@ struct WeightedBlurOperator {
   VESTA_HD void Store(Index i, const PixelFields<1, S>& blurred, double*) const { out[i] = c[i] * blurred.f[0]; }
 };
 
-// out = scale * G(in) + d * v, elementwise: the second step of a product with W.
+// out = scale * G(in) + d * v, where * is elementwise: the second step of a product with W.
 template <class S>
 struct BlurAddOperator {
   static constexpr int kFields = 1, kSums = 0;

@@ -23,8 +23,8 @@ class DevicePhotometricLoss {
   using ConstVectorView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
-  // Bytes of one object for images of this many pixels. Gradients need three images of slopes, products with W one
-  // more.
+  // Bytes of one object for images of this many pixels. Gradients need three images of slopes, and products with W need
+  // one more image.
   static double GradientBytes(SsimLinearization structure, double pixels) {
     return structure == SsimLinearization::kRootCenter ? 0 : 3 * ImageShape::kChannels * sizeof(float) * pixels;
   }
@@ -49,7 +49,7 @@ class DevicePhotometricLoss {
   void ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out);
 
  private:
-  // gradient null: computes only the sums. linearization null: does not compute W.
+  // If gradient is null, computes only the sums. If linearization is null, does not compute W.
   void Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, float* gradient,
            Linearization* linearization);
   void RunCenter(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, float* gradient,
@@ -58,7 +58,7 @@ class DevicePhotometricLoss {
   PhotometricWeights weights_;
   PenaltyCoefficients<float> penalty_;
   DeviceBuffer<float> p_, q_, s_;  // slopes of 1 - SSIM
-  DeviceBuffer<float> blurred_;    // between the two steps of a product with W
+  DeviceBuffer<float> blurred_;    // result of the first step of a product with W
   DeviceBuffer<double> partial_sums_, sums_;
 };
 

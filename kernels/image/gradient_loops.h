@@ -18,8 +18,8 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   WindowBlur<3, 3, S> slopes(rows, scratch);
   const int begin = slopes.InputBegin(rows.begin), end = slopes.InputEnd(rows.end);
 
-  // Computes the slopes of all windows that contain a pixel of the range. Sums and stored fields cover only its own
-  // windows.
+  // Computes the slopes of all windows that contain a pixel of the range. Sums and the stored window curvature cover
+  // only the windows centred in the range.
   RowSums<S> dissimilarity;
   const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;

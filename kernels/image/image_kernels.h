@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over image rows, compiled once per instruction set. Only the classes of photometric_loss.h call them; these own
-// the memory and use all threads.
+// Loops over image rows, compiled once per instruction set. Only the classes of photometric_loss.h call them. These
+// classes own the memory and use all threads.
 //
 // Images have planes of height * width values (image_shape.h). Each function processes rows begin..end of one plane and
-// writes only these rows of its outputs. The result is bit-identical for any division of the rows into ranges. Outputs
-// must not overlap inputs.
+// writes only these rows of its outputs. The division of the rows into ranges does not change any bit of the result.
+// Outputs must not overlap inputs.
 //
 // G is the blur with the SSIM window, with zeros outside the image; `o` is the elementwise product. Other symbols:
 // photometric_formula.h.
@@ -29,8 +29,8 @@ struct RowRange {
 };
 
 // Distance between two scratch rows, in values: the image width rounded up to a multiple of 64, and 16 values of
-// padding on both sides. It is an odd number of cache lines, so that successive rows do not compete for the same cache
-// sets.
+// padding on both sides. The distance is an odd number of cache lines, so that successive rows do not compete for the
+// same cache sets.
 constexpr Index ScratchStride(int width) { return 16 * ((4 * ((Index{width} + 63) / 64) + 2) | 1); }
 
 // Inputs of the loss.
@@ -48,7 +48,7 @@ struct ValueArgs {
   LossTerms<S> loss;
 };
 
-// Also computes the gradient, ssim * J^T 1 + l1 * derivative of the penalty, with J the Jacobian of 1 - SSIM. Optional
+// Also computes the gradient, ssim * J^T 1 + l1 * derivative of the penalty. J is the Jacobian of 1 - SSIM. Optional
 // outputs may be null.
 template <class S>
 struct GradientArgs {

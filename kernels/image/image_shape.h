@@ -13,7 +13,7 @@ struct ImageShape {
   int height = 0;
 
   static constexpr int kChannels = 3;
-  // Number of values in one plane, and in all three.
+  // Number of values in one plane; in all three planes.
   Index PlaneSize() const { return static_cast<Index>(width) * height; }
   Index NumValues() const { return kChannels * PlaneSize(); }
   bool operator==(const ImageShape&) const = default;

@@ -32,10 +32,10 @@ struct ImageQuality {
 ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
 // Converts the quality of a whole image to the quality of its unmasked part. part: fraction of unmasked pixels, in (0,
-// 1]. All masked pixels must have zero error; the same sums are then divided by fewer pixels.
+// 1]. All masked pixels must have zero error, so that only the number of pixels that divides the sums changes.
 ImageQuality QualityOfMaskedImage(const ImageQuality& whole, double part);
 
-// Measures the quality of views, from quantised copies of both images. Keeps its memory for the next view.
+// Measures the quality of views from quantised copies of rendered image and truth. Keeps its memory for the next view.
 class ImageQualityMeter {
  public:
   // Bytes of its two images.

@@ -2,14 +2,14 @@
 // The formulas of the photometric loss for one pixel and channel, as templates on the scalar.
 //
 // Notation: x rendered, y truth, e = x - y, u = x + y. G f is the sum of f weighted by the Gaussian window G. mx, my
-// are the means of x and y in a window, sx^2, sy^2 their variances. l is the luminance factor of SSIM. With u and e, no
-// quantity that is small for small e is a difference of large numbers:
+// are the means of x and y in a window, sx^2, sy^2 their variances. l is the luminance factor of SSIM. With u and e,
+// any quantity that is small for small e is computed without a difference of large numbers:
 //   mx = (Gu + Ge)/2, my = (Gu - Ge)/2,  Var f = G f^2 - (G f)^2
 //   D1 = mx^2 + my^2 + C1,  D2 = sx^2 + sy^2 + C2 = (Var u + Var e)/2 + C2,  l = (2 mx my + C1) / D1
 //   1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2      exactly, C1 = 0.01^2, C2 = 0.03^2 for colours in 0..1.
-// In float, Var u has an absolute error of about 1e-7 (Gu)^2. For a flat and bright window D2, 1 - SSIM and its
-// derivatives then have a relative error of up to 1e-4. The absolute error of Var e is 1e-7 G e^2. All results are
-// finite for |x|, |y| up to 1e8.
+// In float, Var u has an absolute error of about 1e-7 (Gu)^2. For a flat and bright window, the relative error of D2, 1
+// - SSIM and the derivatives is then up to 1e-4. The absolute error of Var e is 1e-7 G e^2. All results are finite for
+// |x|, |y| up to 1e8.
 //
 // l and its derivative are clamped at zero. Without negative values l is never clamped.
 #pragma once
@@ -52,7 +52,7 @@ struct SsimWindow {
 
 // The derivative of 1 - SSIM of one window is linear in three blurred fields:
 //   d(1 - SSIM) = p G(dx) + q G(x dx) + s G(e dx).
-// (The pair x, e instead of x, y keeps q G(x dx) and s G(e dx) from cancelling where the images nearly agree.)
+// (The pair x, y instead of x, e would let the last two terms cancel where the images nearly agree.)
 template <class T>
 struct SsimSlopes {
   T p, q, s;
@@ -88,8 +88,8 @@ VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
   return Reciprocal(floored + floored);
 }
 
-// Derivative of 1 - SSIM of a window with respect to its centre pixel. centre: that pixel's weight, the square of the
-// centre tap.
+// Derivative of 1 - SSIM of a window with respect to its centre pixel. centre: weight of the centre pixel, the square
+// of the centre tap.
 template <class T>
 VESTA_HD inline T SsimCenterSlope(const T& centre, const T& x, const T& e, const SsimSlopes<T>& slopes) {
   return centre * SsimAdjoint(x, e, slopes.p, slopes.q, slopes.s);

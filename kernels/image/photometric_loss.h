@@ -57,8 +57,9 @@ class RowBands {
   }
 
  private:
-  // Approximate number of rows per task (a band), a multiple of kBandUnit, the rows that kernels compute together.
-  // Adjacent tasks both compute the ten rows around their common border, so a band is much larger.
+  // kBandRows: approximate number of rows per task (a band). It is a multiple of kBandUnit, the rows that kernels
+  // compute together, and much larger than ten, because two adjacent tasks both compute the ten rows around their
+  // border.
   static constexpr int kBandRows = 96, kBandUnit = 4;
 
   // Scratch memory of the calling thread, for images of the current width.
@@ -70,16 +71,17 @@ class RowBands {
   int bands_ = 0, band_rows_ = 0;  // per plane
 };
 
-// The curvature operator W at one rendered image. The caller owns one for each view linearised at the same time. It
-// stores one or two images of 3 * height * width values, depending on SsimLinearization (`o`: elementwise product; G:
-// blur with the SSIM window):
+// The curvature operator W at one rendered image. The caller owns one operator for each view linearised at the same
+// time. It stores one or two images of 3 * height * width values, depending on SsimLinearization (`o`: elementwise
+// product; G: blur with the SSIM window):
 //   kQuadratic   diagonal, curvature:  W v = diagonal o v + ssim * G (curvature o (G v));
 //   kRootCenter  diagonal:             W v = diagonal o v.
 template <class S>
 struct PhotometricLinearization {
   ImageShape shape;
-  // Gram matrices use it instead of W. Never negative. With kRootCenter it is the exact diagonal of W. With kQuadratic
-  // it is the pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for most windows.
+  // Gram matrices use this diagonal instead of W. It is never negative. With kRootCenter, it is the exact diagonal of
+  // W. With kQuadratic, it is the pointwise part, l1 * penalty'' + 2 ssim G(l / D2); the omitted part is negative for
+  // most windows.
   HostBuffer<S> diagonal;
   HostBuffer<S> curvature;  // 2 (1/D1 - l/D2)
 };
@@ -114,10 +116,9 @@ struct PhotometricValue {
 void CheckWeights(const PhotometricWeights& weights);
 
 // Computes the loss, its gradient and products with W. It needs little memory, because kernels process a few rows at a
-// time (row_blur.h). Each call uses all threads and is bit-identical for any number. An object serves one call at a
-// time.
+// time (row_blur.h). Each call uses all threads; their number changes no bit. An object serves one call at a time.
 //
-// Images are planar (image_shape.h) and finite; for negative values see photometric_formula.h. Throws Error if a size
+// Images are planar (image_shape.h) and finite. For negative values, see photometric_formula.h. Throws Error if a size
 // is wrong. Outputs must not overlap inputs.
 template <class S>
 class PhotometricLoss {
@@ -126,8 +127,8 @@ class PhotometricLoss {
   using ConstVectorView = HostSpan<const S>;
   using Linearization = PhotometricLinearization<S>;
 
-  // Scratch memory of all threads together, in bytes, for gradients and for products with W. Assumes images at most
-  // twice as wide as high.
+  // Bytes of scratch memory of all threads together, for gradients and for products with W. Assumes that images are at
+  // most twice as wide as high.
   static double GradientBytes(SsimLinearization /*structure*/, double pixels) {
     const auto width = static_cast<int>(std::sqrt(2 * pixels));
     return sizeof(S) * NumThreads() * static_cast<double>(RowRange<S>::kScratchRows * ScratchStride(width));
@@ -143,7 +144,7 @@ class PhotometricLoss {
   // gradient = d cost / d rendered (an approximation for kRootCenter, see loss_options.h).
   PhotometricValue Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
                             VectorView gradient);
-  // The same, and W at this image.
+  // Does the same, and computes W at this image.
   PhotometricValue Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
                              VectorView gradient, Linearization& linearization);
 
@@ -156,7 +157,7 @@ class PhotometricLoss {
  private:
   void Resize(const ImageShape& shape);
   LossTerms<S> Terms(const S* rendered, const S* truth);
-  // gradient null: computes only the sums. linearization null: does not compute W.
+  // If gradient is null, computes only the sums. If linearization is null, does not compute W.
   PhotometricValue Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, S* gradient,
                        Linearization* linearization);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The penalty of one pixel and channel (loss_options.h), its derivative and the curvature of its quadratic.
 //
-// All penalties are special cases of one form of Huber's function, which one vectorised function without branches
-// computes. With s = clamp(gain e, -limit, limit):
+// All penalties are special cases of one form of Huber's function. One vectorised function without branches computes
+// it. With s = clamp(gain e, -limit, limit):
 //   value = s (e - half_step s) + offset,   derivative = s,
 //   curvature = numerator / (slope max(|e|, min_error) + intercept).
 #pragma once

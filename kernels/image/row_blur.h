@@ -6,8 +6,8 @@
 // The fields are stored row by row, zero padded, in a ring buffer that fits into the cache. Four rows are blurred
 // together along the columns, so that each load serves several sums. The sums are then transposed, so that the blur
 // along the rows needs no shifts within vectors. The result is transposed back and passed to the caller, or to the ring
-// buffer of a second blur. Each blurred value is one sum in the order of the taps, so it does not depend on the range
-// of rows. Rows outside the image are read from a row of zeros, so borders need no branch.
+// buffer of a second blur. Each blurred value is one sum in the order of the taps, so the value does not depend on the
+// range of rows. Rows outside the image are read from a row of zeros, so borders need no branch.
 #pragma once
 
 #include "kernels/image/block_access.h"
@@ -15,7 +15,7 @@
 #include "kernels/image/image_kernels.h"
 
 // Inlines all functions called inside. Otherwise the compiler finds them too large, and keeps sums in memory instead of
-// registers. Off under the sanitizers, with which such functions take minutes to compile.
+// registers. Not used with sanitizers, because such functions then take minutes to compile.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define VESTA_FLATTEN
 #else
@@ -108,7 +108,7 @@ class WindowBlur {
   static constexpr int kRing = 24;
   static constexpr int kLanes = static_cast<int>(V::size);
   static constexpr int kInputRows = kRows + 2 * kWindowRadius;
-  // Number of fields summed together: as fit into registers.
+  // Number of fields summed together: as many as registers allow.
   static constexpr int kTogether = sizeof(V) == 64 && N <= 4 ? N : N < 2 ? N : 2;
   using Rows = Several<V, kRows>;
 
@@ -203,9 +203,9 @@ class ImageRows {
   const Load& load_;
 };
 
-// Computes the blurred rows begin .. end - 1, in order, as needed. source: computes the input rows: an ImageRows, or a
-// BlurredRows whose function `out` writes to the ring buffer of `blur`. derive, out, end_rows: see WindowBlur::Block.
-// No block has rows both inside and outside the RowRange `rows`.
+// Computes the blurred rows begin .. end - 1, in order, as needed. source: the object that computes the input rows. It
+// is an ImageRows, or a BlurredRows whose function `out` writes to the ring buffer of `blur`. derive, out, end_rows:
+// see WindowBlur::Block. No block has rows both inside and outside the RowRange `rows`.
 template <class Source, class Blur, class Derive, class Out, class EndRows>
 class BlurredRows {
  public:

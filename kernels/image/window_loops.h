@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Row loops for the value of the loss and the SSIM windows, and shared parts of the other loops. For
+// Row loops that compute the value of the loss and the SSIM windows, and parts that other loops share. For
 // image_kernels.simd.cpp.
 #pragma once
 
@@ -10,7 +10,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// One sum per row of a block. Values are added lane by lane in S, then the lanes in double.
+// One sum per row of a block. Values are first added lane by lane, in S. The lanes are then added in double.
 template <class S>
 struct RowSums {
   using V = xsimd::batch<S>;

@@ -11,8 +11,8 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// The compiler's vector type that holds kWidth derivatives of type T, float or double. It has the width of the
-// instruction set that the code is compiled for, SSE2 by default.
+// The compiler's vector type that holds kWidth derivatives of type T, float or double. Its width is the one of the
+// target instruction set, SSE2 by default.
 template <class T>
 struct DerivativeVector {
 #if defined(__AVX512F__)
@@ -38,14 +38,14 @@ struct DerivativeVector {
 };
 
 // N numbers with the operations of a vector space, in vectors of the type DerivativeVector. Entries beyond N are
-// padding. Division multiplies by the reciprocal. The functions are always inlined: calls would copy the numbers
-// through memory. All files of a program that use Derivatives must be compiled for the same instruction set.
+// padding. Division multiplies by the reciprocal. The functions are always inlined, because calls would copy the
+// numbers through memory. All files of a program that use Derivatives must be compiled for the same instruction set.
 template <class T, int N>
 struct Derivatives {
   static constexpr int kWidth = DerivativeVector<T>::kWidth;
   static constexpr int kParts = (N + kWidth - 1) / kWidth;
   using Part = typename DerivativeVector<T>::Type;
-  // True for the entries that are 0, and for some padding.
+  // True for the entries that are 0. Padding may also be true.
   struct Mask {
     typename DerivativeVector<T>::Mask parts[kParts];
   };
@@ -56,8 +56,8 @@ struct Derivatives {
   explicit Derivatives(const T& value) {
     *this = Map([&](std::size_t) { return value - Part(); });
   }
-  // 1 for entry k, 0 for the others. Made in registers: after a write to one entry, the processor would wait before it
-  // can read the whole part.
+  // 1 for entry k, 0 for the others. Made in registers, because after a write to one entry in memory, the processor
+  // would wait before it can read the whole part.
   [[gnu::always_inline]] static Derivatives Unit(int k) {
     return Map([&](std::size_t i) {
       Part part = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scalar operations for which a GPU has special instructions. Only in these functions does code shared by host and
-// device give different results, by rounding.
+// Scalar operations for which a GPU has special instructions. Only these functions round differently on host and
+// device. Other shared code gives equal results.
 #pragma once
 
 #include <bit>
@@ -13,8 +13,8 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// a * b + c. The host rounds twice, because std::fma without hardware support would be fifty times slower. A GPU rounds
-// once.
+// a * b + c. The host rounds twice, because std::fma would be fifty times slower on a CPU without hardware support. A
+// GPU rounds once.
 template <class T>
 VESTA_HD inline T MultiplyAdd(const T& a, const T& b, const T& c) {
   return a * b + c;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A SIMD vector of numbers of type double as the scalar type of residual functors: each lane belongs to another problem
+// A SIMD vector of doubles, used as the scalar type of residual functors. Each lane belongs to a different problem
 // (solver/solve_each.h). Host code only.
 #pragma once
 
@@ -20,8 +20,8 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// kWidth numbers, as many as a register of the instruction set has that the code is compiled for. Comparisons return a
-// mask with one bit per lane, so `if` cannot use them; use Select (kernels/math/scalar.h) instead. Arithmetic, sqrt,
+// kWidth doubles, as many as fit into one vector register of the target instruction set. A comparison returns a mask
+// with one truth value per lane, which `if` cannot use; use Select (kernels/math/scalar.h) instead. Arithmetic, sqrt,
 // exp and abs work on all lanes at once. The other functions call the standard library for each lane.
 class DoubleLanes {
  public:
@@ -35,7 +35,7 @@ class DoubleLanes {
   typedef double Vector __attribute__((vector_size(8 * kWidth)));
   typedef std::int64_t Bits __attribute__((vector_size(8 * kWidth)));
 
-  // All bits of a lane are set if the condition holds there.
+  // One truth value per lane: -1 for true, 0 for false.
   class Mask {
    public:
     Mask() = default;
@@ -86,7 +86,7 @@ class DoubleLanes {
     return EachLane(std::sqrt, x);
 #endif
   }
-  // The error is below 1 unit in the last place of a normal result. Results below 2^-1021 are 0.
+  // For normal results, the error is below 1 unit in the last place. Results below 2^-1021 are 0.
   friend DoubleLanes exp(const DoubleLanes& x) {
     // exp(x) = 2^n exp(r) with |r| <= ln(2) / 2. Adding 1.5 * 2^52 leaves the rounded integer n in the low bits.
     constexpr double kShift = 0x1.8p52, kLog2E = 1.44269504088896340736;
@@ -190,7 +190,7 @@ struct Elementary<DoubleLanes> {
   static V Reciprocal(const V& x) { return V(1.0) / x; }
 };
 
-// Each derivative has a vector of its own, which has one lane per problem.
+// Each derivative has its own vector, with one lane per problem.
 template <>
 struct DerivativeVector<DoubleLanes> {
   using Type = DoubleLanes;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dual numbers: a value and its derivatives in N directions, for all forward-mode derivatives of the project. Unlike
-// ceres::Jet, dual numbers of one derivative compile for the device and accept SIMD batches as scalars.
+// ceres::Jet, dual numbers with one derivative compile for the device and accept SIMD batches as scalars.
 #pragma once
 
 #include <cmath>
@@ -66,8 +66,8 @@ struct Dual {
     const T quotient = x.a / y.a;
     return {quotient, (x.v - quotient * y.v) / y.a};
   }
-  // Sums and products with constants. With one derivative, constants become dual numbers: SIMD batches need the same
-  // bits, and a derivative of 0 costs little.
+  // Sums and products with constants, for N > 1. For N = 1, constants become dual numbers, because SIMD batches need
+  // the same bits and a derivative of 0 costs little.
   VESTA_HD friend Dual operator+(const Dual& x, const T& y) requires(N > 1) { return {x.a + y, x.v}; }
   VESTA_HD friend Dual operator+(const T& x, const Dual& y) requires(N > 1) { return {x + y.a, y.v}; }
   VESTA_HD friend Dual operator-(const Dual& x, const T& y) requires(N > 1) { return {x.a - y, x.v}; }
@@ -170,7 +170,7 @@ struct Dual {
     const Derivative by_both = Select(y.v == T(0), by_base, by_base + value * log(x.a) * y.v);
     return {value, Select(x.a == T(0), by_base, by_both)};
   }
-  // Constant exponents take half of the time.
+  // A constant exponent takes half of the time.
   VESTA_HD friend Dual pow(const Dual& x, const T& y) requires(N > 1) {
     using std::pow;
     return {pow(x.a, y), y * pow(x.a, y - T(1)) * x.v};
@@ -336,8 +336,8 @@ struct Elementary<Dual<T, N>> {
   VESTA_HD static D Select(const Mask& condition, const D& a, const D& b) {
     return {OfValue::Select(condition, a.a, b.a), OfDerivative::Select(condition, a.v, b.v)};
   }
-  // The value is rounded as for plain T, so comparisons with a threshold never differ between a function and its
-  // derivative.
+  // The value is rounded as for plain T. Comparisons of the value with a threshold are therefore the same in a function
+  // and in its derivative.
   VESTA_HD static D Fma(const D& a, const D& b, const D& c) {
     return {OfValue::Fma(a.a, b.a, c.a), OfDerivative::Fma(a.v, b.a, OfDerivative::Fma(a.a, b.v, c.v))};
   }

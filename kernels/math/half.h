@@ -18,7 +18,7 @@ struct Half {
 inline constexpr float kSmallestHalf = 0x1p-14f, kLargestHalf = 65504.0f;
 
 // Rounds to nearest, ties to even. The relative error is at most 2^-11 for kSmallestHalf <= |x| <= kLargestHalf.
-// Smaller |x| gives 0; larger |x|, and NaN of either sign, gives +-kLargestHalf. The result is the same on every
+// Smaller |x| gives 0. Larger |x| gives +-kLargestHalf, and so does NaN of either sign. The result is the same on every
 // machine.
 VESTA_HD inline Half ToHalf(float x) {
   const auto all = std::bit_cast<std::uint32_t>(x);

@@ -2,7 +2,7 @@
 // The inline namespace of one instruction set.
 //
 // A template instantiated in a file compiled for AVX-512 becomes a weak symbol. Without this namespace, the linker
-// could use this copy in code for older CPUs, which would stop with SIGILL. All code in kernels/math and every
+// could use this copy for older CPUs, and the program would stop there with SIGILL. All code in kernels/math and every
 // *.simd.cpp is therefore in `namespace vesta { inline namespace VESTA_ISA {` (checked by tools/check_isa_symbols.py).
 #pragma once
 

@@ -33,8 +33,8 @@ struct Elementary<FloatLanes> {
 #endif
   static FloatLanes Max(const FloatLanes& a, const FloatLanes& b) { return xsimd::max(a, b); }
   static FloatLanes Min(const FloatLanes& a, const FloatLanes& b) { return xsimd::min(a, b); }
-  // 2^x where mask is set and x is in [-126, 0]; 0 elsewhere. Relative error at most 5e-7, with and without fused
-  // multiply-adds: 8e-8 from the minimax polynomial of degree 5, the rest from rounding.
+  // 2^x where mask is set and x is in [-126, 0]; 0 elsewhere. With and without fused multiply-adds, the relative error
+  // is at most 5e-7: 8e-8 from the minimax polynomial of degree 5, the rest from rounding.
   static FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512DQ__)
     // 2^x = 2^floor(x) 2^f. The hardware computes f in [0, 1) and the scaling in one instruction each.
@@ -97,8 +97,8 @@ struct Elementary<FloatLanes> {
   }
 };
 
-// Writes first + i to `out` for each set bit i < 16 of `bits`, ascending, and returns their number. May overwrite up to
-// 16 elements of `out`.
+// Writes first + i to `out` for each set bit i < 16 of `bits`, in ascending order, and returns the number of set bits.
+// May overwrite up to 16 elements of `out`.
 inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t* out) {
 #if defined(__AVX512F__)
   const __m512i iota = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -113,8 +113,9 @@ inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t*
 }
 
 #if defined(__SSE2__)
-// One step of SumLanes, which sums the lanes of several batches at once: adds pairs of lanes of a and of b, and stores
-// both results in one batch. After log2(width) steps one batch is left, whose lane i is the sum of the i-th batch.
+// One step of SumLanes, which sums the lanes of several batches at once. Adds pairs of lanes within a and within b, and
+// stores the results in one batch. After log2(width) steps one batch is left, whose lane i is the sum of the i-th
+// batch.
 template <int kLevel>
 inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #if defined(__AVX512F__)

@@ -45,7 +45,7 @@ inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Co
 
 #if defined(__AVX512F__)
 
-// Mask of as many first lanes as bits are set.
+// Mask of the first n lanes, where n is the number of set bits.
 inline __mmask16 FirstLanes(std::uint32_t bits) { return static_cast<__mmask16>((1U << std::popcount(bits)) - 1); }
 
 template <>
@@ -54,7 +54,7 @@ struct PackedLanes<float, FloatLanes> {
     return _mm512_maskz_expandloadu_ps(static_cast<__mmask16>(bits), p);
   }
   static void Store(float* p, std::uint32_t bits, const FloatLanes& x) {
-    // Two steps: compressing directly to memory is slow on some processors.
+    // In two steps, because compressing directly to memory is slow on some processors.
     _mm512_mask_storeu_ps(p, FirstLanes(bits), _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), x));
   }
 };

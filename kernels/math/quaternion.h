@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Quaternions (w, x, y, z) and their rotation matrices. Their length is arbitrary unless stated otherwise. A name with
-// _bar is a cotangent: the derivative of a scalar result with respect to that variable.
+// Quaternions (w, x, y, z) and their rotation matrices. Quaternions have any length unless stated otherwise. A name
+// with _bar is a cotangent: the derivative of a scalar result with respect to that variable.
 #pragma once
 
 #include "kernels/math/scalar.h"
@@ -69,8 +69,8 @@ VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
   R[8] = T(1) - n * (x * x + y * y);
 }
 
-// Converts an orthonormal row-major R to the unit quaternion with w >= 0, dividing by its largest component (Shepperd
-// 1978).
+// Converts an orthonormal row-major R to the unit quaternion with w >= 0. Divides by the quaternion's largest component
+// (Shepperd 1978).
 template <class T>
 VESTA_HD inline void QuaternionFromRotation(const T R[9], T q[4]) {
   using std::sqrt;

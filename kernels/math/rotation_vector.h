@@ -17,8 +17,8 @@ VESTA_HD inline void CrossProduct(const T a[3], const T b[3], T out[3]) {
   }
 }
 
-// Computes sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 from square = a^2. Below 0.25, power series in the
-// square replace the quotients, which would lose digits or be 0 / 0.
+// Computes sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 from square = a^2. For a square below 0.25, uses power
+// series in the square instead, because the quotients lose digits or are 0 / 0.
 template <class T>
 VESTA_HD void AngleCoefficients(const T& square, T coefficients[3]) {
   using std::cos;

@@ -19,8 +19,8 @@ namespace vesta {
 
 inline namespace VESTA_ISA {
 
-// Implements the functions below for one scalar type. A class template, because a specialisation may be included after
-// the functions that use it; an overload would then not be found.
+// Implements the functions below for one scalar type. It is a class template, because its specialisations may be
+// included after the functions that use them. Overloads would then not be found.
 template <class T>
 struct Elementary {
   template <class Mask>

@@ -16,11 +16,11 @@ struct MpiOptions {
 };
 
 // Starts MPI and returns the communicator of all processes of MPI_COMM_WORLD. May be called once per process. The
-// destructor calls MPI_Finalize, unless a rank has called Abandon: MPI_Finalize could wait forever, so the process must
-// end with _exit.
+// destructor calls MPI_Finalize, unless a rank has called Abandon. In that case, MPI_Finalize could wait forever, so
+// the process must end with _exit.
 //
-// Throws Error if MPI cannot start, or if the ranks use different instruction sets and would not be bit-identical
-// (VESTA_SIMD selects a common one).
+// Throws Error if MPI cannot start, or if the ranks use different instruction sets, because their results would then
+// differ in some bits (VESTA_SIMD selects a common instruction set).
 std::unique_ptr<Communicator> StartMpi(const MpiOptions& options = {});
 
 }  // namespace vesta

@@ -2,7 +2,7 @@
 // Communication between the processes of one run, called ranks as in MPI. Only kernels/mpi uses MPI itself.
 //
 // The communicator only copies bytes. vesta computes all sums itself, in an order that does not depend on the number of
-// ranks (sum_tree.h), so all results are bit-identical for any number.
+// ranks (sum_tree.h), so the number of ranks changes no bit of a result.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace vesta {
 
-// Another rank failed. what() names it and its message: "process 2 of 4: out of memory".
+// Another rank failed. what() names the rank and its message: "process 2 of 4: out of memory".
 class OtherRankFailed : public Error {
  public:
   explicit OtherRankFailed(const std::string& message) : Error(kUnavailable, message) {}
@@ -40,18 +40,18 @@ class Communicator {
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
-  // Gathers one piece per rank. `all` has space for all pieces, in rank order. sizes: the bytes of each piece, the same
-  // on all ranks. On entry `all` contains this rank's piece, on return all of them.
+  // Gathers one piece per rank. `all` has space for all pieces, in rank order. sizes: number of bytes of each piece;
+  // all ranks pass the same list. On entry `all` contains this rank's piece, on return all pieces.
   void AllGather(Bytes all, std::span<const std::size_t> sizes);
   // Sends the r-th piece of `send` to rank r. The piece from rank r becomes the r-th piece of `receive`. Pieces are
-  // stored one after another. Sizes are in bytes, multiples of 4.
+  // stored one after another. Sizes are in bytes and are multiples of 4.
   void AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                 std::span<const std::size_t> receive_sizes);
   // Tells the other ranks why this rank stops. Their pending and later collective calls throw OtherRankFailed. Never
   // throws.
   virtual void Abandon(const std::string& why) noexcept = 0;
   // Whether another rank has called Abandon with the same message, for instance because all ranks miss the same file.
-  // It then need not be printed again. Waits up to half a second, except on rank 0.
+  // The message then need not be printed again. Waits up to half a second, except on rank 0.
   virtual bool IsReportedByOtherRank(const std::string& /*why*/) noexcept { return false; }
 
   const RankTraffic& traffic() const { return traffic_; }
@@ -85,8 +85,8 @@ class SingleRankCommunicator final : public Communicator {
 bool IsStartedInRanks();
 // Number of started processes; 1 if unknown.
 int NumStartedRanks();
-// Number of these processes on this machine; 1 if unknown. Under Slurm, which does not tell which machine this is, the
-// largest number of any machine.
+// Number of these processes on this machine; 1 if unknown. Slurm does not say which machine this is. Under Slurm, the
+// result is therefore the largest number on any machine.
 int NumRanksOnThisMachine();
 
 // The k-th of `parts` pieces of [0, count), of about equal size.
@@ -101,7 +101,7 @@ inline Share ShareOf(std::int64_t count, int parts, int k) { return {count * k /
 template <class T>
 std::vector<T> GatherValues(Communicator& ranks, const std::vector<T>& mine);
 // The same if all ranks know counts, the number of values of each rank. On entry `all` contains this rank's values, on
-// return all of them.
+// return the values of all ranks.
 template <class T>
 void GatherInto(Communicator& ranks, std::span<T> all, std::span<const std::size_t> counts);
 // Returns one string per rank, in rank order.

@@ -2,9 +2,9 @@
 // Sums of vectors (terms) computed by different ranks, added in the order of the tree of sum_tree.h. The result is
 // bit-identical for any number of ranks.
 //
-// The support of a term is the list of its entries that may differ from zero; its compact vector consists of their
-// values (support.h). A rank finishes an entry if it computes the entry's total over all terms. The entries that a rank
-// finishes are its share.
+// The support of a term is the list of its entries that may differ from zero. The compact vector of the term consists
+// of the values of these entries (support.h). A rank finishes an entry if it computes the entry's total over all terms.
+// The entries that a rank finishes are its share.
 #pragma once
 
 #include <map>
@@ -28,13 +28,14 @@ inline TreeNode TermsOf(Index terms, const Communicator& ranks, int rank) {
 void CheckTerms(Index terms, const Communicator& ranks);
 
 // Communication plan of a sum: the entries that each rank sends to each other rank. Each rank first adds its own terms
-// as far as the tree allows, which leaves at most two partial sums (nodes) per level. It then receives the values of
-// its share and adds them. If all ranks need the whole sum, they exchange the finished shares. An all-reduce would
-// transfer as many bytes.
+// as far as the tree allows. At most two partial sums (nodes) per level remain. The rank then receives the values of
+// its share and adds them. If all ranks need the whole sum, they exchange the finished shares. This transfers as many
+// bytes as an all-reduce.
 class SumPlan {
  public:
   // Plans sums of `terms` vectors of `size` entries. mine: the supports of this rank's terms (TermsOf). finished: the
-  // share of each rank; every entry belongs to exactly one share. Empty: equal ranges of [0, size). Collective.
+  // share of each rank; every entry belongs to exactly one share. If `finished` is empty, the shares are equal ranges
+  // of [0, size). Collective.
   SumPlan(Communicator& ranks, Index terms, Index size, const std::vector<Support>& mine,
           std::vector<Support> finished);
 
@@ -43,9 +44,9 @@ class SumPlan {
   Communicator& ranks() const { return ranks_; }
   // Support of a node of the tree.
   const Support& Of(const TreeNode& node) const { return supports_.at({node.begin, node.end}); }
-  // Intersection of this support with this rank's share.
+  // Intersection of the support of a node with this rank's share.
   const Support& OfMine(const TreeNode& node) const { return mine_.at({node.begin, node.end}); }
-  // The nodes of a rank after it added its own terms.
+  // The nodes of a rank after the rank has added its own terms.
   const std::vector<TreeNode>& nodes(int rank) const { return nodes_[static_cast<std::size_t>(rank)]; }
   // The share of a rank.
   const Support& OwnedEntries(int rank) const { return finished_[static_cast<std::size_t>(rank)]; }
@@ -81,9 +82,9 @@ class SumOverRanks {
       : plan_(ranks, terms, size, mine, std::move(finished)) {}
 
   const SumPlan& plan() const { return plan_; }
-  // Frees the buffers kept for the next sum.
+  // Frees the buffers that are kept for the next sum.
   void Release() { free_.clear(), spare_ = {}; }
-  // out = the sum of all terms. make(term, to) writes the complete compact vector of a term; it is called for each term
+  // out = the sum of all terms. make(term, to) writes the complete compact vector of a term. Calls `make` for each term
   // of this rank. The shares must be in rank order. Collective.
   template <class Make>
   void Sum(const Make& make, HostSpan<S> out) {

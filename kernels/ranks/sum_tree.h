@@ -2,10 +2,10 @@
 // Summation in an order that does not depend on the division of the terms among ranks: along a binary tree over the
 // terms 0 .. count - 1.
 //
-// The i-th node of level k covers the 2^k terms from i 2^k on; the last node of a level may have fewer. The value of a
-// node is the value of its left half plus the value of its right half. Any contiguous range of terms consists of at
-// most two nodes per level. If each rank adds one range, the total is therefore bit-identical wherever the ranges
-// begin.
+// The i-th node of level k covers the 2^k terms from i 2^k on. The last node of a level may cover fewer terms. The
+// value of a node is the value of its left half plus the value of its right half. Any contiguous range of terms
+// consists of at most two nodes per level. If each rank adds one range, the borders of the ranges therefore do not
+// change any bit of the total.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ bool AreHalves(const TreeNode& left, const TreeNode& right, Index count);
 // The fewest nodes that together cover the terms begin .. end - 1, from left to right.
 std::vector<TreeNode> NodesOf(Index begin, Index end, Index count);
 
-// Adds terms, and nodes summed by other ranks, as far as the tree allows, in any order.
+// Adds terms, and nodes that other ranks have summed, as far as the tree allows. They may be pushed in any order.
 template <class T>
 class TreeSum {
  public:
@@ -40,8 +40,8 @@ class TreeSum {
   explicit TreeSum(Index count) : count_(count) { VESTA_CHECK(count > 0, "a sum of {} terms", count); }
 
   // Adds a term or node. Throws Error if it is not a node of the tree, or was added before. add(left, a, right, b) must
-  // compute a += b for the two halves of a node; it is called as soon as both are known. Terms in ascending order need
-  // at most one stored value per level.
+  // compute a += b for the two halves of a node. It is called as soon as both halves are known. If terms are added in
+  // ascending order, at most one value per level is stored.
   template <class Add>
   void Push(TreeNode node, T value, const Add& add) {
     CheckIsNew(node);

@@ -38,11 +38,12 @@ class Support {
 
 Support Union(const Support& a, const Support& b);
 Support Intersection(const Support& a, const Support& b);
-// Positions, in a compact vector over `in`, of the entries of both supports: ascending ranges with gaps between them.
+// Positions, in a compact vector over `in`, of the entries in both supports, as ascending ranges with gaps between
+// them.
 std::vector<EntryRange> PositionsIn(const Support& entries, const Support& in);
 
-// left += right. On entry `left` is compact over a, right over b. On return `left` is compact over `both`, the union of
-// a and b. spare: scratch memory.
+// left += right. On entry, `left` is a compact vector over a, and `right` over b. On return, `left` is one over `both`,
+// the union of a and b. spare: scratch memory.
 template <class S>
 void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
                 HostBuffer<S>& spare);

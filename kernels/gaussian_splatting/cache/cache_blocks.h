@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cached Jacobian of a view on a GPU, as block kernels (kernels/core/block_kernel.h): they find, count and compute
-// the entries, and multiply with them. An entry belongs to one pixel and one contributing splat (cache_entry.h).
+// The cached Jacobian of a view on a GPU. Block kernels (kernels/core/block_kernel.h) find, count and compute the
+// entries, and multiply with them. An entry belongs to one pixel and one contributing splat (cache_entry.h).
 //
 // Entries are ordered by splat (in depth order), then by tile, row and column. The four numbers of an entry are
 // adjacent. Each (splat, tile) pair stores a mask of its pixels. The index of an entry is the first index of its pair
 // plus the number of mask bits before its pixel.
 //
-// The tangent product uses a block of threads per tile and a thread per pixel. The adjoint product processes the pairs
-// in the order of the entries, with a thread per row of a tile.
+// The tangent product uses one block of threads per tile and one thread per pixel. The adjoint product processes the
+// pairs in the order of the entries, with one thread per row of a tile.
 #pragma once
 
 #include "kernels/gaussian_splatting/cache/cache_entry.h"
@@ -16,7 +16,7 @@
 
 namespace vesta::splat {
 
-// A (splat, tile) pair; pairs are ordered by splat, then by tile. rank: index of the splat in depth order.
+// A (splat, tile) pair. Pairs are ordered by splat, then by tile. rank: index of the splat in depth order.
 struct CachePair {
   TileMask mask;
   std::uint8_t above[kTileSize];  // number of entries in the rows above, at most 240
@@ -65,7 +65,7 @@ struct alignas(kEntryValues * sizeof(E)) CacheEntry {
 // Number of entries of a row to the left of pixel x.
 VESTA_HD inline int EntriesLeftOf(std::uint32_t row, int x) { return PopCount(row & ((1U << x) - 1)); }
 
-// For pair e, whose mask must be set: counts[e] = number of its entries. Also sets `above`.
+// For pair e, whose mask must be set: counts[e] = number of entries of the pair. Also sets its `above`.
 struct CountEntries {
   CachePair* pairs;
   std::int64_t* counts;
@@ -87,7 +87,7 @@ struct MaskBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Shared {
     SplatBatch<S, kBatch> splats;
-    bool part[kBatch][kRasterThreads];  // whether the splat contributes to the pixel
+    bool part[kBatch][kRasterThreads];  // whether each splat contributes to each pixel
   };
   TileLists<S> lists;
   const std::uint32_t* places;
@@ -167,7 +167,7 @@ struct FillBlock {
         block, lists, pixel, blending, shared.splats,
         [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
         [&](int k, const S&, const S&, const Blend<S>& blend) {
-          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // no entry: the splat closed the pixel
+          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // no entry: this splat closed the pixel
           const EntryMaker<E, S> entry(blend);
           CacheEntry<E> stored;
           StoreValue(entry.Weight(), &stored.weight);
@@ -230,8 +230,8 @@ struct CachedTangentBlock {
   }
 };
 
-// sums[e] = the part of J^T u of pair e: the cotangent of its splat, summed over the pixels of its tile. size: number
-// of pairs.
+// sums[e] = the part of pair e in J^T u: the cotangent of the pair's splat, summed over the pixels of its tile. size:
+// number of pairs.
 template <class S, class E>
 struct CachedAdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;

@@ -32,8 +32,8 @@ template <class E>
 struct EntryScale {
   static constexpr double kWeight = 1, kContrast = 1;
 };
-// w is in [3.9e-7, 0.99] and keeps 11 significant bits, like contrasts c with 2.4e-7 <=
-// |c| <= 255. Smaller ones become 0, larger ones +-255.
+// w is in [3.9e-7, 0.99] and keeps 11 significant bits. So does a contrast c with 2.4e-7 <= |c| <= 255. Smaller
+// contrasts become 0, larger ones +-255.
 template <>
 struct EntryScale<Half> {
   static constexpr double kWeight = 0x1p15, kContrast = 0x1p8;
@@ -58,7 +58,7 @@ class EntryMaker {
       : blend_(blend), inverse_(blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha))) {}
   VESTA_HD V Weight() const { return V(static_cast<S>(EntryScale<E>::kWeight)) * blend_.weight; }
   // For one colour channel c of the splat. behind: on entry, the sum of the weighted colours w c of this splat and
-  // everything behind it; on return, without this splat.
+  // everything behind it; on return, the same sum without this splat.
   VESTA_HD V Contrast(const V& c, V& behind) const {
     behind = Fnma(blend_.weight, c, behind);
     return V(static_cast<S>(EntryScale<E>::kContrast)) * ZeroAtAlphaCap(blend_.alpha, Fnma(behind, inverse_, c));
@@ -67,7 +67,7 @@ class EntryMaker {
  private:
   using S = typename Lanes<V>::Scalar;
   const Blend<V>& blend_;
-  V inverse_;  // 1 / (T (1 - alpha)); not finite if the splat does not contribute to the pixel, which then has no entry
+  V inverse_;  // 1 / (T (1 - alpha)); not finite if the splat does not contribute to the pixel (then there is no entry)
 };
 
 // Returns d_color plus the entry's contribution, for one colour channel. dc: change of the splat's colour.

@@ -31,15 +31,15 @@ struct CacheLists {
 // Numbers per entry (cache_entry.h).
 inline constexpr int kEntryValues = 4;
 
-// entries: kEntryValues numbers per entry. Only fill, tangent and adjoint access them; the layout depends on the vector
-// width. The memory must be readable up to 64 bytes past the last entry.
+// entries: kEntryValues numbers per entry. Only fill, tangent and adjoint access the entries, because their layout
+// depends on the vector width. The memory must be readable up to 64 bytes past the last entry.
 template <class S>
 struct CacheKernels {
   // Computes masks[pair] for each pair of the tile.
   void (*masks)(const TileLists<S>& lists, int tile, TileMask* masks);
   // Computes the entries of the tile's pairs. image: rendered from the same lists.
   void (*fill)(const TileLists<S>& lists, const CacheLists& cache, int tile, const S* image, void* entries);
-  // Computes the tile of d_image = J tangents. tangents: by rank.
+  // Computes the pixels of the tile in d_image = J tangents. tangents: by rank.
   void (*tangent)(const TileLists<S>& lists, const CacheLists& cache, const void* entries, int tile,
                   const SplatTangent<S>* tangents, S* d_image);
   // Copies u to u_tiles[tile]: three planes of 16 x 16 pixels, 0 outside the image.

@@ -90,7 +90,7 @@ struct EntryPass {
 };
 
 // Positions of the rows of a tile in the whitened coordinates (p, q) of a splat (types.h): pixel x of row y is at
-// (p0[y] + r x, q[y]), bit-identical to TraverseSplats.
+// (p0[y] + r x, q[y]). TraverseSplats computes the same bits.
 template <class V, class S>
 struct RowPositions {
   using L = Lanes<V>;
@@ -110,8 +110,8 @@ struct RowPositions {
   V P(int row, int k) const { return OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(p0[row])); }
 };
 
-// The entries of one vector of pixels, stored at `at`. bits: the pixels with an entry. Unlike Entry, loads a number
-// only when it is used, to save registers.
+// The entries of one vector of pixels, stored at `at`. bits: the pixels with an entry. Unlike Entry, this struct loads
+// a number only when it is used, to save registers.
 template <class V, class E>
 struct PackedEntries {
   const E* at;
@@ -208,13 +208,13 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       total = {};
     };
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
-      // Partial sums of at most kTermsPerPartialSum terms per lane (types.h). A lane of 16 has at most one term per row
-      // of a tile.
+      // A partial sum has at most kTermsPerPartialSum terms per lane (types.h). With 16 lanes, a lane has at most one
+      // term per row of a tile.
       constexpr int kTilesPerPartialSum = kTermsPerPartialSum / kTileSize;
       const std::int64_t tiles = e - cache.splat_begin[rank];
       if (tiles > 0 && tiles % kTilesPerPartialSum == 0) take_part();
       const std::uint32_t pair = cache.pairs_of_splat[e];
-      // The entries are contiguous, the masks are not.
+      // Prefetch the masks, which are not contiguous. The entries are.
       if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
       const int tile = static_cast<int>(cache.tiles_of_splat[e]);
       const RowPositions<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));

@@ -9,14 +9,14 @@
 
 namespace vesta::splat {
 
-// One entry for each pixel and each splat that contributes to it: four numbers (cache_entry.h), 16 bytes as float or 8
-// bytes in 16-bit format. Entries are ordered by splat (in depth order), then by tile and row. Instead of indices, each
-// (splat, tile) pair stores a mask of the 256 pixels. A pair typically has 50 to 80 entries, so the mask takes half a
-// byte per entry.
+// The cache has one entry for each pixel and each splat that contributes to it. An entry is four numbers
+// (cache_entry.h): 16 bytes as float or 8 bytes in 16-bit format. Entries are ordered by splat (in depth order), then
+// by tile and row. Instead of indices, each (splat, tile) pair stores a mask of the 256 pixels. A pair typically has 50
+// to 80 entries, so the mask takes half a byte per entry.
 //
-// With kFull, products equal those without a cache (RasterKernels) up to rounding. With kHalf, each entry of the
-// raster's Jacobian has an error of at most 2^-10 of itself plus 2.4e-7 of the splat's weight in the pixel. J v and J^T
-// u are adjoint up to rounding in both formats. Results are bit-identical for any number of threads.
+// With kFull, products equal those without a cache (RasterKernels) up to rounding. With kHalf, the error of each entry
+// of the raster's Jacobian is at most 2^-10 times the entry plus 2.4e-7 times the splat's weight in the pixel. In both
+// formats, J v and J^T u are adjoint up to rounding. Results are bit-identical for any number of threads.
 template <class S>
 class JacobianCache {
  public:
@@ -29,7 +29,7 @@ class JacobianCache {
   bool empty() const { return kernels_ == nullptr; }
   Index num_entries() const { return num_entries_; }
   Index num_bytes() const;
-  // num_bytes for these numbers of entries and (splat, tile) pairs.
+  // The value of num_bytes for these numbers of entries and (splat, tile) pairs.
   static Index NumBytes(Index num_entries, Index num_pairs, CacheFormat format);
 
   // d_image = J_raster tangents. tangents: by rank, the index of a splat in depth order.

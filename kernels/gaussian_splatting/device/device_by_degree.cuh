@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel launches over the Gaussians of a model, one per SH degree.
+// Launches kernels over the Gaussians of a model, one launch per SH degree.
 #pragma once
 
 #include "kernels/core/launch.cuh"

@@ -26,8 +26,8 @@ void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const st
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal);
 
-// Derivatives with respect to the camera. The Pose functions apply CameraKernels to all Gaussians, the Lens functions
-// the LensRows of lens_motion.h to all splats.
+// Derivatives with respect to the camera. The Pose functions apply CameraKernels to all Gaussians. The Lens functions
+// apply the LensRows of lens_motion.h to all splats.
 void PoseTangents(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                   const PoseTangent& xi, SplatTangent<float>* tangents);
 PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
@@ -44,15 +44,15 @@ void CountVisibleSplats(const std::uint32_t* keys, Index count, Index* seen);
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
                   Splat<float>* splats, std::int32_t* rank_of);
 void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts);
-// wide: output, the splats that cover many tiles (wide_splats.h): NumWideSlots(pairs) entries, all 0 before the call.
+// wide: receives the splats that cover many tiles (wide_splats.h). It has NumWideSlots(pairs) entries, all 0 on entry.
 void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
                     const PairArrays& pairs, DeviceBuffer<std::uint32_t>& wide);
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
                      Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin);
 
 // The block kernels of raster_blocks.h, for all tiles. Adjoint and Gram write one record per (splat, tile) pair: its
-// sums over the pixels of the tile. The record of pair k of the lists is at entries[k], so the records of a splat are
-// adjacent. SumBySplat then adds the records of each splat.
+// sums over the pixels of the tile. The record of pair k of the lists is sums[entries[k]]. In this order, the records
+// of a splat are adjacent. SumBySplat then adds them.
 void Forward(const TileLists<float>& lists, float* image);
 void Tangent(const TileLists<float>& lists, const SplatTangent<float>* tangents, float* d_image);
 void Adjoint(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* u,
@@ -67,8 +67,8 @@ void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::
 
 // The GPU functions of DeviceJacobianCache. E is the number format of an entry: float or Half.
 //
-// The cache orders its (splat, tile) pairs by splat; pair k of the tile lists is pair places[k] of the cache. Computes
-// these pairs, with masks, and counts[e], the number of entries of pair e. size: number of pairs.
+// The cache orders its (splat, tile) pairs by splat; pair k of the tile lists is pair places[k] of the cache.
+// FindEntries computes pairs[e], with its mask, and counts[e], its number of entries. size: number of pairs.
 void FindEntries(const TileLists<float>& lists, const std::uint32_t* places, Index size, CachePair* pairs,
                  Index* counts);
 template <class E>

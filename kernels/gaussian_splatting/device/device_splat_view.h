@@ -16,8 +16,8 @@ namespace vesta::splat {
 // Cached Jacobian of a view's raster pass, for the products of one linearisation.
 //
 // Like JacobianCache, in float. An entry has 16 or 8 bytes of values. Each (splat, tile) pair has 64 bytes for its mask
-// and position, about one byte per entry with 50 to 80 pixels per pair. Results are bit-identical in every run. All
-// pointers are to GPU memory; products neither wait nor allocate.
+// and position. A pair typically has 50 to 80 entries, so this is about one byte per entry. Results are bit-identical
+// in every run. All pointers are to GPU memory; products neither wait nor allocate.
 class DeviceJacobianCache {
  public:
   // Computes the Jacobian and discards a previous one. Tangent and Adjoint need the same lists and places. The cache
@@ -56,7 +56,7 @@ class DeviceJacobianCache {
 };
 
 // Scratch memory that several views may share, one after the other. Its contents are undefined between calls, except
-// splat_sums: AddJT stores there the cotangent of each splat, by rank (its index in depth order).
+// splat_sums. There AddJT stores the cotangent of each splat by rank, the splat's index in depth order.
 struct DeviceViewWorkspace {
   DeviceBuffer<std::uint32_t> keys, indices, other_keys, other_indices;  // by Gaussian
   DeviceBuffer<Splat<float>> unsorted;
@@ -77,14 +77,14 @@ struct DeviceViewWorkspace {
   static double ProductBytes(const ViewCounts& view) {
     return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatTangent<float>);
   }
-  // A cached Jacobian needs `counts` with one element per pair, Build with one element per splat.
+  // A cached Jacobian needs one element of `counts` per pair. Build needs only one per splat.
   static double CacheBytes(const ViewCounts& view) { return sizeof(Index) * std::max(0.0, view.pairs - view.splats); }
   static double GramBytes(const ViewCounts& view) {
     return kSpareCapacity * (view.splats + view.pairs) * sizeof(SplatGram<float>);
   }
 };
 
-// All pointers are to GPU memory. Build waits twice, for the sizes of the lists. The operators do not wait, and
+// All pointers are to GPU memory. Build waits twice, for the sizes of the lists. The operators do not wait. They
 // allocate only in their first call. Results are bit-identical in every run because no sum uses atomics.
 class DeviceSplatView {
  public:
@@ -109,14 +109,14 @@ class DeviceSplatView {
 
   TileLists<float> Lists() const;
   void Render(float* image) const;
-  // See SplatView::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
+  // See SplatView::CacheJacobian. Waits once, for the number of entries. Throws OutOfDeviceMemory.
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
   // d_image = J_raster tangents. tangents: by rank.
   void ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const;
-  // Memory for one tangent per splat, in `buffer`: workspace.splat_sums or workspace.pair_sums, which tangent passes do
-  // not use otherwise.
+  // Memory for one tangent per splat, in `buffer`. This is workspace.splat_sums or workspace.pair_sums, because tangent
+  // passes do not use them otherwise.
   SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& buffer) const;
   // Render and ApplyJ, one after the other (SplatView runs both passes together).
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
@@ -135,7 +135,7 @@ class DeviceSplatView {
   DeviceBuffer<Splat<float>> splats_;
   DeviceBuffer<std::int32_t> rank_of_;
   DeviceBuffer<Index> splat_begin_, tile_begin_;
-  // By (splat, tile) pair. entries_: index of the pair in the order by splat.
+  // One element per (splat, tile) pair. entries_: index of the pair in the order by splat.
   DeviceBuffer<std::uint32_t> ranks_, entries_;
   DeviceBuffer<std::uint32_t> wide_;  // splats with many tiles (wide_splats.h)
   DeviceJacobianCache cache_;

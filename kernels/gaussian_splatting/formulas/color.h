@@ -36,8 +36,8 @@ VESTA_HD inline void ShColor(const T* basis, const Sh& sh, T color[3]) {
   }
 }
 
-// Adjoint of the colour as a function of the mean: mean_bar += d(color . color_bar) / d(mean). dir, inv_distance: from
-// ViewDirection. color_bar: zero for clamped channels.
+// Adjoint of the colour as a function of the mean. Computes mean_bar += d(color . color_bar) / d(mean). dir,
+// inv_distance: from ViewDirection. color_bar: zero for clamped channels.
 template <int Degree, class T, class Sh>
 VESTA_HD inline void ShColorMeanAdjoint(const T dir[3], const T& inv_distance, const Sh& sh, const T color_bar[3],
                                         T mean_bar[3]) {

@@ -7,7 +7,7 @@
 //   a  10     opacity, logit
 //   a  11 + 3 k + c   spherical-harmonics coefficient k of channel c (red, green, blue), k < (degree + 1)^2
 //
-// A model is one structure of arrays. Each Gaussian has its own SH degree, and Gaussians are sorted by degree, highest
+// A model is one structure of arrays. Each Gaussian has its own SH degree. Gaussians are sorted by degree, highest
 // first, so an SH band is stored only for the first Gaussians. Attribute a of Gaussian i is x[Offset(a) + i]
 // (ModelLayout). If all Gaussians have the same degree, this is x[a * count + i].
 #pragma once
@@ -41,10 +41,10 @@ VESTA_HD constexpr int BandOf(int attribute) {
 struct ModelLayout {
   std::int64_t count = 0;  // Gaussians
   int sh_degree = 0;       // 0..3, the highest of all Gaussians
-  // without_band[b - 1]: number of Gaussians without SH band b = 1, 2, 3, the last ones. 0 for bands above sh_degree.
+  // without_band[b - 1]: number of Gaussians, always the last ones, without SH band b = 1, 2, 3. 0 if b > sh_degree.
   std::int64_t without_band[kMaxShDegree] = {};
 
-  // Number of Gaussians with this band, 0..3: the first ones.
+  // Number of Gaussians with this band, 0..3. They are the first Gaussians.
   VESTA_HD constexpr std::int64_t WithBand(int band) const {
     if (band > sh_degree) return 0;
     return band == 0 ? count : count - without_band[band - 1];
@@ -86,7 +86,7 @@ struct ModelLayout {
   }
 };
 
-// The layout of a model in which with_band[b] Gaussians have band b = 0..3. The numbers must not increase with b.
+// The layout of a model in which with_band[b] Gaussians have band b = 0..3. with_band[b] must not increase with b.
 constexpr ModelLayout LayoutOfBands(const std::int64_t (&with_band)[kMaxShDegree + 1]) {
   ModelLayout layout{.count = with_band[0]};
   for (int band = 1; band <= kMaxShDegree && with_band[band] > 0; ++band) {

@@ -4,9 +4,9 @@
 // of everything behind it, including the background:
 //   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
 //   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h, docs/mathematics.md section 3)
-// Forward, tangent, adjoint and Gram passes call these functions with the same arguments. They therefore decide
-// identically where alpha is below its floor or at its cap, and where a pixel is closed. A pixel is closed once T would
-// fall below 1e-4; until then it is open.
+// Forward, tangent, adjoint and Gram passes call these functions with the same arguments. All passes therefore agree
+// where alpha is below its floor or at its cap, and where a pixel is closed. A pixel is open until a splat would reduce
+// T to less than 1e-4; this splat closes the pixel.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/types.h"
@@ -86,13 +86,13 @@ VESTA_HD inline S Psi(const SplatTangent<S>& tangent, const S& p, const S& q) {
   return Psi(PsiLinear(w[kXi], w[kKappa], q), PsiConstant(w[kZeta], w[kSigma], w[kLambda], q), w[kRho], p);
 }
 
-// Returns the change of w for a change psi of log alpha. minus_dT: minus the change of the transmittance; on entry in
-// front of the splat, on return behind it.
+// Returns the change of w for a change psi of log alpha. minus_dT: minus the change of the transmittance, in front of
+// the splat on entry, behind it on return.
 template <class V>
 VESTA_HD inline V TangentWeight(const Blend<V>& blend, const V& psi, V& minus_dT) {
   const V d_alpha_T = ZeroAtAlphaCap(blend.alpha, blend.weight) * psi;
   const V d_weight = Fnma(blend.alpha, minus_dT, d_alpha_T);
-  // Equal to minus_dT + d_weight, which behind opaque splats would be a small difference of large numbers.
+  // Equal to minus_dT + d_weight. But behind opaque splats that sum is a small difference of large numbers.
   minus_dT = Fma(minus_dT, V(1) - blend.alpha, d_alpha_T);
   return d_weight;
 }
@@ -121,8 +121,8 @@ VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& shar
   return ZeroAtAlphaCap(blend.alpha, Fnma(behind, odds, share));
 }
 
-// The derivative of psi with respect to component i (kXi, ..., kLambda) is p^PowerP(i) q^PowerQ(i), with sign -1 except
-// for kLambda.
+// The derivative of psi with respect to component i is -p^PowerP(i) q^PowerQ(i) for i = kXi, ..., kSigma, and 1 for
+// kLambda.
 VESTA_HD constexpr int PowerP(int i) { return i == kRho ? 2 : i == kXi || i == kKappa ? 1 : 0; }
 VESTA_HD constexpr int PowerQ(int i) { return i == kSigma ? 2 : i == kZeta || i == kKappa ? 1 : 0; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection of one Gaussian to one view for any scalar (floats, SIMD batches, duals, Jets), and its adjoint.
+// Projection of one Gaussian to one view, and the adjoint, for any scalar (floats, SIMD batches, duals, Jets).
 //
 // First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5). The screen covariance is M M^T + h I with the 2 x
 // 3 matrix M = J W R_q S. S contains the standard deviations, R_q is the rotation of the Gaussian's quaternion, W the
@@ -26,16 +26,16 @@ struct CameraConstants {
 };
 
 // Maximum distance of a projected mean from the image, in image widths and heights. The projection is linearised at the
-// mean. A Gaussian beside the camera, with a small depth, would therefore cover the whole image like a veil. (Kerbl et
-// al. 2023, section 6, use the same remedy.)
+// mean. Without this limit, a Gaussian beside the camera, with a small depth, would therefore cover the whole image
+// like a veil. (Kerbl et al. 2023, section 6, use the same remedy.)
 inline constexpr double kGuardBand = 2;
 
 // Limit for Gaussians whose mean is more than 15 % of the image size outside the image: maximum standard deviation
-// along the optical axis, divided by the depth of the mean. A longer one would extend beside the camera, where the
+// along the optical axis, divided by the depth of the mean. A longer Gaussian would extend beside the camera, where the
 // linear projection creates veils and streaks (docs/decisions/projection-limits.md).
 inline constexpr double kDepthSpread = 0.5;
 
-// Maximum determinant of a screen covariance, pixels^4. Above it the determinant's derivative overflows float.
+// Maximum determinant of a screen covariance, pixels^4. The derivative of a larger determinant overflows float.
 inline constexpr double kLargestDet = 1e34;
 
 // The square is computed in double before it is rounded to S.
@@ -71,7 +71,7 @@ inline decltype(auto) WithConstants(const PosedCamera& camera, const Body& body)
 template <class L, class T>
 struct ProjectionState {
   T t[3];                            // camera coordinates
-  typename L::template Point<T> at;  // at which the derivative of the lens is evaluated
+  typename L::template Point<T> at;  // where the derivative of the lens is evaluated
   T A[9];                            // W R_q
   T scale[3];                        // standard deviations
   T M0[3], M1[3];                    // rows of M
@@ -84,8 +84,8 @@ struct SplatShape {
   T u, v, r, s, beta;
 };
 
-// S is the scalar type of the camera's constants. For depths z <= 0 the result may be infinite or NaN, and must be
-// discarded.
+// S is the scalar type of the camera's constants. For depths z <= 0, the result may be infinite or NaN. The caller must
+// discard it.
 template <class S, class L, class T>
 VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const T mean[3], const T log_scale[3],
                                       const T quaternion[4], ProjectionState<L, T>& state) {
@@ -134,7 +134,7 @@ VESTA_HD inline auto IsProjectionAccurate(const L& lens, const ProjectionState<L
   return lens.IsInRange(state.t, state.at) | (variance <= limit * limit);
 }
 
-// Converts d, a derivative of a shape, to the first five components of a splat tangent (SplatTangent in types.h).
+// Converts a derivative d of the shape to the first five components of a splat tangent (SplatTangent in types.h).
 template <class T>
 VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
   const T two_ln2(kTwoLn2);
@@ -145,7 +145,7 @@ VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<
   w[kSigma] = two_ln2 * d.s / shape.s;
 }
 
-// Computes the cotangent of the projected mean (u, v) from w_bar, the splat's.
+// Computes the cotangent of the projected mean (u, v) from w_bar, the splat's cotangent.
 template <class T>
 VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, const T* w_bar, T& u_bar, T& v_bar) {
   const T two_ln2(kTwoLn2);

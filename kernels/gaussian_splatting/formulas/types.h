@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain data types of the splatting kernels. Without SIMD types, so that code compiled for different instruction sets
-// can share them.
+// Plain data types of the splatting kernels. They contain no SIMD types, so that code compiled for different
+// instruction sets can share them.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace vesta::splat {
 
 // Alpha floor, alpha cap, and the transmittance at which a pixel is closed (pixel_steps.h). All passes must use the
-// same; otherwise the products with J and J^T would not be adjoint.
+// same values; otherwise the products with J and J^T would not be adjoint.
 inline constexpr double kAlphaFloor = 1.0 / 255.0;
 inline constexpr double kAlphaCap = 0.99;
 inline constexpr double kTransmittanceStop = 1e-4;
@@ -46,7 +46,7 @@ struct alignas(16) Splat {
 
 // A tangent or cotangent of a Splat in whitened coordinates: xi, zeta (shift), rho, kappa, sigma (shape), lambda
 // (log-opacity), colour. A tangent changes log alpha by lambda - p (xi + kappa q + rho p) - q (zeta + sigma q). The
-// first five contain the factor 2 ln 2.
+// factor 2 ln 2 is part of xi, zeta, rho, kappa and sigma.
 inline constexpr int kXi = 0, kZeta = 1, kRho = 2, kKappa = 3, kSigma = 4, kLambda = 5, kColor = 6;
 inline constexpr int kSplatTangent = 9;
 inline constexpr int kSplatShape = 6;  // number of components before the colour
@@ -70,7 +70,7 @@ struct SplatGram {
 
 inline constexpr int kTileSize = 16;  // width and height, pixels
 
-// Long sums are split into partial sums of this many terms: in float a sum of a million equal terms loses three digits.
+// Long sums are split into partial sums of this many terms. In float, a sum of a million equal terms loses 3 digits.
 inline constexpr int kTermsPerPartialSum = 4096;
 
 // The splats of one view in depth order, and for each tile the list of splats that touch it. The rank of a splat is its
@@ -86,13 +86,13 @@ struct TileLists {
 
 // Work counters of a raster pass. A vector is a SIMD vector of pixels.
 struct VisitCounts {
-  std::int64_t pairs = 0;    // visited (splat, tile) pairs: before all pixels of the tile are closed
+  std::int64_t pairs = 0;    // visited (splat, tile) pairs: those before all pixels of the tile are closed
   std::int64_t vectors = 0;  // visited vectors
-  std::int64_t useful = 0;   // with a pixel to which the splat contributes
+  std::int64_t useful = 0;   // visited vectors with a pixel to which the splat contributes
   std::int64_t pixels = 0;   // pixels to which the splat contributes
 };
 
-// Counts of a view that determine the memory of its passes, or their means over views.
+// Counts of a view, or means of the counts over views. They determine the memory of the passes.
 struct ViewCounts {
   double pixels = 0, tiles = 0;
   double splats = 0;   // visible splats
@@ -100,14 +100,14 @@ struct ViewCounts {
   double entries = 0;  // (pixel, splat) pairs: entries of a cached Jacobian
 };
 
-// Spare capacity of buffers that views share, as a factor; the next view then seldom needs a reallocation.
+// Buffers that views share are larger than needed by this factor, so that the next view seldom needs a reallocation.
 inline constexpr double kSpareCapacity = 1.125;
 
 // A camera with its pose, in the form of the kernels.
 //
 // World point mu to camera coordinates: t = R mu + T, with x right, y down, z forward, as in COLMAP. The projection
-// skips Gaussians with z <= near, with means far outside the image (kGuardBand in project.h), and long ones with means
-// outside the image (kDepthSpread).
+// skips Gaussians with z <= near, Gaussians with means far outside the image (kGuardBand in project.h), and long
+// Gaussians with means outside the image (kDepthSpread).
 struct PosedCamera {
   double R[9];  // row-major
   double T[3];

@@ -16,7 +16,7 @@ struct Lens {
   int model = 0;                          // index in LensModels (models.h); 0: the pinhole
 
   bool operator==(const Lens&) const = default;
-  // The lens for a resized image. across, down: factors of its width and height.
+  // The lens for a resized image. across, down: the factors of the image width and height.
   Lens Scaled(double across, double down) const { return {across * fx, down * fy, across * cx, down * cy, model}; }
 
   template <class Archive>
@@ -53,8 +53,8 @@ struct LensConstants {
 //   Plane     maps t to the image plane of focal length 1; NaN if the lens does not see t
 //   PointAt   maps an image-plane point and a depth z back to a point
 //   Project   computes the pixel of t, and the point (Point<T>) at which the derivative J of the pixel is evaluated;
-//             for t far outside the image it is not t itself
-//   IsInRange     whether the derivative is evaluated at t itself
+//             for t far outside the image, this point is not t
+//   IsInRange     whether J is evaluated at t itself
 //   Adjoint   maps cotangents of the pixel and of products with J back to t: construct it from J, call Apply once per
 //             product, then Finish
 //   kName     the name in camera_model of transforms.json

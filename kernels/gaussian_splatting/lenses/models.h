@@ -42,7 +42,7 @@ VESTA_HD inline void PixelOf(const Lens& lens, const double t[3], double& u, dou
     LensConstants<double>(lens).Pixel(x, y, u, v);
   });
 }
-// The point t in camera coordinates at this depth that projects to pixel (u, v).
+// Computes the point t, in camera coordinates, that has this depth and projects to pixel (u, v).
 inline void PointAt(const Lens& lens, double u, double v, double depth, double t[3]) {
   OfModel<double>(LensModels(), lens.model, [&](auto model) {
     decltype(model)::type::PointAt((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy, depth, t);

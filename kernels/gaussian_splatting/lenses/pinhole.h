@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pinhole lens model (lens.h): image-plane coordinates (x / z, y / z). All training uses it, so its derivatives are
-// written by hand.
+// The pinhole lens model (lens.h): image-plane coordinates (x / z, y / z). Every training uses this model, so its
+// derivatives are written by hand.
 #pragma once
 
 #include "kernels/gaussian_splatting/lenses/lens.h"
@@ -91,8 +91,7 @@ struct Pinhole : LensConstants<S> {
     VESTA_HD void Finish(const Pinhole& lens, const T t[3], const T& u_bar, const T& v_bar, T t_bar[3]) const {
       const T inv_z = T(1) / t[2];
       const T x = t[0] * inv_z, y = t[1] * inv_z;
-      // tx and ty depend on t inside the limits and on their border, as with Clamp of a Dual. Outside they are
-      // constant.
+      // tx and ty depend on t inside the limits and at the limits, as with Clamp of a Dual. Outside, they are constant.
       const T x_clamped = Select(x >= T(lens.x_lo), Select(x <= T(lens.x_hi), tx_bar, T(0)), T(0));
       const T y_clamped = Select(y >= T(lens.y_lo), Select(y <= T(lens.y_hi), ty_bar, T(0)), T(0));
       t_bar[0] = Fma(T(lens.fx), u_bar, x_clamped) * inv_z;

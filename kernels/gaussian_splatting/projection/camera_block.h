@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of splats with respect to the camera pose: the functions in CameraKernels, with one Gaussian per SIMD
-// lane.
+// Derivatives of splats with respect to the camera pose: the functions in CameraKernels. Each SIMD lane has one
+// Gaussian.
 //
-// A motion (omega, tau) of a pose in camera axes, rotation and translation (PoseTangent), has the same effect on the
-// projection as a rigid motion of all Gaussians about the camera's centre. In world axes this is the rotation turn =
-// R^T omega and the translation shift = R^T tau:
+// A PoseTangent is a motion of a pose in camera axes: rotation omega and translation tau. A rigid motion of all
+// Gaussians about the camera's centre has the same effect on the projection. In world axes, this rigid motion has the
+// rotation turn = R^T omega and the translation shift = R^T tau:
 //   d mean = turn x (mean - centre) + shift,   d quaternion = (0, turn) quaternion / 2.
-// Colours depend on the direction from the camera to the Gaussian in world axes, which only the shift changes. The
-// derivative with respect to the pose is therefore the derivative of projection and colour (project.h, color.h) along
-// this motion.
+// Colours depend on the direction, in world axes, from the camera to the Gaussian. Only the shift changes this
+// direction. The derivative with respect to the pose is therefore the derivative of projection and colour (project.h,
+// color.h) along this motion.
 #pragma once
 
 #include "kernels/gaussian_splatting/projection/project_block.h"

@@ -16,14 +16,13 @@ struct CameraMotion {
   double Angle() const;
 };
 
-// Returns the motion that first applies `motion`, then xi, which maps t to exp(rotation) t + translation (a
-// retraction).
+// Returns the motion that applies `motion`, then xi (a retraction). xi maps t to exp(rotation) t + translation.
 CameraMotion Compose(const PoseTangent& xi, const CameraMotion& motion);
 
 // The motion that maps one pose (t = R mu + T for a world point mu, R row-major) to another.
 CameraMotion MotionBetween(const double R[9], const double T[3], const double to_R[9], const double to_T[3]);
 
-// Applies the motion to a pose, or to a camera including its centre. The default motion changes no bit.
+// Applies the motion to a pose, or to a camera and its centre. The default motion changes no bit of them.
 void MovePose(const CameraMotion& motion, double R[9], double T[3]);
 PosedCamera Moved(const PosedCamera& camera, const CameraMotion& motion);
 

@@ -2,9 +2,9 @@
 // Derivatives of a splat with respect to the lens of its view.
 //
 // A change of the focal length scales the projected mean about the principal point, and the screen covariance without
-// the 2D dilation. Colours and depths do not change. The derivative therefore depends on the splat alone. For Gaussians
-// far outside the image, the derivative of the lens is evaluated at a clamped point (IsInRange in lens.h), which is
-// treated as constant.
+// the 2D dilation. Colours and depths do not change. The derivative therefore depends only on the splat. For Gaussians
+// far outside the image, the projection uses the derivative of the lens at a clamped point (IsInRange in lens.h). Here,
+// this point is treated as constant.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/project.h"
@@ -12,8 +12,8 @@
 
 namespace vesta::splat {
 
-// A tangent or cotangent of a lens: logarithms of the focal lengths, then the principal point divided by the focal
-// lengths. These parameters do not depend on the image size.
+// A tangent or cotangent of a lens. The parameters are the logarithms of the focal lengths, then the principal point
+// divided by the focal lengths. Changes of these parameters do not depend on the image size.
 inline constexpr int kLensTangent = 4;
 struct LensTangent {
   double v[kLensTangent] = {};  // log fx, log fy, cx / fx, cy / fy
@@ -25,7 +25,7 @@ struct LensTangent {
 };
 
 // Derivatives of a splat with respect to the lens. w[k]: the first kLambda components of the splat tangent
-// (SplatTangent in types.h) for a unit change of lens parameter k; the others are zero.
+// (SplatTangent in types.h) for a unit change of lens parameter k. The other components are zero.
 struct LensRows {
   double w[kLensTangent][kLambda] = {};
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection of Gaussians to a view, and its derivatives: the functions in ProjectKernels. They process a block of
-// neighbouring Gaussians, one per SIMD lane. On a GPU a block is one Gaussian.
+// Projection of Gaussians to a view, and the derivatives of the projection: the functions in ProjectKernels. They
+// process a block of neighbouring Gaussians, one per SIMD lane. On a GPU, a block is one Gaussian.
 #pragma once
 
 #include <bit>
@@ -19,8 +19,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// ModelLayout::Offset of all attributes up to an SH degree. A table on the host. A GPU computes it each time, because a
-// table would not be in registers.
+// ModelLayout::Offset of all attributes up to an SH degree. The host has a table of the offsets. A GPU computes an
+// offset each time, because a table would not be in registers.
 template <class V, int Degree>
 class AttributeOffsets {
  public:
@@ -63,8 +63,8 @@ struct Block {
 
   VESTA_HD Block(std::int64_t first, std::int64_t end)
       : i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
-  // Prefetches the first `rows` rows of a later block, unless it reaches beyond `end`. offset(r): first index of row r.
-  // The rows are more memory streams than the hardware prefetcher can follow.
+  // Prefetches the first `rows` rows of a later block, unless this block reaches beyond `end`. offset(r): first index
+  // of row r. The hardware prefetcher cannot follow so many memory streams.
   template <class Offset>
   VESTA_HD void PrefetchAhead(const S* x, const Offset& offset, int rows, std::int64_t end) const {
     if constexpr (L::kWidth > 1) {  // not on a device, where neighbouring threads read together
@@ -129,7 +129,7 @@ VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_o
   for (int k = 0; k < N; ++k) out[k] = Lanes<V>::Load(lanes[k]);
 }
 
-// The inverse, for the visible Gaussians.
+// The inverse of GatherRecords, for the visible Gaussians.
 template <int N, class V, class S, class Fields>
 VESTA_HD void ScatterRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields,
                              const V* values) {
@@ -163,7 +163,7 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     const ProjectedBlock<V, L> b(camera, load);
     const SplatShape<V>& shape = b.shape;
-    // Slightly enlarged, because raster passes only use it to skip pixels.
+    // Slightly enlarged. This is harmless, because raster passes use the support only to skip pixels.
     const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
     const V support =
         V(static_cast<S>(1.0001)) * (log2_opacity - V(static_cast<S>(kLog2AlphaFloor))) + V(static_cast<S>(1e-3));
@@ -217,9 +217,9 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// Computes the tangents of the splats, except kLambda, from the parameters and their derivatives. colored: the mean for
-// the viewing direction of the colour; if the camera rotates, its derivative differs from the one of `mean`. sh: as in
-// ShColor.
+// Computes the tangents of the splats, except kLambda, from the parameters and their derivatives. colored: the mean
+// from which the viewing direction of the colour is computed. If the camera rotates, the derivatives of `colored` and
+// `mean` differ. sh: as in ShColor.
 template <int Degree, class S, class L, class V, class Sh>
 VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
                              const Dual<V> quaternion[4], const Dual<V> colored[3], const Sh& sh, V w[kSplatTangent]) {
@@ -381,7 +381,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
       for (int row = col; row < kGeometry; ++row) {
         V value(0);
         for (int k = 0; k < kSplatTangent; ++k) value = Fma(K[k][row], GK[k], value);
-        // Rounding may make it negative.
+        // Rounding may make a diagonal entry negative.
         if (row == col) value = Max(value, V(0));
         block.Add(blocks + of_block(PackedLower(row, col)), Select(seen, value, V(0)));
       }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Passes over ranges of Gaussians, for the instruction set chosen at run time: the projection of Gaussians to splats,
-// and its derivatives with respect to their parameters and to the camera pose.
+// and the derivatives of the projection with respect to the Gaussians' parameters and the camera pose.
 #pragma once
 
 #include <algorithm>
@@ -45,9 +45,8 @@ inline constexpr std::uint32_t kInvisible = 0xffffffffu;
 template <class S>
 struct ProjectKernels {
   // For Gaussians [begin, end): key[i] = the bits of the depth as float, which increase with the depth; kInvisible if
-  // not visible. Computes splats[i] if visible. Gaussians are not visible if their depth is not above `near`, their
-  // opacity is below 1/255, their support is outside the image, a value is not finite, or a limit of project.h is
-  // exceeded.
+  // not visible. Computes splats[i] if visible. A Gaussian is not visible if its depth is not above `near`, its opacity
+  // is below 1/255, its support is outside the image, a value is not finite, or a limit of project.h is exceeded.
   void (*project)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                   std::uint32_t* key, Splat<S>* splats);
   // tangents[rank] = K dx for the visible Gaussians in [begin, end). dx: change of the parameters, in the layout of x.
@@ -63,7 +62,7 @@ struct ProjectKernels {
                const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal);
 };
 
-// The kernels for this degree (0..3).
+// The kernels for this SH degree (0..3).
 template <class S>
 const ProjectKernels<S>& GetProjectKernels(int degree);
 // The float kernels of `isa`, which the CPU must support.
@@ -88,7 +87,7 @@ struct CameraKernels {
   // tangents[rank] = K xi for the visible Gaussians in [begin, end).
   void (*tangent)(const Model<S>& model, const PosedCamera& view, const PoseTangent& xi, std::int64_t begin,
                   std::int64_t end, const std::int32_t* rank_of, SplatTangent<S>* tangents);
-  // Returns the sum of K^T cotangents[rank] over them, in their order in double.
+  // Returns the sum of K^T cotangents[rank] over the same Gaussians, added in double in the order of the Gaussians.
   PoseTangent (*adjoint)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                          const std::int32_t* rank_of, const SplatTangent<S>* cotangents);
 };

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Change of a view's loss when its pixels change, with which loss_passes.h predicts the effect of removing or
+// Change of a view's loss when its pixels change. loss_passes.h uses it to predict the effect of removing or
 // recolouring a splat. (Pixel penalty, SSIM, G, s, c: kernels/image/photometric_formula.h.)
 //
 // The penalty of each pixel is exact. 1 - SSIM is approximated by its quadratic with the Hessian diag(G s) + G diag(c)
-// G, where G is the blur with the SSIM window. The second part couples pixels. To avoid a blur per splat, G delta is
-// approximated by a constant times delta, the change of the image when one splat changes. The constant is the fraction
-// of the energy (sum of squares) of a Gaussian with covariance C that remains after a blur of variance v:
+// G, where G is the blur with the SSIM window. The second part couples pixels. Let delta be the change of the image
+// when one splat changes. To avoid a blur per splat, G delta is approximated by a constant times delta. The constant is
+// the fraction of the energy (sum of squares) that remains when a Gaussian with covariance C is blurred with variance
+// v:
 //   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 #pragma once
 
@@ -82,7 +83,7 @@ struct LossOfChange {
     const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
     const PixelPenalty<V> before(e, loss.penalty), after(e + delta, loss.penalty);
-    // First and second derivative of the SSIM part of the loss: totals minus penalty.
+    // First and second derivative of the SSIM part of the loss: total derivative minus derivative of the penalty.
     const V ssim_slope = Fnma(l1, before.derivative, L::Load(gradient[k] + offset));
     const V pointwise = Fnma(l1, before.Curvature(loss.penalty), L::Load(diagonal[k] + offset));
     const V ssim_curvature = Fma(window_factor, L::Load(curvature[k] + offset), pointwise);
@@ -92,8 +93,8 @@ struct LossOfChange {
 
 }  // namespace VESTA_ISA
 
-// Recolouring: the loss of a view if one splat had the colour c' instead of c. Pixels change by exactly delta = w (c' -
-// c), w = alpha T.
+// Recolouring: the loss of a view if one splat has the colour c' instead of c. Pixels change by exactly delta = w (c' -
+// c) with w = alpha T.
 inline constexpr int kRecolors = 3;  // colours tried per splat: one for each lower SH degree
 
 // Colours to try for one splat.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Raster passes over one tile that predict how the loss of a view changes if one splat is removed or recoloured, with
-// all others unchanged.
+// Raster passes over one tile. They predict how the loss of a view changes if one splat is removed or recoloured and
+// all others are unchanged.
 //
-// The colour of a pixel is an affine function of the alpha of each splat. Without the splat, with colour c, it
-// therefore changes by exactly
+// The colour of a pixel is an affine function of the alpha of each splat. If a splat with colour c is removed, the
+// colour of the pixel therefore changes by exactly
 //   delta = -alpha d colour / d alpha = S alpha / (1 - alpha) - w c                (pixel_steps.h: w = alpha T)
 // unless the pixel would then be closed later. loss_of_change.h computes the resulting change of the loss.
 #pragma once

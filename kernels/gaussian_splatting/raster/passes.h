@@ -4,7 +4,7 @@
 //
 // Adjoint and Gram passes need S, the sum of the weighted colours behind a splat. It is the final colour of the pixel
 // minus the weighted colours up to and including the splat. These passes therefore also visit the splats front to back,
-// and no data per pixel and splat is stored.
+// and they store no data per pixel and splat.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
@@ -77,8 +77,8 @@ struct TangentPass {
   const SplatTangent<S>* tangents;
   alignas(64) S d_color[3][kTilePixels];
   alignas(64) S minus_dT[kTilePixels];  // minus the derivative of the transmittance
-  // For each splat of the batch: shape components of its tangent; and for the current row: psi = constant - p (linear +
-  // rho p).
+  // For each splat of the batch: the shape components of its tangent, and for the current row the coefficients of psi =
+  // constant - p (linear + rho p).
   alignas(64) S shape[kSplatShape][kPlaces], linear[kPlaces], constant[kPlaces];
   struct {
     S color[3], d_color[3], pad[2];
@@ -122,7 +122,7 @@ struct TangentPass {
   }
 };
 
-// Two passes of TraverseRows run together.
+// Runs two passes of TraverseRows together.
 template <class First, class Second>
 struct BothPasses {
   First first;

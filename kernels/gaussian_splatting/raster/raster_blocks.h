@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The raster passes as block kernels (kernels/core/block_kernel.h): a tile is a block of threads, a pixel one thread.
-// They use the formulas of passes.h and the traversal of tile_block.h. S is float on a device; tests run double on the
-// host.
+// The raster passes as block kernels (kernels/core/block_kernel.h). Each tile has one block of threads, each pixel one
+// thread. The kernels use the formulas of passes.h and the traversal of tile_block.h. S is float on a device; tests run
+// double on the host.
 //
 // Forward and tangent passes sum over splats and keep the sums of a pixel in registers. Adjoint and Gram passes sum
 // over the pixels of each splat, a few splats at a time, without atomics. First, each thread writes the contributions
-// of the splats at its pixel to shared memory. Then each thread adds the contributions of one row, or half a row, of
-// one splat.
+// of the splats at its pixel to shared memory. Then each thread sums the contributions to one splat from one row, or
+// half a row, of pixels.
 #pragma once
 
 #include "kernels/gaussian_splatting/raster/splat_sums.h"
@@ -76,13 +76,13 @@ struct TangentBlock {
   }
 };
 
-// GPU version of RasterKernels::adjoint. The sums of pair k of the lists are stored in sums[entries[k]]; entries[k]:
-// its index in the order by splat.
+// GPU version of RasterKernels::adjoint. The sums of pair k of the lists are stored in sums[entries[k]]. entries[k]:
+// index of pair k in the order by splat.
 template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Share {
-    S g, w;  // derivatives of the pixel's part of u . image, by log alpha and by u . c
+    S g, w;  // derivatives of the pixel's part of u . image with respect to log alpha and u . c
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;
@@ -125,7 +125,7 @@ struct AdjointBlock {
   }
 
  private:
-  // Rows are rotated to avoid bank conflicts: the pixels of half a warp (two rows of eight) are on different banks, and
+  // Rows are rotated to avoid bank conflicts: the pixels of half a warp (two rows of eight) are in different banks, and
   // so are the pixels of a column.
   VESTA_HD static int IndexInShares(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
   VESTA_HD static int IndexInU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
@@ -150,7 +150,7 @@ struct GramBlock {
   // Two threads per row.
   static constexpr int kThreads = kRasterThreads, kBatch = 8, kParts = 2 * kTileSize, kHalf = kTileSize / 2;
   struct alignas(16) Share {
-    S w, d[3];  // derivatives of the pixel's colours, by the splat's colour and by log alpha
+    S w, d[3];  // derivatives of the pixel's colours with respect to the splat's colour and log alpha
   };
   struct Shared {
     SplatBatch<S, kBatch> splats;

@@ -14,11 +14,11 @@ namespace vesta::splat {
 template <class S>
 struct RasterKernels {
   // image = sum_k c_k alpha_k T_k + T_end background, over the splats k front to back. T_k is the transmittance in
-  // front of splat k, T_end behind the last one.
+  // front of splat k, and T_end the one behind the last splat.
   void (*forward)(const TileLists<S>& lists, int tile, S* image);
   // Computes the change of the image from the tangents of the splats, by rank.
   void (*tangent)(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* d_image);
-  // Both with bit-identical results, faster because the blending weights are shared.
+  // Does both with bit-identical results. This is faster, because the blending weights are shared.
   void (*forward_tangent)(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* image, S* d_image);
   // For each pair of the tile, the cotangent of its splat from the pixels of the tile. u: cotangent of the image.
   // image: from forward.
@@ -26,7 +26,7 @@ struct RasterKernels {
   // For each pair of the tile, the Gram sums (splat_sums.h) with the weights omega >= 0 (3 planes). image: from
   // forward.
   void (*gram)(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums);
-  // For each pair of the tile, the rise of the loss in the tile without its splat (may be negative).
+  // For each pair of the tile, the rise of the loss in the tile if the pair's splat is removed (may be negative).
   void (*removal)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, S* pair_rises);
   // For each pair of the tile, the second derivative of the loss with respect to the colour of its splat.
   void (*color_curvature)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss,
@@ -34,7 +34,7 @@ struct RasterKernels {
   // For each pair of the tile, the rise of the loss if its splat has other colours. recolors: by rank.
   void (*recolor)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, const Recolors<S>* recolors,
                   RecolorRises<S>* pair_sums);
-  // Counts the visited pairs, vectors and pixels, the same for all passes above.
+  // Counts the visited pairs, vectors and pixels. They are the same for all passes above.
   VisitCounts (*count)(const TileLists<S>& lists, int tile);
 };
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over the pixels of a splat, for its cotangent and its Gram matrix. The CPU computes them pixel by pixel
-// (CotangentSums, GramSums). On a GPU, many threads share the work row by row (CotangentRow, GramRow). Along a row the
-// whitened coordinate q is constant, so the sums of a row contain only powers of p. They are multiplied by powers of q
-// when the rows are added.
+// Sums over the pixels of a splat, for its cotangent and its Gram matrix. The CPU computes the sums pixel by pixel
+// (CotangentSums, GramSums). On a GPU, many threads share the work row by row (CotangentRow, GramRow). Along a row, the
+// whitened coordinate q is constant, so the sums of a row contain only powers of p. These sums are multiplied by powers
+// of q when the rows are added.
 //
 // Let u be the cotangent of the image. g is the derivative of a pixel's part of u . image with respect to log alpha,
-// and w the derivative of its colour with respect to the splat's colour. With psi of pixel_steps.h:
+// and w the derivative of the pixel's colour with respect to the splat's colour. With psi of pixel_steps.h:
 //   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.
 //
-// Gram sums: each colour c of a pixel has the curvature omega_c of the loss and the derivative d_c with respect to log
-// alpha; w is the same for all colours. The sums are:
+// Gram sums: for each colour c of a pixel, omega_c is the curvature of the loss and d_c the derivative with respect to
+// log alpha. w is the same for all colours. The sums are:
 //   shape x shape    sum_c omega_c d_c^2, times the monomials p^a q^b of degree <= 4,
 //   shape x colour   omega_c w d_c, times the monomials of degree <= 2,
 //   colour x colour  omega_c w^2.
@@ -69,7 +69,7 @@ VESTA_HD inline S CotangentFromRows(const Splat<S>& splat, const S (&rows)[kTile
   return i < kLambda ? -sum : sum;
 }
 
-// omega_c and d_c of one colour of a pixel, and its terms of the sums.
+// omega_c and d_c of one colour of a pixel, and the terms of this colour in the sums.
 template <class V>
 struct GramColor {
   V omega, d;
@@ -163,7 +163,7 @@ template <int kParts, class S>
 VESTA_HD inline S GramSumFromRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
                                   int i) {
   constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors, kPartsOfRow = kParts / kTileSize;
-  // The monomial p^a q^b of the sum, and the index of its sums for p^0.
+  // The monomial p^a q^b of sum i, and the index in GramRow of the sum for p^0.
   int monomial = i, base = 0;
   if (i >= kMoments4 + 3 * kMoments2) {
     monomial = 0, base = kColors + i - kMoments4 - 3 * kMoments2;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop of the passes that sum over splats (image, tangent). It visits a tile in batches of splats, front to back,
-// and for each batch row by row. The sums of a vector of pixels then stay in registers for the whole batch.
+// The loop of the passes that sum over splats (image, tangent). It visits the splats of a tile in batches, front to
+// back, and processes each batch row by row. The sums of a vector of pixels then stay in registers for the whole batch.
 #pragma once
 
 #include <bit>
@@ -60,7 +60,8 @@ class RowBatch {
     }
     for (int k = 0; k < kVectors; ++k) touching_[k][num_touching_[k]] = touching_[k][num_touching_[k] + 1] = kSplats;
   }
-  // For the current row: number and places of the splats that touch vector k of pixels. Two empty places follow.
+  // For the current row: the number of splats that touch vector k of pixels, and their places, followed by two empty
+  // places.
   int num_touching(int k) const { return num_touching_[k]; }
   const std::uint32_t* touching(int k) const { return touching_[k]; }
   V P(std::uint32_t splat, const V& columns) const { return OffsetAt(columns, V(r_[splat]), V(p0_[splat])); }

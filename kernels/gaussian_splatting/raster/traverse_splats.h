@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The loop of the passes that sum over the pixels of each splat (adjoint, Gram). It visits the splats of a tile front
-// to back, and for each one the vectors of pixels that it may touch, so that its sums stay in registers.
+// to back, and for each splat the vectors of pixels that it may touch. The sums of a splat then stay in registers.
 #pragma once
 
 #include <bit>
@@ -51,7 +51,7 @@ template <class V, class S, class Pass>
   const TileOrigin<S> origin(lists, tile);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
-  // Computed one splat ahead, so that the rows to visit are known when the loop over them begins.
+  // Computed one splat ahead, so that the rows to visit are known when the loop over the rows begins.
   SplatRows<V, S> prepared[2];
   const auto prepare = [&](std::int64_t next) {
     prepared[next & 1].Set(InTile(lists.splats[lists.ranks[next]], origin));

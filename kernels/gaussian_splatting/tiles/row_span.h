@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels that a splat covers in each row of a tile, and its values that are constant along a row. The same template
-// is used in three ways, with bit-identical results on the host:
+// The pixels that a splat covers in each row of a tile, and the values of the splat that are constant along a row. The
+// same template is used in three ways. On the host, their results are bit-identical:
 //
 //   traverse_splats.h   the SIMD lanes are 16 rows of one splat
 //   traverse_rows.h     the SIMD lanes are 16 splats in one row
@@ -67,7 +67,7 @@ struct PixelRange {
 };
 
 // The covered pixels of a row: begin <= x <= end if `reaches` is true, else none. A pixel is covered if p^2 + q^2 is at
-// most Splat::support. Only there can alpha reach 1/255.
+// most Splat::support. Only at covered pixels can alpha reach 1/255.
 template <class V>
 struct RowSpan : RowPosition<V> {
   using L = Lanes<V>;
@@ -87,7 +87,7 @@ struct RowSpan : RowPosition<V> {
     end = this->middle + half_width;
   }
 
-  // For a single row: its covered pixels among first .. last.
+  // Only for scalars: the covered pixels of the row among first .. last.
   VESTA_HD PixelRange PixelsIn(int first, int last) const {
     if (!reaches) return {first, first};
     return {static_cast<int>(Clamp(begin, S(first), S(last + 1))),

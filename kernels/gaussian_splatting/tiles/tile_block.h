@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Common parts of the block kernels over tiles (kernels/core/block_kernel.h). A tile is one block of threads and a
-// pixel one thread; the tile's splats are visited in batches in shared memory. A pair is a splat and a tile
-// that it touches (TileLists). The host's counterparts are traverse_rows.h and traverse_splats.h.
+// Common parts of the block kernels over tiles (kernels/core/block_kernel.h). Each tile has one block of threads and
+// each pixel one thread. The tile's splats are visited in batches in shared memory. A pair is a splat and a tile that
+// it touches (TileLists). The host's counterparts are traverse_rows.h and traverse_splats.h.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -14,7 +14,7 @@ namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRasterThreads / 32;
-// A warp covers 8 x 4 pixels: a splat touches fewer warps of a compact shape.
+// A warp covers 8 x 4 pixels. This shape is compact, so that a splat touches few warps.
 inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
 // An int, because divisions of int are faster.
@@ -74,8 +74,7 @@ struct PixelBlending {
   }
 };
 
-// Bit w is set if the support of the splat (from InTile) touches the pixels of warp w. Otherwise alpha is 0 in the
-// warp.
+// Bit w is set if the support of the splat (from InTile) touches the pixels of warp w. Otherwise alpha is 0 in warp w.
 template <class S>
 VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   const SupportReach<S> reach(splat);
@@ -93,7 +92,7 @@ VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   return warps;
 }
 
-// A batch of a tile's splats in shared memory, and the warps that each one touches.
+// A batch of a tile's splats in shared memory, and the warps that each splat touches.
 template <class S, int kBatch>
 struct SplatBatch {
   Splat<S> splats[kBatch];
@@ -112,7 +111,7 @@ struct SplatBatch {
   }
 };
 
-// A SplatBatch with a mask per warp, which selects the splats that touch it.
+// A SplatBatch with a mask per warp. The mask selects the splats that touch the warp.
 template <class S, int kBatch>
 struct MaskedSplatBatch : SplatBatch<S, kBatch> {
   static constexpr int kWords = (kBatch + 31) / 32;
@@ -136,7 +135,7 @@ VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int max_size
   return end - first < max_size ? static_cast<int>(end - first) : max_size;
 }
 
-// Calls visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on() returns true.
+// Calls visit(first, count) for the pairs of the block's tile, at most kBatch pairs at a time, while go_on() is true.
 // go_on must contain a barrier, so that visit may overwrite the shared memory. Returns the first pair not visited.
 template <int kBatch, class S, class Block, class GoOn, class Visit>
 VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
@@ -202,8 +201,8 @@ VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lis
       });
 }
 
-// Calls visit(pair, i) for 0 <= i < kN and all pairs from `first` to the end of the block's tile, divided among all
-// threads.
+// Calls visit(pair, i) for 0 <= i < kN and all pairs from `first` to the last one of the block's tile. The calls are
+// divided among all threads.
 template <int kN, class S, class Block, class Visit>
 VESTA_HD inline void ForEachRemaining(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
   const std::int64_t end = lists.tile_begin[block.id() + 1];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tiles that a splat touches: the ellipse of its support (types.h) intersects the rectangle of the tile's pixel
-// centres.
+// The tiles that a splat touches. A splat touches a tile if the ellipse of its support (types.h) intersects the
+// rectangle of the tile's pixel centres.
 #pragma once
 
 #include <cmath>
@@ -27,9 +27,9 @@ struct SupportReach {
   }
 };
 
-// The largest (sign = 1) or smallest (sign = -1) x of the ellipse between the heights y0 and y1, where it must exist.
-// The largest x is at the rightmost point of the ellipse, or at the nearest border of the strip if this point is
-// outside.
+// The largest (sign = 1) or smallest (sign = -1) x of the ellipse in the strip between the heights y0 and y1, which the
+// ellipse must reach. The largest x is at the ellipse's rightmost point, or at the nearest border of the strip if this
+// point is outside.
 template <class S>
 VESTA_HD inline S ExtremeX(const Splat<S>& splat, const SupportReach<S>& reach, S y0, S y1, S sign) {
   using std::sqrt;
@@ -38,7 +38,7 @@ VESTA_HD inline S ExtremeX(const Splat<S>& splat, const SupportReach<S>& reach, 
   return splat.u - splat.beta * dy + sign * sqrt(Max(splat.support - q * q, S(0))) * splat.inv_r;
 }
 
-// Iterates over the tiles that a splat touches, row by row.
+// Iterates, row by row, over the tiles that a splat touches.
 template <class S>
 struct TileRows {
   Splat<S> splat;
@@ -53,7 +53,8 @@ struct TileRows {
     end = Clip((splat.v + reach.y - S(0.5)) / S(kTileSize), rows - 1) + 1;
   }
 
-  // Computes the touched tiles *first .. *last in a row of tiles. Returns false if the splat touches none.
+  // Computes the touched tiles *first .. *last in a row of tiles. Returns false if the splat touches no tile of the
+  // row.
   VESTA_HD bool Row(int row, int* first, int* last) const {
     constexpr S kSize(kTileSize), kHalf(0.5);
     const S y0 = Max(static_cast<S>(row) * kSize + kHalf, splat.v - reach.y);

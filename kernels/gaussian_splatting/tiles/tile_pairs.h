@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds, on a GPU, the list of splats of each tile (TileLists in types.h). Each step is a functor, called for all
-// indices in any order. Stable sorts by key and running sums run between the steps. TileBins builds the same lists on
-// the CPU. The rank of a splat is its index in depth order.
+// Builds, on a GPU, the list of splats of each tile (TileLists in types.h). Each step is a functor that is called for
+// all indices in any order. Stable sorts by key and running sums run between the steps. TileBins builds the same lists
+// on the CPU. The rank of a splat is its index in depth order.
 //
 //   Gaussians --sort by depth--> GatherSorted --> CountTiles --running sum--> EmitPairs --sort by tile--> PlacePairs
 #pragma once
@@ -13,8 +13,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// For rank r < count: copies the splat to its rank, and sets rank_of. keys: from ProjectKernels::project; indices: 0 ..
-// count - 1; both sorted by key, so invisible Gaussians come last.
+// For rank r < count: copies the splat to its rank, and sets rank_of. keys: from ProjectKernels::project. indices: 0 ..
+// count - 1. Both arrays are sorted by key, so invisible Gaussians come last.
 template <class S>
 struct GatherSorted {
   const std::uint32_t *keys, *indices;
@@ -30,7 +30,7 @@ struct GatherSorted {
   }
 };
 
-// For rank r < count: sets *seen, 0 before, to the number of visible Gaussians. keys: sorted.
+// For rank r < count: sets *seen, which must be 0 before, to the number of visible Gaussians. keys: sorted.
 struct CountVisible {
   const std::uint32_t* keys;
   Index count;
@@ -81,14 +81,14 @@ struct CountTiles {
   }
 };
 
-// Splats that touch more tiles than this are wide: a block of threads processes each one (wide_splats.h).
+// Splats that touch more tiles than this are wide: a block of threads processes each of them (wide_splats.h).
 // splat_begin[r]: first entry of the splat of rank r.
 inline constexpr Index kFewTiles = 64;
 VESTA_HD inline bool IsWide(const Index* splat_begin, Index r) {
   return splat_begin[r + 1] - splat_begin[r] > kFewTiles;
 }
 
-// For rank r: writes a pair for each tile that the splat touches, from entry splat_begin[r] on. Skips wide splats.
+// For rank r: writes, from entry splat_begin[r] on, a pair for each tile that the splat touches. Skips wide splats.
 template <class S>
 struct EmitPairs {
   TileGrid grid;
@@ -104,8 +104,8 @@ struct EmitPairs {
   }
 };
 
-// For pair i in the order by tile: stores its rank, and its index in tile_begin if it is the first of a tile. tiles,
-// entries: sorted by tile. tile_begin must be 0 before.
+// For pair i in the order by tile: stores the rank of its splat. If i is the first pair of a tile, stores i in
+// tile_begin. tiles, entries: sorted by tile. tile_begin must be 0 before.
 struct PlacePairs {
   const std::uint32_t *tiles, *entries, *rank_of_entry;
   Index pairs;

@@ -25,8 +25,8 @@ inline TileWindow WindowOf(const TileLists<S>& lists, int tile) {
 }
 
 // Blending state of a tile's pixels, updated splat by splat, front to back. The transmittance of a pixel is the
-// fraction of the light from behind that the splats so far let through. A pixel is closed once a splat would bring it
-// below 1e-4; no further splat is then blended (BlendSplat).
+// fraction of the light from behind that the splats so far let through. A splat that would reduce it to less than 1e-4
+// closes the pixel; no further splat is then blended (BlendSplat).
 template <class V, class S>
 struct TilePixels {
   using L = Lanes<V>;
@@ -62,7 +62,8 @@ inline void SetZero(S* tile) {
   for (int i = 0; i < kTilePixels; i += Lanes<V>::kWidth) Lanes<V>::Store(tile + i, V(0));
 }
 
-// Copies the tile's window of one plane of a planar image to `tile`, 16 rows of 16 pixels; zero outside the image.
+// Copies the tile's window of one plane of a planar image to `tile`, 16 rows of 16 pixels. Pixels outside the image
+// become zero.
 template <class V, class S>
 inline void LoadPlane(const TileLists<S>& lists, const TileWindow& window, const S* plane, S* tile) {
   for (int y = 0; y < kTileSize; ++y) {

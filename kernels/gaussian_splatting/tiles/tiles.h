@@ -7,8 +7,8 @@
 
 namespace vesta::splat {
 
-// The (splat, tile) pairs of one view. A pair is an index into the lists of the tiles, ordered by tile and then by
-// rank, the index of a splat in depth order. The inverse lists the pairs of each splat.
+// The (splat, tile) pairs of one view. A pair is an index into the lists of the tiles, which are ordered by tile and
+// then by rank. The rank of a splat is its index in depth order. pairs_of_splat lists the pairs of each splat.
 class TileBins {
  public:
   // splats: in depth order. A splat is listed in a tile if the ellipse of its support (Splat::support) intersects the

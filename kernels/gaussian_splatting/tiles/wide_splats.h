@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Block kernels (kernels/core/block_kernel.h) for wide splats, which touch many tiles (tile_pairs.h). All threads of a
-// block together list the tiles of one splat, or sum its records. With one thread per splat, the others would wait for
-// it.
+// block together list the tiles of one splat, or sum its records. With one thread per splat, the other threads would
+// wait for the thread of a wide splat.
 #pragma once
 
 #include "kernels/core/block_kernel.h"
@@ -10,8 +10,8 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Number of slots, one for each wide splat. A wide splat has more than kFewTiles entries, so one of their indices is a
-// multiple of kFewTiles. The first such index, divided by kFewTiles, is its slot. A slot contains 1 + rank, or 0 if
+// Number of slots. Each wide splat has its own slot. It has more than kFewTiles entries, so the index of one of them is
+// a multiple of kFewTiles. The first such index, divided by kFewTiles, is its slot. A slot contains 1 + rank, or 0 if
 // empty.
 constexpr Index NumWideSlots(Index pairs) { return pairs / kFewTiles + 1; }
 
@@ -93,7 +93,7 @@ struct EmitWidePairs {
   }
 };
 
-// SumEntries for wide splats. kN threads, one per component, form a lane. Lane l adds every kLanes-th entry from l on,
+// SumEntries for wide splats. kN threads, one per component, form a lane. Lane l adds the entries l, l + kLanes, ...,
 // in the order of the tiles. The sums of the lanes are then added in order, so the result is bit-identical in every
 // run.
 template <class S, int kN>

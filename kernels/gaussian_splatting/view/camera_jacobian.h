@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products with the derivatives of a view's image with respect to its camera's pose and lens.
+// Products with the derivatives of a view's image with respect to the pose and the lens of the view's camera.
 #pragma once
 
 #include "kernels/gaussian_splatting/projection/lens_motion.h"
@@ -18,7 +18,7 @@ namespace vesta::splat {
 template <class S>
 void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi, S* d_image,
                 ViewWorkspace<S>& workspace);
-// d_image = J_model dx + J xi, in one raster pass. J_model is the derivative with respect to the model's parameters, dx
+// d_image = J_model dx + J xi, in one raster pass. J_model is the derivative with respect to the model's parameters. dx
 // has the model's layout. If xi is null, d_image = J_model dx.
 template <class S>
 void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent* xi, S* d_image,
@@ -27,7 +27,7 @@ void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S
 template <class S>
 PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,
                         ViewWorkspace<S>& workspace);
-// Returns K^T cotangents. cotangents: J_raster^T u, by rank, which AddJT of SplatView stores in workspace.splat_sums.
+// Returns K^T cotangents. cotangents: J_raster^T u, by rank. AddJT of SplatView stores it in workspace.splat_sums.
 template <class S>
 PoseTangent PoseCotangent(const SplatView<S>& view, const Model<S>& model, const SplatTangent<S>* cotangents);
 

@@ -45,9 +45,9 @@ struct ViewWorkspace {
   }
 };
 
-// The image of a model in a view. The model's parameters x determine the splats y, and y the image, so the Jacobian J
-// of the image is J_raster J_project, both at the x given to Build. The rank of a splat is its index in depth order.
-// Results are bit-identical for any number of threads.
+// The image of a model in a view. The model's parameters x determine the splats y, and y determines the image. The
+// Jacobian J of the image is therefore J_raster J_project, both at the x given to Build. The rank of a splat is its
+// index in depth order. Results are bit-identical for any number of threads.
 template <class S>
 class SplatView {
  public:
@@ -78,8 +78,8 @@ class SplatView {
   // image: 3 planes (red, green, blue) of num_pixels values.
   void Render(S* image) const;
   Index num_tiles() const { return bins_.num_tiles(); }
-  // Stores J_raster until the next Build, for all products with it, with the errors given in JacobianCache. image: from
-  // Render.
+  // Stores J_raster until the next Build. All products with J_raster then use it, with the errors given in
+  // JacobianCache. image: from Render.
   void CacheJacobian(const S* image, CacheFormat format, ViewWorkspace<S>& /*workspace*/) {
     cache_.Build(Lists(), bins_, image, format);
   }
@@ -92,24 +92,24 @@ class SplatView {
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
   // Returns J_project dx, the tangents of the splats, by rank, in workspace.splat_sums.
   SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
-  // Products with J_raster alone, for derivatives with respect to others, such as the camera. d_image = J_raster
-  // tangents. tangents: by rank.
+  // Products with J_raster alone, for derivatives with respect to other parameters, such as the camera. d_image =
+  // J_raster tangents. tangents: by rank.
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
   // Returns J_raster^T u, the cotangents of the splats, by rank, in workspace.splat_sums. image: from Render.
   const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
-  // Adds parts of J^T diag(omega) J: to `blocks` each Gaussian's diagonal block for the geometric attributes, to
-  // `sh_diagonal` the diagonal for the SH attributes (layouts: ProjectKernels::gram). omega: 3 planes like the image,
+  // Adds parts of J^T diag(omega) J. Adds each Gaussian's diagonal block of the geometric attributes to `blocks`, and
+  // the diagonal of the SH attributes to `sh_diagonal` (layouts: ProjectKernels::gram). omega: 3 planes like the image,
   // >= 0. image: from Render.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace) const;
-  // For each visible Gaussian i: adds to rises[i] how much the loss would grow if only i were removed (loss_passes.h).
+  // For each visible Gaussian i: adds to rises[i] the rise of the loss if only Gaussian i is removed (loss_passes.h).
   // loss.rendered: from Render.
   void AddRemovalRises(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
-  // Second derivative of the loss with respect to the colour of each splat, by rank, in the workspace until the next
-  // call.
+  // Returns, by rank, the second derivative of the loss with respect to the colour of each splat. It is valid until the
+  // next call.
   const ColorCurvature<S>* ColorCurvatures(const LinearizedLoss<S>& loss, ViewWorkspace<S>& workspace) const;
-  // recolor(i): kRecolors other colours for Gaussian i. Adds to rises[i] how much the loss would grow if only the
-  // visible Gaussian i changed to each colour.
+  // recolor(i): kRecolors other colours for Gaussian i. For each visible Gaussian i and each of these colours: adds to
+  // rises[i] the rise of the loss if only Gaussian i has this colour.
   template <class Recolor>
   void AddRecolorRises(const LinearizedLoss<S>& loss, const Recolor& recolor, RecolorRises<double>* rises,
                        ViewWorkspace<S>& workspace) const {
