@@ -37,10 +37,10 @@ enum class ExceededLimit;
 // have a fixed cost. A solve evaluates it once, at the start. The residual blocks are evaluated in parallel. Wrong
 // arguments throw Error.
 //
-// Blocks may be added and removed between solves. A parameter block keeps its index and its position in x. A residual
-// block keeps its index. A removed parameter block leaves unused entries in x. A later parameter block of the same size
-// reuses the entries and the index. A later residual block reuses the index of a removed residual block with the same
-// number of parameter blocks.
+// Blocks may be added and removed between solves. All other blocks keep their indices, and parameter blocks keep their
+// positions in x. A removed parameter block leaves unused entries in x. A new parameter block of the same size reuses
+// these entries and the index. A new residual block reuses the index of a removed one with the same number of parameter
+// blocks.
 //
 // x is an argument of each function that needs it. For callers who do not store x, the problem also keeps a value of
 // each parameter block (Get, Set). SolveLm(problem) starts from these values and updates them.

@@ -73,8 +73,7 @@ class WithFixedCost {
   virtual double VariableCost(typename B::ConstVectorView x) = 0;
   // Norm of the entries of x that steps can change, for LmOptions::parameter_tolerance.
   virtual double VariableNorm(typename B::ConstVectorView x) = 0;
-  // max |y - x| over the entries that steps can change, for LmOptions::gradient_tolerance; NaN if one is NaN. May
-  // overwrite y.
+  // max |y - x| over the variable entries, for LmOptions::gradient_tolerance; NaN if one is NaN. May overwrite y.
   virtual double VariableMaxChange(typename B::ConstVectorView x, typename B::VectorView y) = 0;
 };
 
@@ -94,9 +93,8 @@ class InUnits {
   void CheckUnits(std::span<const Index> units) const;
 };
 
-// The cost is a sum over batches, and each batch is linearized separately. Use batches for random samples of the
-// residuals, or for problems that are too large to linearize as a whole. The engine calls LinearizeBatch instead of
-// Problem::Linearize.
+// The cost is a sum over batches. Each batch is linearized separately. Use batches for random samples of the residuals,
+// or for problems too large to linearize as a whole. The engine calls LinearizeBatch, not Problem::Linearize.
 // Default: one batch.
 template <Backend B>
 class InBatches {

@@ -113,8 +113,9 @@ std::vector<SmallSummary> SolveEach(const F& f, std::span<const double> data, st
   return summaries;
 }
 
-// The same with one functor per problem. A core solves one problem at a time, without lanes. Use it if the code or the
-// number of residuals of a functor depends on its data. Throws Error unless x has kParameters values for each functor.
+// The same with one functor per problem. A core solves one problem at a time, without lanes. Use this function if the
+// code of a functor depends on its data, or if the number of residuals differs between problems. Throws Error unless x
+// has kParameters values for each functor.
 template <class F>
 requires SmallFunctor<F, double> std::vector<SmallSummary> SolveEach(std::span<const F> functors, std::span<double> x,
                                                                      const LmOptions& options = {}) {

@@ -29,8 +29,8 @@ struct LmTrial {
   bool accepted = false;
   Zone zone = Zone::kCost;
 
-  // Decides in the zones that use the gradient. finite: whether the derivatives at the trial point are. The squared
-  // norms |g|^2 are those at the trial point and at x, both with the D of x.
+  // Decides in the zones that use the gradient. finite: whether the derivatives at the trial point are finite. The
+  // squared norms |g|^2 are those at the trial point and at x, both with the D of x.
   void DecideByGradient(bool finite, double squared_at_trial, double squared_at_x);
 };
 

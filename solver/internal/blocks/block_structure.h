@@ -19,9 +19,8 @@ struct ResidualBlock {
   std::span<const int> parameters;
 };
 
-// A list of residual blocks. It uses few arrays, because there may be millions of blocks. A removed block leaves an
-// empty slot, without residuals and parameter blocks. A later block with the same number of parameter blocks reuses the
-// slot.
+// A list of residual blocks, in few arrays because there may be millions of blocks. A removed block leaves a slot
+// without residuals and parameter blocks. A later block with the same number of parameter blocks reuses the slot.
 class ResidualBlockList {
  public:
   // Number of slots.

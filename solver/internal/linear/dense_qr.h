@@ -23,8 +23,7 @@ class DenseQr {
   void Solve(std::span<double> damping_and_solution) const;
 
   // (J^T J)^-1, cols x cols; see CovarianceOptions for the arguments. If directions are ignored, `values` is the
-  // pseudo-inverse. `values` is empty if another direction is singular. rank: the number of directions that are not
-  // singular.
+  // pseudo-inverse. `values` is empty if another direction is singular. rank: number of nonsingular directions.
   struct Inverse {
     int rank = 0;
     std::vector<double> values;

@@ -40,9 +40,8 @@ struct PartsOfRow<V, 1> {
   static constexpr int kWidth = 1;
 };
 
-// Sums over the rows, in SIMD registers. Each term is the vector `part` of a row's derivatives, times the row's
-// derivative `column`. It is added to column `column` of H; column N is the gradient. A few sums at a time fit into
-// registers.
+// Sums over the rows, in SIMD registers. The vector `part` of a row's derivatives, times the row's derivative `column`,
+// is added to column `column` of H; column N is the gradient. A few sums at a time fit into registers.
 template <class Rows>
 class RowSums {
   static constexpr int N = Rows::kParameters;

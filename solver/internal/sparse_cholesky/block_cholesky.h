@@ -66,7 +66,7 @@ class BlockCholesky {
   const FrontKernels& kernels_;
   std::vector<Index> first_value_;  // per front: position of its panel in values_
   HostBuffer<double> values_;       // the panels of all fronts: their columns of L
-  std::vector<Pool> pools_;         // one per subtree of a wave, and per front in no subtree
+  std::vector<Pool> pools_;         // one per subtree of a wave, and one per front outside of subtrees
   std::vector<std::size_t> pool_of_front_;
   std::vector<std::vector<double>> updates_;  // per front, until it is added to the parent
   std::vector<char> assembled_;               // per front: 1 after Assemble

@@ -13,8 +13,7 @@ namespace vesta {
 
 // A front of the multifrontal method (Duff and Reid, 1983): a small dense matrix. Its first rows, [first, first +
 // pivots) in elimination order, are eliminated together. Its other rows, `below`, are coupled to the first rows. The
-// elimination subtracts a matrix, the update, from the entries of the rows below. The update is passed to the parent
-// front.
+// elimination subtracts a matrix (the update) from the entries of the rows below, and passes it to the parent front.
 struct EliminationFront {
   // A block of the matrix that is copied to this front.
   struct Entry {

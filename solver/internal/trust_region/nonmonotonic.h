@@ -18,8 +18,8 @@ class NonmonotonicReference {
   void Start(double cost) { lowest_ = reference_.cost = candidate_.cost = cost; }
   double lowest() const { return lowest_; }
 
-  // The larger of rho, the gain ratio of the trial point, and the gain ratio since the reference. cost: of the trial
-  // point; predicted: its predicted decrease, > 0.
+  // The larger of two gain ratios: rho is the one of the trial point, the other is since the reference. cost: of the
+  // trial point; predicted: its predicted decrease, > 0.
   double GainRatio(double rho, double cost, double predicted) const {
     return enabled() ? std::max(rho, (reference_.cost - cost) / (reference_.predicted + predicted)) : rho;
   }
