@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Manifolds whose step is a functor, differentiated automatically.
+// Manifolds whose step is a functor. Its derivatives are computed automatically.
 #pragma once
 
 #include <algorithm>

@@ -31,18 +31,19 @@ class BlockNormalMatrix;
 class SparseCholesky;
 enum class ExceededLimit;
 
-// x holds all parameter blocks one after another, in the order in which they were added. Constant blocks are included
-// and keep their values; so do blocks that no residual block uses. A step has entries only for the other blocks, the
-// free blocks, in an order that the problem chooses (tangent_offset). Residual blocks without a free block have a fixed
-// cost, which a solve evaluates once, at its start. The residual blocks are evaluated in parallel. Wrong arguments
-// throw Error.
+// x holds all parameter blocks one after another, in the order in which they were added. x includes constant blocks and
+// blocks that no residual block uses. A solve does not change these blocks. A step has entries only for the other
+// blocks, the free blocks, in an order that the problem chooses (tangent_offset). Residual blocks without a free block
+// have a fixed cost. A solve evaluates it once, at the start. The residual blocks are evaluated in parallel. Wrong
+// arguments throw Error.
 //
-// Blocks may be added and removed between solves. A parameter block keeps its index and its position in x; so does a
-// residual block its index. The entries of a removed parameter block stay in x, unused. A later block of the same size
-// may reuse its index, as residual blocks with the same number of parameter blocks do.
+// Blocks may be added and removed between solves. All other blocks keep their indices, and parameter blocks keep their
+// positions in x. A removed parameter block leaves unused entries in x. A new parameter block of the same size reuses
+// these entries and the index. A new residual block reuses the index of a removed one with the same number of parameter
+// blocks.
 //
 // x is an argument of each function that needs it. For callers who do not store x, the problem also keeps a value of
-// each parameter block (Get, Set), from which SolveLm(problem) starts and which it updates.
+// each parameter block (Get, Set). SolveLm(problem) starts from these values and updates them.
 class BlockProblem final : public Problem<CpuBackend<double>>,
                            public OnManifold<CpuBackend<double>>,
                            public WithFixedCost<CpuBackend<double>>,
@@ -68,9 +69,9 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
     // Largest size of the sparse Cholesky factor, in GiB; > 0.
     double max_factor_gib = 4;
-    // For residual blocks whose Jacobian is zero for most of their parameter blocks, and for other ones at another x.
-    // Uses the sparse Cholesky factor, plans it again in each linearization, and leaves these zero blocks out. No
-    // parameter block is eliminated.
+    // For residual blocks whose Jacobian is zero for most of their parameter blocks, if these zero blocks change with
+    // x. Uses the sparse Cholesky factor, planned again in each linearization without the zero blocks. No parameter
+    // block is eliminated.
     bool dynamic_sparsity = false;
   };
 
@@ -101,9 +102,9 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
                          std::initializer_list<int> blocks) {
     return AddResidualBlock(std::move(cost), std::move(loss), std::span(blocks.begin(), blocks.size()));
   }
-  // Adds a residual block per cost function, as AddResidualBlock does, and returns their indices. The problem keeps the
-  // vector, so residual blocks of one type need no memory allocation each. Cost: a type that can be moved, such as
-  // AutoDiffCost. blocks: the parameter blocks of all residual blocks, one after another.
+  // Adds one residual block per cost function, as AddResidualBlock does. Returns the indices of the residual blocks.
+  // The problem keeps `costs`, so the cost functions need no separate memory allocations. Cost: a type that can be
+  // moved, such as AutoDiffCost. blocks: the parameter blocks of all residual blocks, one after another.
   template <std::derived_from<CostFunction> Cost>
   std::vector<Index> AddResidualBlocks(std::vector<Cost> costs, std::span<const int> blocks,
                                        const std::shared_ptr<const Loss>& loss = nullptr) {
@@ -123,7 +124,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     options_.evaluation_callback = std::move(callback);
   }
 
-  // Numbers of blocks, without removed ones, and their indices in ascending order.
+  // Numbers of blocks, and the indices of blocks in ascending order. Removed blocks are left out.
   int num_parameter_blocks() const { return num_parameter_blocks_; }
   Index num_residual_blocks() const { return static_cast<Index>(residuals_.size() - residuals_.num_empty()); }
   std::vector<int> parameter_blocks() const;
@@ -146,7 +147,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // block was added visits all residual blocks.
   std::vector<Index> residual_blocks_of(int block) const;
 
-  // The value of a block that the problem keeps, or the caller's memory. Valid until a parameter block is added.
+  // The value of a block, in the memory of the problem or of the caller. Valid until a parameter block is added.
   std::span<const double> Get(int block) const;
   // Copies parameter_block_size(block) numbers.
   void Set(int block, const double* values);
@@ -156,8 +157,8 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
 
   // Position of the block's first number in x.
   Index offset(int block) const { return Parameter(block).ambient_offset; }
-  // Position of the block's first entry in a step, and its number of entries; -1 and 0 for constant blocks and for
-  // blocks that no residual block uses.
+  // Position of the block's first entry in a step, and the block's number of entries; -1 and 0 for constant blocks and
+  // for blocks that no residual block uses.
   Index tangent_offset(int block);
   int tangent_size(int block);
 
@@ -165,12 +166,12 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   Index num_tangent() const override { return Structure().num_tangent(); }
   // The cost of all residual blocks.
   double Cost(ConstVectorView x) override;
-  // The cost of the residual blocks without, and with, a free block.
+  // FixedCost: the cost of residual blocks without a free block. VariableCost: the cost of the other residual blocks.
   double FixedCost(ConstVectorView x) override;
   double VariableCost(ConstVectorView x) override;
   double VariableNorm(ConstVectorView x) override;
   double VariableMaxChange(ConstVectorView x, VectorView y) override;
-  // A unit is a residual block with a free block. They keep their order.
+  // A unit is a residual block with a free block. Units have the order of the residual blocks.
   Index num_units() const override { return static_cast<Index>(Structure().rows().size()); }
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
@@ -223,8 +224,8 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   StepCounts::Factor LeastFactor() const;
   // max_factor_gib in bytes. Throws Error if it is not positive.
   double MaxFactorBytes() const;
-  // Plans the sparse Cholesky factorisation. Null if the factor would exceed max_factor_gib or need more than
-  // max_multiplications; exceeded, if not null, is then set to the limit.
+  // Plans the sparse Cholesky factorisation. Returns null if the factor would exceed max_factor_gib or need more than
+  // max_multiplications. In this case, the function sets `exceeded`, if not null, to the limit that would be exceeded.
   std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications, ExceededLimit* exceeded = nullptr) const;
   // Work memory for evaluating one residual block, reused for the next.
   struct Scratch {
@@ -240,9 +241,9 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // Computes the residuals and Jacobians of a residual block. Both are filled with Unwritten first. Returns the cost
   // function's return value.
   bool EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
-  // Computes the residuals of a residual block, and its Jacobian in the tangent spaces of the free blocks `cells`:
-  // row-major with `width` columns. Without losses. If the cost function returns false, the residuals are NaN, and the
-  // Jacobian is not written.
+  // Computes the residuals of a residual block, and its Jacobian in the tangent spaces of the free blocks `cells`.
+  // Applies no losses. The Jacobian is row-major, with `width` columns. If the cost function returns false, the
+  // residuals are NaN, and the Jacobian is not written.
   void LinearizeTerm(ConstVectorView x, std::size_t term, std::span<const BlockCell> cells, int width,
                      double* residuals, double* jacobian, Scratch& scratch) const;
   // Writes the residuals to scratch.residuals; NaN if they are undefined.
@@ -271,7 +272,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   std::unordered_map<const double*, int> block_of_;    // the parameter blocks in the caller's memory
   ResidualBlockList residuals_;
   std::vector<Term> terms_;
-  // The residual blocks of each parameter block, including removed ones. Empty after a residual block was added.
+  // Per parameter block: its residual blocks, including removed ones. Empty after a residual block was added.
   mutable std::vector<std::vector<Index>> users_;
   std::vector<double> lower_, upper_;  // one entry per entry of x; empty if there are no bounds
   mutable std::optional<BlockStructure> structure_;
@@ -282,8 +283,8 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   std::optional<StepCounts> counts_;
 };
 
-// Minimises the cost from the values that the problem keeps (BlockProblem::Gather), and replaces them by the best ones
-// found. Otherwise as the other overloads (solver/levenberg_marquardt.h).
+// Minimises the cost from the values that the problem keeps (BlockProblem::Gather), and replaces these values by the
+// best ones found. Otherwise like the other overloads (solver/levenberg_marquardt.h).
 LmSummary SolveLm(BlockProblem& problem, const LmOptions& options = {},
                   const IterationCallback<CpuBackend<double>>& callback = {});
 

@@ -20,8 +20,8 @@ struct CheckProblemOptions {
   // Allowed relative error between derivatives and finite differences. The estimated error of the finite differences is
   // added to it. 0 means 1e-5 for double, 1e-2 for float.
   double derivatives = 0;
-  // Set to false if DiagJTJ and BlockGram only approximate J^T W J, which the documentation of the problem should say.
-  // They are then not compared with J^T W J.
+  // Set to false if DiagJTJ and BlockGram only approximate J^T W J. Then they are not compared with J^T W J. The
+  // documentation of the problem should state this approximation.
   bool exact_blocks = true;
 };
 
@@ -41,7 +41,7 @@ struct ProblemCheck {
 //   * Gradient is the derivative of Cost.
 // This takes about 100 evaluations of each function, and one product per checked column. Derivatives at kinks of the
 // residuals cannot be checked. A problem that uses a random sample of its residuals (InBatches::OnNewPoint) fails the
-// gradient check, because its gradient belongs to the sample and its cost to all residuals. Mistakes that make a solve
+// gradient check, because the gradient belongs to the sample, but the cost to all residuals. Mistakes that make a solve
 // throw Error are listed as faults here.
 template <Backend B>
 ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear maps composed of others: products, row scaling and column scaling. For example, the Jacobian of Gaussian
+// Linear maps composed of other maps: products, row scaling and column scaling. For example, the Jacobian of Gaussian
 // splatting is the product of the derivatives of loss, rasterisation and projection.
 #pragma once
 
@@ -53,8 +53,8 @@ class ScaledRows final : public LinearMap<B> {
   typename B::Vector work_;
 };
 
-// The map A diag(d), which sets columns of A to zero if d has only ones and zeros. d has cols() entries; d and A must
-// outlive this object.
+// The map A diag(d). An entry 0 of d sets a column of A to zero; an entry 1 keeps the column. d has cols() entries; d
+// and A must outlive this object.
 template <Backend B>
 class ScaledColumns final : public LinearMap<B> {
  public:

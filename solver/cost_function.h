@@ -65,9 +65,9 @@ bool Call(const F& functor, const T* const* blocks, T* residuals, std::index_seq
 // Differentiates a functor automatically, by dual numbers. kBlocks: the sizes of the parameter blocks. The functor
 // f(p0, p1, ..., r) receives one pointer per block, and writes kResiduals values to r. It is a template on the number
 // type, which is double or a dual number Dual<double, N>. It may return void, or bool with the meaning of Evaluate's
-// result. A functor of fewer arguments is called as f(p, r), where p contains all blocks one after another: functors of
-// ResidualBlocks need no change. One evaluation of the functor computes the derivatives with respect to all parameters,
-// or with respect to an equal part of them if there are more than 26 (solver/internal/derivative_passes.h).
+// result. A functor with fewer arguments is called as f(p, r), where p contains all blocks one after another. So
+// functors of ResidualBlocks need no change. One evaluation of the functor computes up to 26 derivatives. If there are
+// more parameters, several evaluations compute equal parts of the derivatives (solver/internal/derivative_passes.h).
 template <class F, int kResiduals, int... kBlocks>
 class AutoDiffCost final : public CostFunction {
  public:

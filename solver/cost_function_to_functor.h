@@ -18,7 +18,7 @@ namespace vesta {
 // A functor with the residuals and derivatives of a cost function, like ceres::CostFunctionToFunctor and
 // DynamicCostFunctionToFunctor. Functors of AutoDiffCost can then combine it with other operations:
 //   bool operator()(const T* camera, const T* point, T* r) const { return project_(camera, point, r) && ...; }
-// The derivatives by the chain rule are exact if those of the cost function are.
+// The functor computes derivatives by the chain rule. They are exact if the derivatives of the cost function are exact.
 class CostFunctionToFunctor {
  public:
   // Throws Error if cost is null.
@@ -26,8 +26,8 @@ class CostFunctionToFunctor {
     VESTA_CHECK(cost_ != nullptr, "the cost function is null");
   }
 
-  // blocks[b] contains block b. Writes the residuals; returns false if the cost function does. T is double or a dual
-  // number.
+  // blocks[b] contains block b. Writes the residuals. Returns false if the cost function returns false. T is double or
+  // a dual number.
   template <class T>
   bool operator()(const T* const* blocks, T* residuals) const {
     if constexpr (std::is_same_v<T, double>) {
@@ -36,7 +36,7 @@ class CostFunctionToFunctor {
       return Differentiate(blocks, residuals);
     }
   }
-  // The same with a pointer per block, then the residuals. Throws Error if the number of blocks is wrong.
+  // The same with one pointer per block, followed by the residuals. Throws Error if the number of blocks is wrong.
   template <class T, class... Pointers>
   requires(sizeof...(Pointers) > 0) bool operator()(const T* first, Pointers... others) const {
     const T* const blocks[] = {first, others...};

@@ -16,11 +16,11 @@ namespace vesta {
 
 struct CovarianceOptions {
   // A direction of the tangent space counts as unobservable (for example a gauge freedom) if its singular value is at
-  // most relative_threshold times the largest one. Within [0, 1). The square root of Ceres's
-  // min_reciprocal_condition_number.
+  // most relative_threshold times the largest one. Within [0, 1). Ceres's min_reciprocal_condition_number is the square
+  // of this value.
   double relative_threshold = 1e-12;
-  // Number of directions to ignore, in the order of their singular values, the smallest first; -1: all unobservable
-  // ones. Any other unobservable direction leaves the result without values.
+  // Number of directions to ignore, beginning with the smallest singular value; -1: all unobservable ones. If another
+  // direction is unobservable, the result has no values.
   int null_space_rank = 0;
   // Scale the columns of J to length 1 before the singular values are computed. The rank then does not depend on the
   // units of the parameters. false: as Ceres.
@@ -31,8 +31,8 @@ struct Covariance {
   int size = 0;  // dimension of the tangent space
   int rank = 0;  // number of observable directions
   // (J^T J)^-1, row-major, size x size; empty if an unobservable direction is not ignored. If directions are ignored,
-  // the Moore-Penrose pseudo-inverse of J^T J without them: the variance along an ignored direction is 0. If the
-  // variance of the residuals is not 1, multiply the values by it.
+  // this is the Moore-Penrose pseudo-inverse of J^T J without them, so the variance along them is 0. If the variance of
+  // the residuals is not 1, multiply the values by that variance.
   std::vector<double> values = {};
   double operator()(int row, int col) const {
     return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(size) + static_cast<std::size_t>(col)];
@@ -45,15 +45,15 @@ struct Covariance {
 Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstVectorView x,
                               const CovarianceOptions& options = {});
 
-// Coordinates of the covariance of a parameter block: a step, or the block's own numbers. The second is P C P^T, where
-// C is the covariance in the first and P is Manifold::PlusJacobian.
+// Coordinates of the covariance of a parameter block. kTangent: a step. kAmbient: the block's own numbers. If C is the
+// covariance in kTangent, it is P C P^T in kAmbient, where P is Manifold::PlusJacobian.
 enum class CovarianceSpace { kTangent, kAmbient };
 
 // Covariances of chosen blocks.
 struct BlockCovariance {
   // Covariance of a pair of parameter blocks, row-major. The rows belong to the pair's first block, the columns to its
-  // second. Empty if a block is constant or in no residual block. If the variance of the residuals is not 1, multiply
-  // the values by it.
+  // second. Empty if one of the blocks is constant or in no residual block. If the variance of the residuals is not 1,
+  // multiply the values by that variance.
   struct Block {
     int rows = 0, cols = 0;
     std::vector<double> values = {};
@@ -73,8 +73,8 @@ BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double
                                         std::span<const std::pair<int, int>> pairs,
                                         CovarianceSpace space = CovarianceSpace::kTangent);
 
-// The same blocks of a result of EstimateCovariance at x, which may be a pseudo-inverse. num_singular is size - rank.
-// If `covariance` has no values, `blocks` is empty.
+// Returns the same blocks from `covariance`, the result of EstimateCovariance at x. It may be a pseudo-inverse.
+// num_singular is size - rank. If `covariance` has no values, `blocks` is empty.
 BlockCovariance CovarianceBlocks(BlockProblem& problem, CpuBackend<double>::ConstVectorView x,
                                  const Covariance& covariance, std::span<const std::pair<int, int>> pairs,
                                  CovarianceSpace space = CovarianceSpace::kTangent);

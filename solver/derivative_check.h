@@ -16,7 +16,7 @@ template <Backend B>
 void FillRandom(B& backend, std::uint64_t seed, typename B::VectorView x);
 
 // Returns |<u, A v> - <A^T u, v>| / max(sqrt(sum_i (u_i (A v)_i)^2), sqrt(sum_k ((A^T u)_k v_k)^2)); 0 if both are 0.
-// Rounding alone gives about 1e-12 in double and 1e-5 in float, whatever the scales in A.
+// Rounding alone gives about 1e-12 in double and 1e-5 in float, for any scales in A.
 template <Backend B>
 double AdjointError(B& backend, LinearMap<B>& a, typename B::ConstVectorView u, typename B::ConstVectorView v);
 
@@ -33,8 +33,8 @@ struct Deviation {
   double given = 0, exact = 0;
 };
 
-// Returns the largest |DiagJTJ_k - (J e_k)^T W (J e_k)|, relative to the largest value of both diagonals, and its
-// position. Checks the columns first, first + stride, and so on.
+// Returns the largest |DiagJTJ_k - (J e_k)^T W (J e_k)| and its position k. The value is relative to the largest entry
+// of both diagonals. Checks the columns first, first + stride, and so on.
 template <Backend B>
 Deviation WorstDiagonal(B& backend, Linearization<B>& linearization, Index first = 0, Index stride = 1);
 // Returns only the error.
@@ -55,9 +55,9 @@ template <Backend B>
 double GradientError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, typename B::ConstVectorView v,
                      double h);
 
-// Returns |J v - (r(x (+) h v) - r(x (+) -h v)) / 2h| / |J v| for one batch with residuals r. Not for problems with a
-// robust loss, because J corrected for the loss is not the derivative of the corrected residuals. Use GradientError for
-// those.
+// Returns |J v - (r(x (+) h v) - r(x (+) -h v)) / 2h| / |J v| for one batch with residuals r. If the problem has a
+// robust loss, use GradientError instead, because J corrected for the loss is not the derivative of the corrected
+// residuals.
 template <Backend B>
 double TangentError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, int batch,
                     typename B::ConstVectorView v, double h);

@@ -36,8 +36,8 @@ class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
   using typename Problem<B>::VectorView;
 
   // index: the parameters of each residual block, with the layout of DeviceResiduals::Evaluate. groups: parameter
-  // blocks for block Jacobi; empty for none. If a residual block uses a parameter of such a block, it must use all of
-  // them, in order, as adjacent columns. Throws Error if a size or an index is wrong.
+  // blocks for block Jacobi; empty for none. A residual block that uses any parameter of a parameter block must use all
+  // of them, in order, as adjacent columns. Throws Error if a size or an index is wrong.
   DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
                      const std::vector<Index>& index, std::vector<BlockGroup> groups = {});
   ~DeviceBlockProblem() override;

@@ -12,12 +12,12 @@ namespace Eigen {
 // Epsilon, the largest number and so on come from std::numeric_limits.
 template <class T, int N>
 struct NumTraits<vesta::Dual<T, N>> : GenericNumTraits<vesta::Dual<T, N>> {
-  // RequireInitialization: dual numbers may be left uninitialised. Costs are numbers of operations on T.
+  // RequireInitialization: dual numbers may be left uninitialised. The costs are numbers of operations on T.
   enum { RequireInitialization = 0, ReadCost = N + 1, AddCost = N + 1, MulCost = 2 * N + 1 };
   static vesta::Dual<T, N> dummy_precision() { return NumTraits<T>::dummy_precision(); }
 };
 
-// Sums and products of matrices of dual numbers and matrices or scalars of T.
+// Sums and products of a matrix of dual numbers with a matrix or scalar of type T.
 template <class T, int N, class Operation>
 struct ScalarBinaryOpTraits<vesta::Dual<T, N>, T, Operation> {
   using ReturnType = vesta::Dual<T, N>;

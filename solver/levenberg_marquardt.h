@@ -33,8 +33,8 @@ class LmStepper {
       : LmStepper(options, backend, problem, CopyOf(backend, x)) {}
 
   // Resumes a solve from an archive that Save wrote for the same problem. With the same options the iterations are
-  // bit-identical to an uninterrupted solve. The options may also be changed here, but nonmonotonic steps may be
-  // neither enabled nor disabled. Throws Error if the size of the saved x is not num_parameters().
+  // bit-identical to an uninterrupted solve. Other options than before are allowed, but whether nonmonotonic steps are
+  // enabled must stay the same. Throws Error if the size of the saved x is not num_parameters().
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, ArchiveReader& saved);
   // Writes the state for the constructor above. Call it only while done() is false.
   void Save(ArchiveWriter& archive) { Visit(archive); }
@@ -83,8 +83,8 @@ class LmStepper {
   double Seconds() const;
   // Times the phases of this call if options_.profile is true.
   ProfileScope Timed() { return ProfileScope(options_.profile ? &profile_ : nullptr); }
-  // Ends the solve as converged, with this status; or as kGradientInZeroColumn if a parameter has a gradient although
-  // its column of the Jacobian is zero.
+  // Ends the solve as converged, with this status. But the status is kGradientInZeroColumn if a parameter has a nonzero
+  // gradient although its column of the Jacobian is zero.
   void StopConverged(LmStatus status, std::string message);
   // Ends the solve as the verdict says. lambda: the damping of the step.
   void StopBy(const LmVerdict& verdict, double lambda);
@@ -132,9 +132,9 @@ class LmStepper {
   Profile profile_{ReadClocksOf<typename B::Space>};  // times only this object's steps, not those before a resume
 };
 
-// Minimises the problem's cost, starting from x. Overwrites x with the best point found. Its cost, summed over all
-// batches, is never above the cost of the start. Runs an LmStepper until it is done or the callback returns kStop.
-// Throws Error as the constructor of LmStepper does.
+// Minimises the problem's cost, starting from x. Overwrites x with the best point found. The cost of this point, summed
+// over all batches, is never above the cost of the start. Runs an LmStepper until it is done or the callback returns
+// kStop. Throws Error as the constructor of LmStepper does.
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const std::type_identity_t<IterationCallback<B>>& callback = {});

@@ -6,17 +6,17 @@
 
 namespace vesta {
 
-// Inner products of an iterative solver. Here each process stores the whole vectors. A
-// derived class serves vectors distributed over processes: each process passes its part (shard), and gets the inner
-// product of the whole vectors.
+// Inner products of an iterative solver. In this class, each process stores the whole vectors. A derived class serves
+// vectors distributed over processes: each process passes its part (shard), and gets the inner product of the whole
+// vectors.
 template <Backend B>
 class InnerProducts {
  public:
   using ConstVectorView = typename B::ConstVectorView;
 
   virtual ~InnerProducts() = default;
-  // As in VectorBackend (kernels/core/vector_backend.h). The versions with a slot write the result to it (device memory
-  // on a GPU).
+  // As in VectorBackend (kernels/core/vector_backend.h). The versions with a slot write the result to the slot (device
+  // memory on a GPU).
   virtual void Dot(ConstVectorView x, ConstVectorView y, typename B::Slot slot) const { B().Dot(x, y, slot); }
   virtual void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, typename B::Slot slot) const {
     B().WeightedDot(w, x, y, slot);

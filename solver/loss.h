@@ -27,9 +27,9 @@ class TrivialLoss final : public Loss {
   Value Evaluate(double s) const override;
 };
 
-// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In most losses here, a > 0 is a norm: residual blocks with a norm above
-// about a get less weight. In ArctanLoss and TolerantLoss, a is a value of s. The constructors throw Error if a scale
-// is out of range.
+// rho = s for s <= a^2, else 2 a sqrt(s) - a^2. In most losses here, a > 0 is a norm: residual blocks get less weight
+// if their norm is above about a. In ArctanLoss and TolerantLoss, a is a value of s. The constructors throw Error if a
+// scale is out of range.
 class HuberLoss final : public Loss {
  public:
   explicit HuberLoss(double a);

@@ -56,8 +56,8 @@ class UnitVectorManifold final : public Manifold {
 // Lines in R^n, n >= 2, each given by a point o on it and a direction d: x = [o; d], delta = [a; b]. Steps keep the
 // length |d|:
 //   x (+) delta = [o + H [a; 0]; d (+) b].
-// UnitVectorManifold(n) defines d (+) b, and its H at d moves o perpendicularly to the line. The same step as
-// LineManifold of Ceres 2.2; Ceres 2.1 makes it from 2 delta. The constructor throws Error for n < 2.
+// UnitVectorManifold(n) at d defines d (+) b and H. So o moves perpendicularly to the line. LineManifold of Ceres 2.2
+// makes the same step from delta; Ceres 2.1 makes it from 2 delta. The constructor throws Error for n < 2.
 class LineManifold final : public Manifold {
  public:
   // size: the dimension n of the space.
@@ -71,13 +71,13 @@ class LineManifold final : public Manifold {
   int size_;
 };
 
-// Rigid motions, the group SE(3). x = [q; t], a unit quaternion in the given order and a translation, maps a point p to
-// R(q) p + t. With delta = [rho; phi],
+// Rigid motions, the group SE(3). x = [q; t] is a unit quaternion, in the given order, and a translation. It maps a
+// point p to R(q) p + t. With delta = [rho; phi],
 //   x (+) delta = x exp(delta),
-// the motion exp(delta) followed by x. exp(delta) rotates by the rotation vector phi (radians) and translates by V rho,
-// where V is the left Jacobian of the rotation group at phi. So delta is a twist in the axes of the moved body, with
-// the translation first, as in Sophus and manif. A ProductManifold of a quaternion and R^3 instead moves both parts
-// independently.
+// so exp(delta) is applied first, then x. exp(delta) rotates by the rotation vector phi (radians) and translates by V
+// rho, where V is the left Jacobian of the rotation group at phi. So delta is a twist in the axes of the moved body,
+// with the translation first, as in Sophus and manif. A ProductManifold of a quaternion and R^3 instead moves both
+// parts independently.
 class Se3Manifold final : public Manifold {
  public:
   using Order = QuaternionManifold::Order;
@@ -107,8 +107,8 @@ class SubsetManifold final : public Manifold {
   std::vector<int> free_;
 };
 
-// A product of manifolds. x consists of the numbers of the first part, then of the second part, and so on; likewise
-// delta. Example: a pose, with a quaternion and a translation in R^3. No part may be null.
+// A product of manifolds. x consists of the numbers of the first part, then of the second part, and so on; delta has
+// the same order. Example: a pose, with a quaternion and a translation in R^3. No part may be null.
 class ProductManifold final : public Manifold {
  public:
   // Throws Error if a part is null.

@@ -3,8 +3,8 @@
 // interfaces are optional (solver/problem_interfaces.h).
 //
 // The engine minimises Cost(x) = 1/2 |r(x)|^2 with the residuals r(x). It uses products with the Jacobian J of r, and
-// never forms J. Example with Multiply(x, y, out): out_k = x_k y_k, and Axpby(a, x, b, y): y = a x + b y. The residuals
-// are r_k = x_k^2 - c_k, so J = diag(2 x).
+// never forms J. The example below uses Multiply(x, y, out), which sets out_k = x_k y_k, and Axpby(a, x, b, y), which
+// sets y = a x + b y. Its residuals are r_k = x_k^2 - c_k, so J = diag(2 x).
 //
 //   using B = vesta::CpuBackend<double>;
 //   struct RootsAtX final : vesta::Linearization<B> {
@@ -70,7 +70,7 @@ class Problem {
 
   // Number of entries of x.
   virtual Index num_parameters() const = 0;
-  // The cost at x over all residuals (all batches). If it is undefined at x, returns NaN or infinity and does not
+  // The cost at x over all residuals (all batches). If the cost is undefined at x, returns NaN or infinity and does not
   // throw; a step to x is then rejected.
   virtual double Cost(ConstVectorView x) = 0;
   // Linearizes at x; must not return null. x does not change while the linearization exists. If a derivative is NaN or

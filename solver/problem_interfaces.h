@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Optional interfaces of problems and linearizations (solver/problem.h).
 //
-// A class derives from Problem or Linearization and from each interface that it supports. The engine finds these once
-// per object. The interfaces are independent of each other. Each comment states the default for classes without the
-// interface.
+// A class derives from Problem or Linearization and from each interface that it supports. The engine finds the
+// interfaces once per object. The interfaces are independent of each other. Each comment states the default for classes
+// without the interface.
 //
 // The general model is generalised Gauss-Newton. The cost has gradient g = J^T s and curvature H = J^T W J. s is the
 // derivative of the loss with respect to the residuals r. W approximates its second derivative: a symmetric positive
@@ -52,8 +52,8 @@ class WithBounds {
   virtual bool has_bounds() const { return true; }
   // True if x violates no bound.
   virtual bool IsFeasible(typename B::ConstVectorView x) = 0;
-  // Sets mask to 0 for each entry of x that is at a bound and that a step along -g would move across it, and for each
-  // entry with equal bounds. Leaves the other entries. negative_gradient (-g) and mask have num_tangent() entries.
+  // Sets mask to 0 for each entry of x with equal bounds, and for each entry of x at a bound that a step along -g would
+  // cross. Leaves the other entries of mask. negative_gradient (-g) and mask have num_tangent() entries.
   virtual void MaskActiveBounds(typename B::ConstVectorView x, typename B::ConstVectorView negative_gradient,
                                 typename B::VectorView mask) = 0;
   // Shortens each entry of step that would cross a bound, so that x (+) step ends at the bound.
@@ -61,8 +61,8 @@ class WithBounds {
 };
 
 // Some entries of x are constant, and a part of the cost, the fixed cost, depends on them alone. The engine evaluates
-// it once per solve (LmSummary::fixed_cost). Stopping tests, gain ratios and the tests of rounding use the rest, the
-// variable cost. Linearizations and units (InUnits) belong to the variable cost.
+// the fixed cost once per solve (LmSummary::fixed_cost). Stopping tests, gain ratios and the tests of rounding use the
+// rest, the variable cost. Linearizations and units (InUnits) belong to the variable cost.
 // Default: no fixed cost; every entry of x is variable.
 template <Backend B>
 class WithFixedCost {
@@ -73,7 +73,7 @@ class WithFixedCost {
   virtual double VariableCost(typename B::ConstVectorView x) = 0;
   // Norm of the entries of x that steps can change, for LmOptions::parameter_tolerance.
   virtual double VariableNorm(typename B::ConstVectorView x) = 0;
-  // max |y - x| over these entries, for LmOptions::gradient_tolerance; NaN if one is NaN. May overwrite y.
+  // max |y - x| over the variable entries, for LmOptions::gradient_tolerance; NaN if one is NaN. May overwrite y.
   virtual double VariableMaxChange(typename B::ConstVectorView x, typename B::VectorView y) = 0;
 };
 
@@ -93,15 +93,15 @@ class InUnits {
   void CheckUnits(std::span<const Index> units) const;
 };
 
-// The cost is a sum over batches, and each batch is linearized separately: for random samples of the residuals, or for
-// problems too large to linearize as a whole. The engine calls LinearizeBatch instead of Problem::Linearize.
+// The cost is a sum over batches. Each batch is linearized separately. Use batches for random samples of the residuals,
+// or for problems too large to linearize as a whole. The engine calls LinearizeBatch, not Problem::Linearize.
 // Default: one batch.
 template <Backend B>
 class InBatches {
  public:
   virtual ~InBatches() = default;
   virtual int num_batches() const = 0;
-  // batch: 0 to num_batches() - 1. Otherwise as Problem::Linearize.
+  // batch: 0 to num_batches() - 1. Otherwise like Problem::Linearize.
   virtual std::unique_ptr<Linearization<B>> LinearizeBatch(typename B::ConstVectorView x, int batch) = 0;
   // Called before the first batch is linearized at a new x. `turn` is 0 at the first x of a solve, then 1, 2, and so
   // on. A problem with random samples of its residuals draws one here and keeps it until the next call.
@@ -233,15 +233,15 @@ class WithBlocks {
   virtual bool blocks_give_diagonal() const { return false; }
 };
 
-// The last parameters of a step can be eliminated, because their part of H is block-diagonal, such as the points of
-// bundle adjustment. For LinearSolverKind::kReducedPcg, which needs a problem with one batch and without bounds.
-// Default: no parameter is eliminated.
+// The last parameters of a step, such as the points of bundle adjustment, can be eliminated, because their part of H is
+// block-diagonal. LinearSolverKind::kReducedPcg eliminates them. This solver needs a problem with one batch and without
+// bounds. Default: no parameter is eliminated.
 template <Backend B>
 class WithReducedSystem {
  public:
   virtual ~WithReducedSystem() = default;
-  // The damped system without these parameters (solver/reduced_system.h), which this object must outlive. Null if there
-  // are no such parameters.
+  // Returns the damped system without these parameters (solver/reduced_system.h), or null if there are none. This
+  // object must outlive the system.
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() = 0;
 };
 

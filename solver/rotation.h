@@ -4,8 +4,8 @@
 //
 // A rotation vector is the axis times the angle in radians. Quaternions are w, x, y, z. T is any scalar type whose
 // comparisons return bool: double, Dual, ceres::Jet. Values and first derivatives are accurate to rounding for every
-// rotation; Ceres's derivatives have errors of up to 1e-8 near the identity. QuaternionProduct and CrossProduct, which
-// Ceres declares here too, come from the included headers.
+// rotation; Ceres's derivatives have errors of up to 1e-8 near the identity. Ceres's header also has QuaternionProduct
+// and CrossProduct; here they come from the included headers.
 #pragma once
 
 #include <cmath>
@@ -13,8 +13,8 @@
 #include "kernels/math/quaternion.h"
 #include "kernels/math/rotation_vector.h"
 
-// The functions call each other as vesta::F, because argument-dependent lookup of a ceres::Jet also finds ceres::F.
-// Their own namespace hides them from the lookup of a Dual in ceres/rotation.h.
+// Calls here are written vesta::F(...), because F(...) with a ceres::Jet could also mean ceres::F (argument-dependent
+// lookup). Because of the namespace `rotation`, calls in ceres/rotation.h with a Dual do not find these functions.
 namespace vesta {
 namespace rotation {}
 using namespace rotation;
@@ -64,7 +64,7 @@ VESTA_HD void QuaternionToAngleAxis(const T* quaternion, T* angle_axis) {
   const T square = vesta::DotProduct(quaternion + 1, quaternion + 1);
   const bool negative = quaternion[0] < T(0.0);
   const T cosine = negative ? -quaternion[0] : quaternion[0];
-  // angle / sin(angle / 2), where q and -q are the same rotation.
+  // factor = angle / sin(angle / 2). If w < 0, -q is used; it is the same rotation as q.
   T factor = T(2.0) / cosine;
   if (square > T(0.0)) {
     const T sine = sqrt(square);

@@ -15,12 +15,12 @@
 
 namespace vesta {
 
-// The value of kResiduals of a functor that has the number of its residuals in num_residuals().
+// The value of kResiduals for a functor whose num_residuals() returns the number of residuals.
 inline constexpr int kResidualsAtRunTime = -1;
 
 // A functor as for ResidualBlocks (solver/residual_blocks.h): f(p, r) computes kResiduals residuals r from kParameters
-// parameters p, for numbers of type S and for dual numbers. It may return false if the residuals are undefined there.
-// With kResiduals = kResidualsAtRunTime, the function num_residuals() returns the number of residuals.
+// parameters p, for numbers of type S and for dual numbers. It may return false, which means that r is undefined for
+// this p. With kResiduals = kResidualsAtRunTime, the function num_residuals() returns the number of residuals.
 template <class F, class S>
 concept SmallFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r) {
   { F::kResiduals } -> std::convertible_to<int>;
@@ -33,24 +33,24 @@ concept SmallFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r) {
 
 // Minimises 1/2 |r(x)|^2. A solver has no state besides its options, so several threads may use it at once.
 //
-// Derivatives are computed in one pass by dual numbers. Each step solves the normal equations by an L D L^T
-// factorisation, or by rotations of J if that would lose more than about ten digits.
+// Derivatives are computed by dual numbers. Each step solves the normal equations by an L D L^T factorisation. If this
+// would lose more than about ten digits, rotations of J compute the step instead.
 template <class F, std::floating_point S = double>
 requires SmallFunctor<F, S>
 class SmallSolver {
  public:
   static constexpr int kParameters = F::kParameters;
 
-  // Memory of a solve. Solves of functors with a constant number of residuals have it on the stack. If their number is
-  // known at run time only, or the residuals and their derivatives exceed 32 KiB, it is allocated by the first solve
-  // and by larger problems. Each thread needs its own workspace.
+  // Memory of a solve. It is on the stack if the number of residuals is a constant, and the residuals and their
+  // derivatives need at most 32 KiB. Otherwise the first solve allocates it, and a solve of a larger problem enlarges
+  // it. Each thread needs its own workspace.
   class Workspace {
     friend SmallSolver;
     small_internal::SmallRows<typename DualForFunctor<F, S, kParameters>::Type, F::kResiduals, kParameters> rows_;
   };
 
   // Uses the options for tolerances, limits, lambda, column scaling and the bounds of D
-  // (LmOptions::normal_system.metric). Throws Error if an option is out of range, or if it selects another linear
+  // (LmOptions::normal_system.metric). Throws Error if an option is out of range, or if one selects another linear
   // solver or a function that small problems do not have.
   explicit SmallSolver(const LmOptions& options = {}) : options_(options) {
     small_internal::CheckSmallOptions(options);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves many small problems of one kind, on all cores. Problems that share a functor and differ only in their data use
-// all SIMD lanes too: each lane solves another problem.
+// Solves many small problems of one kind, on all cores. Problems that share a functor and differ only in their data
+// also use all SIMD lanes: each lane solves a different problem.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 
 namespace vesta {
 
-// A functor whose problems differ in kData numbers, such as readings. f(data, p, r) computes kResiduals residuals r
-// from kParameters parameters p. It is a template of two types: V for the data, and T for p and r. V is double or
-// DoubleLanes (kernels/math/double_lanes.h); T is V or a dual number of V. The code must be the same for all problems:
-// with DoubleLanes, comparisons return masks for Select (kernels/math/scalar.h), so `if` does not compile. f may return
-// a comparison, or bool: false where the residuals are undefined.
+// A functor for problems that differ in kData numbers, such as sensor readings. f(data, p, r) computes kResiduals
+// residuals r from kParameters parameters p. It is a template of two types: V for the data, and T for p and r. V is
+// double or DoubleLanes (kernels/math/double_lanes.h); T is V or a dual number of V. The code must be the same for all
+// problems: with DoubleLanes, comparisons return masks for Select (kernels/math/scalar.h), so `if` does not compile. f
+// may return bool or the result of a comparison. False means that the residuals are undefined.
 template <class F>
 concept BatchFunctor = requires(const F f, const double* data, const double* p, double* r) {
   { F::kResiduals } -> std::convertible_to<int>;
@@ -85,10 +85,10 @@ class Batch {
 
 }  // namespace small_internal
 
-// Solves a problem for each kData numbers of `data` and each kParameters start values in x. Overwrites x with the
-// results. A result depends only on the problem, its start and the options, not on its neighbours or the number of
-// threads. SmallSolver describes the options; the time limit holds for each problem. Throws Error as SmallSolver does,
-// and if the sizes of data and x do not belong to the same number of problems.
+// Solves one problem for every kData numbers in `data` and kParameters start values in x. Overwrites x with the
+// results. A result depends only on the problem, its start and the options, not on other problems or on the number of
+// threads. SmallSolver describes the options; the time limit holds for each problem. Throws Error like SmallSolver, and
+// if the sizes of data and x do not belong to the same number of problems.
 //
 // The calling code's instruction set determines the number of lanes: 2 for SSE2 (the default of compilers), 4 for AVX2,
 // 8 for AVX-512.
@@ -113,9 +113,9 @@ std::vector<SmallSummary> SolveEach(const F& f, std::span<const double> data, st
   return summaries;
 }
 
-// The same for problems with functors of their own: one problem per core at a time, without lanes. For functors whose
-// code depends on their data, or whose number of residuals does. Throws Error unless x has kParameters values for each
-// functor.
+// The same with one functor per problem. A core solves one problem at a time, without lanes. Use this function if the
+// code of a functor depends on its data, or if the number of residuals differs between problems. Throws Error unless x
+// has kParameters values for each functor.
 template <class F>
 requires SmallFunctor<F, double> std::vector<SmallSummary> SolveEach(std::span<const F> functors, std::span<double> x,
                                                                      const LmOptions& options = {}) {

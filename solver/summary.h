@@ -51,7 +51,7 @@ struct LmIteration {
   double step_norm = 0;          // norm of the trial step, in the tangent space
   int pcg_iterations = 0;        // summed over batches
   PcgStatus pcg_status = PcgStatus::kConverged;  // status of the last batch
-  double pcg_residual = 0;  // residual / right-hand side (norms) of the last batch, with scaled columns
+  double pcg_residual = 0;  // |residual| / |right-hand side| of the last batch, with scaled columns
   bool accepted = false;
   double seconds = 0;  // since the start of the solve
 };
@@ -89,7 +89,7 @@ struct LmSummary {
   // Time per phase, if LmOptions::profile is true; not saved.
   std::vector<PhaseRow> phases = {};
 
-  // Saves or loads every other member (kernels/core/archive.h).
+  // Saves or loads all members, except if a comment says "not saved" (kernels/core/archive.h).
   template <class Archive>
   void Visit(Archive& archive) {
     archive(status, message, initial_cost, final_cost, num_parameters, num_tangent, num_residuals, num_batches,

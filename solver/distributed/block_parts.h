@@ -10,9 +10,9 @@
 namespace vesta {
 
 // Each part has a consecutive range of the residual blocks with a free parameter block, a range of the other residual
-// blocks, and the parameter blocks that they use. It evaluates only its own residual blocks and stores only their
-// Jacobian. Every process creates the whole problem, with all parameter blocks and cost functions. The whole problem
-// defines the order of the entries of a step, and the bounds.
+// blocks, and the parameter blocks that these residual blocks use. A part evaluates only its own residual blocks, and
+// stores only their Jacobian. Every process creates the whole problem, with all parameter blocks and cost functions.
+// The whole problem defines the order of the entries of a step, and the bounds.
 class BlockParts final : public ProblemParts<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;

@@ -61,7 +61,7 @@ class DistributedLinearization final : public Linearization<B>,
   }
 
  private:
-  // out = the sum, over all parts, of the vectors that give(linearization, part, to) writes completely to `to`.
+  // out = the sum of one vector per part. give(linearization, part, to) writes all entries of this vector to `to`.
   template <class Give>
   void SumParts(const Give& give, VectorView out);
   // The function that writes one term of this sum, for SumOverRanks.
@@ -73,7 +73,7 @@ class DistributedLinearization final : public Linearization<B>,
       linearization.ApplyH(part.tangent.template Local<S>(v, local_in_), to);
     };
   }
-  // Sums gradients, and their squares if the parts have their own right-hand side.
+  // Sums gradients. Also sums squared gradients if the parts have their own right-hand side.
   void SumGradients();
   // Sums the diagonal blocks of H. finished: the values of each process's shard, as in SumOverRanks; values: this
   // process's shard, or all values if `finished` is empty.
@@ -86,8 +86,8 @@ class DistributedLinearization final : public Linearization<B>,
   bool has_own_right_hand_side_ = false;
   // The gradient, and the sum of the units' squared gradients, until Gradient or RightHandSide returns them.
   typename B::Vector gradient_, squares_;
-  // This process's shard of the diagonal blocks of H. If one pass computes diagonal and blocks, DiagJTJ stores them
-  // here until ShardOfBlocks.
+  // This process's shard of the diagonal blocks of H. If one pass computes diagonal and blocks, DiagJTJ stores the
+  // blocks here until ShardOfBlocks.
   std::optional<BlockDiagonal<B>> blocks_;
   typename B::Vector local_in_, local_out_;
 };
@@ -134,8 +134,8 @@ class DistributedReducedSystem final : public ReducedSystem<B> {
 // The sharded system of a distributed problem.
 //
 // For a product H p, an all-gather first gives each process the whole vector p. Each process then computes the terms of
-// its parts, and receives the sum for its own shard of H p (reduce-scatter). The two transfer as many bytes as one
-// all-reduce.
+// its parts, and receives the sum for its own shard of H p (reduce-scatter). Both together transfer as many bytes as
+// one all-reduce.
 template <Backend B>
 class DistributedShards final : public ShardedSystem<B> {
  public:

@@ -3,10 +3,10 @@
 // parts, with their data and Jacobians, and evaluates them. It also stores its shard (its entries) of the PCG vectors
 // and of the preconditioner. x, gradient and step are on every process.
 //
-// All processes call SolveLm with the same options and x. The cost, the gradient, products with H
-// (the Gauss-Newton matrix), and its diagonal and blocks are sums over the parts of all processes, along a fixed tree
-// (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, and for any number of
-// processes and threads, so all processes make the same decisions. Time limits and callbacks stop them together
+// All processes call SolveLm with the same options and x. The cost, the gradient, the diagonal and blocks of the
+// Gauss-Newton matrix H, and products with H are sums over the parts of all processes. Terms are added along a fixed
+// tree (kernels/ranks/sum_over_ranks.h). Results are therefore bit-identical on all processes, and for any number of
+// processes and threads. So all processes make the same decisions. Time limits and callbacks stop them together
 // (Collective).
 #pragma once
 
@@ -32,12 +32,12 @@ struct OwnPart {
   std::unique_ptr<Problem<B>> owned;
   ProblemAdaptor<B> problem;
   PartMap parameters, tangent;  // positions of the part's parameters in x and of its step entries in a step
-  Index first_unit = 0;         // among the units of the whole problem
+  Index first_unit = 0;         // index of the part's first unit in the whole problem
   typename B::Vector x;         // scratch memory: the part's entries of x
 };
 
-// For host memory, and for linear solvers that use H alone: PCG with block Jacobi, and PCG on the Schur complement with
-// Schur-Jacobi (kReducedPcg), which needs ProblemParts::eliminates.
+// For host memory, and for two linear solvers that use only H. The first is PCG with block Jacobi. The second is PCG on
+// the Schur complement with Schur-Jacobi (kReducedPcg); it needs ProblemParts::eliminates.
 template <Backend B>
 class DistributedProblem final : public Problem<B>,
                                  public OnManifold<B>,
@@ -74,7 +74,7 @@ class DistributedProblem final : public Problem<B>,
   void OnNewPoint(int turn) override;
   bool OnAnyProcess(bool mine) override { return OnAnyRank(ranks_, mine); }
 
-  // These call ProblemParts::geometry.
+  // These functions call the object of ProblemParts::geometry.
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override {
     return geometry_.DampingMetric(x, diag_h, D);
   }
@@ -108,7 +108,7 @@ class DistributedProblem final : public Problem<B>,
   // first call of each is collective.
   const Shards& shards();
   SumOverRanks<S>& shard_sum();
-  // Sums one number per part. mine: of this process's parts. Collective.
+  // Sums one number per part. mine: the numbers of this process's parts. Collective.
   double SumNumbers(const std::vector<double>& mine);
   // The part's entries of x, valid until the next call for this part.
   ConstVectorView Localize(ConstVectorView x, OwnPart<B>& part) const {

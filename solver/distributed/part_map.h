@@ -16,9 +16,8 @@ namespace vesta {
 class PartMap {
  public:
   PartMap() = default;
-  // No segments means that the part has all entries. Throws Error unless the segments cover each of the local_size
-  // entries of the part once, by different entries of the whole_size entries. what: name of the entries, for the
-  // message.
+  // No segments means that the part has all entries. Throws Error unless the segments map each of the part's local_size
+  // entries once, to different ones of the whole_size entries. what: name of the entries, for the message.
   PartMap(const std::vector<PartSegment>& segments, Index local_size, Index whole_size, const char* what);
 
   const std::vector<PartSegment>& segments() const { return segments_; }
@@ -49,9 +48,9 @@ class PartMap {
 // The support of two consecutive vectors of `size` entries, each with this support.
 Support RepeatSupport(const Support& support, Index size);
 
-// Segments for a PartMap of the values of block-diagonal matrices (BlockDiagonal::all_values), from a part's matrix to
-// the whole problem's. tangent: map of the part's step entries. Throws Error if a block of the part is not a block of
-// the whole problem.
+// Segments for a PartMap that maps the values (BlockDiagonal::all_values) of a part's block-diagonal matrix to the
+// whole problem's matrix. tangent: map of the part's step entries. Throws Error if a block of the part is not a block
+// of the whole problem.
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
                                        const PartMap& tangent);
 

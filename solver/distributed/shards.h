@@ -14,8 +14,9 @@
 namespace vesta {
 
 // Vectors are divided into pieces, whose number does not depend on the number of processes. A piece has a range of
-// blocks of each BlockGroup, so no block is split. A process has consecutive pieces. Its shard is the vector of their
-// entries, in the order of the whole vector (kernels/ranks/support.h). With one process the shard is the whole vector.
+// blocks of each BlockGroup, so no block is split. A process has consecutive pieces. Its shard contains the entries of
+// these pieces, in the order of the whole vector (kernels/ranks/support.h). With one process the shard is the whole
+// vector.
 class Shards {
  public:
   // groups must cover `size` entries once. num_pieces is at least the number of processes.

@@ -56,8 +56,8 @@ class BatchedSystem {
   NormalSystem<B>* whole() const { return systems_.size() == 1 ? systems_.front().get() : nullptr; }
   // Linearizes the batches first .. first + count - 1.
   std::unique_ptr<NormalSystem<B>> MakeSystem(int first, int count);
-  // The column scales, from the diagonal of H at the start. Columns of rounding errors are not searched if the batches
-  // are solved one by one.
+  // The column scales, from the diagonal of H at the start. Does not search for columns of rounding errors if the
+  // batches are solved one by one.
   ColumnScale<B> MakeScale(typename B::ConstVectorView diagonal);
   // Returns the system of a batch. If it is not stored, creates it in `fresh`, which replaces the previous content.
   NormalSystem<B>& System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh);

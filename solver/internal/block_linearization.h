@@ -20,8 +20,8 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
  public:
   using B = CpuBackend<double>;
   // Evaluates all residuals and Jacobians at x. Multiplies the Jacobians by the derivatives of the manifolds, and
-  // corrects both for the losses (LossCorrection). The problem must outlive this object, and must not change until
-  // then.
+  // corrects residuals and Jacobians for the losses (LossCorrection). The problem must outlive this object, and must
+  // not change while this object exists.
   BlockLinearization(const BlockProblem& problem, ConstVectorView x);
   ~BlockLinearization() override { memory_ = {jacobian_.TakeStorage(), std::move(residuals_), std::move(product_)}; }
 

@@ -14,10 +14,10 @@
 
 namespace vesta {
 
-// Number of derivatives per evaluation of a function of `parameters` parameters, at least 1. All of them if one dual
-// number then fits into 13 of the 16 vector registers of x86-64 (26 derivatives of type double), otherwise equal parts.
-// Up to this size, gcc 12 inlines the operations at -O2. With more derivatives per evaluation, numbers move through
-// memory; with fewer, values are computed more often.
+// Number of derivatives per evaluation of a function of `parameters` >= 1 parameters. One evaluation computes all
+// derivatives if they fit into 13 of the 16 vector registers of x86-64 (26 derivatives of type double). Otherwise they
+// are divided into equal parts. Up to this size, gcc 12 inlines the operations at -O2. With more derivatives per
+// evaluation, numbers move through memory; with fewer, values are computed more often.
 template <std::floating_point S>
 constexpr int DerivativesPerPass(int parameters) {
   constexpr int kMost = 13 * Derivatives<S, 2>::kWidth;
@@ -73,10 +73,10 @@ class ScratchArray {
 // Differentiates a function of dual numbers with respect to some of its parameters, N per evaluation.
 //
 // columns: the number of derivatives. parameter(column): the parameter of that column, a Dual<S, N>& in an array of the
-// caller. The caller sets the values of all parameters, and their derivatives to 0. evaluate(): evaluates the function,
-// and returns false if it is undefined for these parameters; this function then returns false too. store(first, count):
-// called after each evaluation. Derivative i of a result belongs to column first + i, for i < count. If columns is 0,
-// the function is evaluated once.
+// caller. The caller sets the values of all parameters, and sets all derivatives of the parameters to 0. evaluate():
+// evaluates the function, and returns false if it is undefined for these parameters; DifferentiateInPasses then also
+// returns false. store(first, count): called after each evaluation. Derivative i of a result belongs to column first +
+// i, for i < count. If columns is 0, the function is evaluated once.
 template <class Parameter, class Evaluate, class Store>
 bool DifferentiateInPasses(int columns, const Parameter& parameter, const Evaluate& evaluate, const Store& store) {
   constexpr int N = std::remove_reference_t<decltype(parameter(0))>::kDerivatives;

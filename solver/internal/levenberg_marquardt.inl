@@ -170,7 +170,7 @@ double LmStepper<B>::FullCost(typename B::ConstVectorView x) {
 
 template <Backend B>
 double LmStepper<B>::GradientNorm() {
-  // If steps have another size than x, or there are bounds, measure the gradient by how far it moves x.
+  // If a step has another size than x, or there are bounds, measure how far a step -g moves x.
   if (problem_.num_tangent() == problem_.num_parameters() && !problem_.has_bounds())
     return backend_.MaxAbs(system_->negative_gradient());
   AcquireTrialVectors();
@@ -305,7 +305,7 @@ const LmIteration& LmStepper<B>::Step() {
   StopBy(decisions_->Finish(trial, row.step_norm, x_norm_, solved), row.lambda);
   if (trial.accepted) {
     system_.reset();  // was made for the previous x_
-    // Where the gradient decides, costs differ by rounding errors only.
+    // If the gradient decides, costs differ only by rounding errors.
     if (decisions_->at_lowest_cost() || (trial.zone != LmTrial::Zone::kCost && best_x_.empty())) {
       best_x_ = {};
     } else if (best_x_.empty()) {

@@ -29,8 +29,8 @@ struct LmTrial {
   bool accepted = false;
   Zone zone = Zone::kCost;
 
-  // Decides in the zones that use the gradient. finite: whether the derivatives at the trial point are. The squared
-  // norms |g|^2 are those at the trial point and at x, both with the D of x.
+  // Decides in the zones that use the gradient. finite: whether the derivatives at the trial point are finite. The
+  // squared norms |g|^2 are those at the trial point and at x, both with the D of x.
   void DecideByGradient(bool finite, double squared_at_trial, double squared_at_x);
 };
 
@@ -79,8 +79,8 @@ class LmDecisions {
   // Judges a trial point by its cost. If its zone is not kCost, call DecideByGradient next.
   LmTrial Judge(double cost, double predicted) const;
   // Takes or rejects the trial: updates the cost and lambda, and tests whether the solve ends. x_norm: norm of the
-  // point before the step. solved: false if the linear solver failed before its first iteration, which says nothing
-  // about x.
+  // point before the step. solved: false if the linear solver failed before its first iteration. Such a failure says
+  // nothing about x.
   LmVerdict Finish(const LmTrial& trial, double step_norm, double x_norm, bool solved);
   // The doubt of a solve that ends at its limit of iterations.
   Doubt AtLimit() const { return doubt_.FindIncrease(DoubtfulGain()); }
@@ -95,8 +95,8 @@ class LmDecisions {
  private:
   LmTrial::Zone ZoneOf(const LmTrial& trial) const;
   LmVerdict TestStep(const LmTrial& trial, double step_norm, double x_norm, bool solved);
-  // ConvergenceDoubt ignores predicted changes of the cost up to this value. They are below the function tolerance, or
-  // may be rounding errors.
+  // ConvergenceDoubt ignores predicted changes of the cost up to this value. Such changes are below the function
+  // tolerance, or may be rounding errors.
   double DoubtfulGain() const;
 
   double function_tolerance_, parameter_tolerance_, rounding_;

@@ -26,7 +26,7 @@ class Rows final : public Linearization<B>, public WithBlocks<B>, public WithSto
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
 
-  // Up to this number of blocks, sums over the columns of a parameter need no Layout::transpose. Sums in float do.
+  // Up to this number of blocks, sums over a parameter's columns need no Layout::transpose. Float sums always need it.
   static constexpr Index kMaxScattered = std::is_same_v<S, double> ? kGrain : -1;
 
   // layout and groups must outlive this object.

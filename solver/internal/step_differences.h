@@ -19,7 +19,7 @@ struct StepDifferences {
 // Rounding may also change t itself, by epsilon * place. Uses central differences with steps +-t. t begins at `largest`
 // and is divided by 4 up to 11 times, and the differences are extrapolated to t = 0 (Ridders, Accurate computation of
 // F'(x) and F'(x)F''(x), 1982). For each number, returns the estimate with the smallest error. Ends as soon as rounding
-// alone exceeds these errors.
+// alone exceeds the errors of these estimates.
 StepDifferences DifferenceAlong(const std::function<void(double t, std::span<double> out)>& f, std::size_t size,
                                 double largest, double epsilon, double place);
 

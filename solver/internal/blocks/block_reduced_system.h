@@ -35,8 +35,8 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
   // eliminated block after another, so each row of J is read only once. An empty x or b means 0; an empty output is not
   // computed.
   void PassRows(ConstVectorView x, ConstVectorView b, VectorView kept, VectorView eliminated);
-  // Subtracts from the diagonal block of kept block k = `free` its part of F^T E C^-1 E^T F, which is F_k^T E C^-1 E^T
-  // F_k.
+  // Subtracts F_k^T E C^-1 E^T F_k from the diagonal block of kept block k = `free`. This is the diagonal block of F^T
+  // E C^-1 E^T F.
   void SubtractFill(int free, BlockDiagonal<B>& diagonal) const;
 
   const BlockJacobian& jacobian_;

@@ -19,8 +19,8 @@ struct ResidualBlock {
   std::span<const int> parameters;
 };
 
-// A list of residual blocks, in few arrays because there may be millions. A removed block leaves an empty slot, without
-// residuals and parameter blocks, which a later block with as many parameter blocks reuses.
+// A list of residual blocks, in few arrays because there may be millions of blocks. A removed block leaves a slot
+// without residuals and parameter blocks. A later block with the same number of parameter blocks reuses the slot.
 class ResidualBlockList {
  public:
   // Number of slots.
@@ -75,7 +75,7 @@ struct BlockRow {
   int width = 0;  // sum of the sizes of its free blocks
   Index first_cell = 0;
   int num_cells = 0;
-  int eliminated_cell = -1;  // index among its cells; -1 if it has none
+  int eliminated_cell = -1;  // index of the eliminated cell among the cells of this row, or -1
 };
 
 // A free parameter block: not constant, and used by a residual block. Free blocks are sorted: first the kept blocks,
@@ -89,7 +89,7 @@ struct FreeBlock {
   Index index_in_group = 0;
 };
 
-// A residual block that depends on a given free block, and the position of its columns there.
+// A residual block that depends on a given free block, and the position of the free block's columns.
 struct BlockUse {
   Index row = 0;  // index in BlockStructure::rows
   int local = 0;  // first column within its dense Jacobian
@@ -110,7 +110,7 @@ class BlockStructure {
   // Number of stored entries of J.
   Index num_values() const { return num_values_; }
   const std::vector<FreeBlock>& free_blocks() const { return free_; }
-  // The free block of a parameter block; null if it has none.
+  // The free block of a parameter block, or null.
   const FreeBlock* Find(int parameter) const {
     const int k = free_of_[static_cast<std::size_t>(parameter)];
     return k < 0 ? nullptr : &free_[static_cast<std::size_t>(k)];

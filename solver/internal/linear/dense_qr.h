@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense least squares by Householder QR, for small problems. The accuracy depends on J's condition number, not on its
-// square (as with the normal equations).
+// Dense least squares by Householder QR, for small problems. The accuracy depends on J's condition number, not on the
+// square of it, unlike with the normal equations.
 #pragma once
 
 #include <memory>
@@ -18,12 +18,12 @@ class DenseQr {
   DenseQr(DenseQr&&) noexcept;
   DenseQr& operator=(DenseQr&&) noexcept;
 
-  // damping_and_solution: cols entries, on entry the diagonal of lambda D, all >= 0, on return x. In directions that
-  // are singular in working precision, x is 0.
+  // damping_and_solution has cols entries. On entry: the diagonal of lambda D, all >= 0. On return: x. In directions
+  // that are singular in working precision, x is 0.
   void Solve(std::span<double> damping_and_solution) const;
 
   // (J^T J)^-1, cols x cols; see CovarianceOptions for the arguments. If directions are ignored, `values` is the
-  // pseudo-inverse. It is empty if another direction is singular. rank: the number of directions that are not singular.
+  // pseudo-inverse. `values` is empty if another direction is singular. rank: number of nonsingular directions.
   struct Inverse {
     int rank = 0;
     std::vector<double> values;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Householder reflections of matrices with few columns, without memory of their own. Eigen's general routines take
-// several times as long for them.
+// Householder reflections of matrices with few columns, without extra memory. For these matrices, Eigen's general
+// routines take several times as long.
 #pragma once
 
 #include <cmath>
@@ -21,8 +21,8 @@ inline double Dot(const double* x, const double* y, int n) {
 
 // Reflects the rows k to rows - 1 of A and b so that column k of A becomes zero below row k (Golub and Van Loan, Matrix
 // Computations, section 5.1). a: rows x cols, column-major; the columns before k are not read. The entries of column k
-// below row k, which would become zero, are overwritten by a part of the reflection. The squares of the entries of A
-// must neither overflow nor underflow.
+// below row k are not set to zero; they store part of the reflection. The squares of the entries of A must neither
+// overflow nor underflow.
 inline void Reflect(double* a, int rows, int cols, int k, double* b) {
   const int below = rows - k - 1;
   double* const column = a + static_cast<std::ptrdiff_t>(k) * rows + k;

@@ -10,7 +10,7 @@
 namespace vesta {
 
 struct LsmrOptions {
-  // Each one computes one product with A and one with A^T; >= 0.
+  // Each iteration computes one product with A and one with A^T; >= 0.
   int max_iterations = 500;
   // Stop when |A^T (b - A x)| <= relative_tolerance |A| |b - A x|; within (0, 1).
   double relative_tolerance = 1e-10;

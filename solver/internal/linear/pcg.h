@@ -61,15 +61,15 @@ class PcgWorkspace {
   // r at the end of SolvePcg.
   typename B::ConstVectorView residual() const { return r.view(); }
 
-  // M^-1 r, later A p, which are never needed at the same time, are both in w.
+  // w contains first M^-1 r, later A p. They are never needed at the same time.
   typename B::Vector r, p, w;
   typename B::Slots scalars;
 };
 
 // Solves A x = b. m_inverse computes products with M^-1, which must be symmetric positive definite. The stopping tests
-// use the norm sqrt(sum_k w_k r_k^2) with w = norm_weights, or the Euclidean norm if these are empty. Overwrites x with
-// the last iterate, or with zeros if it has an entry that is not finite. products: inner products; a derived class
-// serves vectors divided among processes.
+// use the norm sqrt(sum_k w_k r_k^2) with w = norm_weights, or the Euclidean norm if norm_weights is empty. Overwrites
+// x with the last iterate, or with zeros if an entry of the iterate is not finite. products: inner products; a derived
+// class serves vectors divided among processes.
 template <Backend B>
 PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstVectorView b,
                     LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::VectorView x,

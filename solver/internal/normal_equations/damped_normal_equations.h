@@ -46,8 +46,8 @@ struct DampingMetricOptions {
   double min_diagonal = 1e-6;
   double max_diagonal = 1e32;
   // If > 0, an additional lower bound on D: this factor times the median of the positive diagonal entries of H that
-  // belong to the same component of the same block group. For costs that grow with the amount of data, for which a
-  // fixed min_diagonal is not suitable. Without block groups it has no effect.
+  // belong to the same component of the same block group. Use it for costs that grow with the amount of data, because a
+  // fixed min_diagonal does not suit them. It has no effect without block groups.
   double group_median_floor = 0;
 
   // Throws Error if an option is out of range.

@@ -19,14 +19,14 @@ struct SystemFault {
   enum class Kind {
     kNone,
     kNonFinite,  // g or d contains NaN or infinity, or has an entry that was not written
-    kDiagonal,   // the diagonal of H contains such entries, or entries that are negative, not only by rounding
+    kDiagonal,   // the diagonal of H contains such entries, or negative ones that are too large to be rounding errors
   };
   Kind kind = Kind::kNone;
   std::string message = "";  // one line: which entry, and what to do
 };
 
 // Returns the first fault. rhs: d; empty if d = -g. Vectors must be filled with NaN before the problem writes them, so
-// that entries that it does not write are found.
+// that entries which the problem does not write are found.
 template <Backend B>
 SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView negative_gradient,
                       typename B::ConstVectorView rhs, typename B::ConstVectorView diagonal);

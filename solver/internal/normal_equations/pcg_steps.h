@@ -32,8 +32,8 @@ StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double la
   return {pcg, -descent, std::max(0.0, b_dot_step - r_dot_step - damping)};
 }
 
-// y = M^-1 x, with y = 0 where the mask is 0. This is needed because M may couple these entries with others, which the
-// system does not.
+// y = M^-1 x, but y = 0 where the mask is 0. M itself may couple such entries with other entries, although the system
+// does not couple them.
 template <Backend B>
 class MaskedPreconditioner final : public LinearOperator<B> {
  public:
@@ -67,13 +67,13 @@ class PcgStep final : public StepSolver<B> {
     if (preconditioner_->exact() && tolerance == 0) tolerance = kExactTolerance;
     const ScopedPhase phase("preconditioner");
     preconditioner_->SetLinearization(system.batches, system.diagonal);
-    // Without bounds, the mask is 0 only for zero columns. PCG leaves their step at 0 without a mask, because their
-    // right-hand side is 0, unless the preconditioner couples them with other columns.
+    // Without bounds, the mask is 0 only for zero columns. Their right-hand side is 0. So PCG leaves the step of a zero
+    // column at 0 even without a mask, unless the preconditioner couples this column with others.
     if (!system.problem.has_bounds() && !preconditioner_->couples_zero_columns()) system_.mask = {};
   }
   bool reads_mask() const override { return !system_.mask.empty(); }
   std::string preconditioner() const { return preconditioner_->description(); }
-  // Solves by PCG, without the values of the quadratic model.
+  // Solves by PCG, but does not compute the values of the quadratic model.
   PcgSummary Iterate(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) {
     {
       const ScopedPhase phase("preconditioner");
@@ -147,7 +147,7 @@ class ShardedPcgStep final : public StepSolver<B> {
   std::optional<PcgStep<B>> inner_;
 };
 
-// y = M^-1 x, where M holds the diagonal blocks of the Schur complement.
+// y = M^-1 x, where M consists of the diagonal blocks of the Schur complement.
 template <Backend B>
 class SchurJacobi final : public LinearOperator<B> {
  public:

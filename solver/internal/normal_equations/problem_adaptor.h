@@ -45,8 +45,8 @@ class WithOwnRightHandSide {
   }
 };
 
-// A linearization that stores J, for dense QR and covariances of small problems. Others cost one product J v per
-// column.
+// A linearization that stores J, for dense QR and covariances of small problems. Other linearizations need one product
+// J v per column.
 class WithStoredJacobian {
  public:
   virtual ~WithStoredJacobian() = default;
@@ -124,7 +124,7 @@ class ProblemAdaptor {
   using ConstVectorView = typename B::ConstVectorView;
 
   ProblemAdaptor(Problem<B>& problem) : ProblemAdaptor(&problem) {}  // NOLINT: implicit conversion is intended
-  // If problem is null, only the functions that have a default may be called: not the sizes, costs and linearizations.
+  // If problem is null, only functions with a default may be called. Sizes, costs and linearizations have none.
   explicit ProblemAdaptor(Problem<B>* problem);
 
   Problem<B>& get() const { return *problem_; }

@@ -18,8 +18,8 @@ constexpr double TinyDiagonal(double largest) {
 }
 
 // diagonal: entries of H, all finite, the largest of which is > 0. scratch: as long as diagonal. shares(out): sets
-// out[k] to the sum over the rows i of J_ik / (largest entry of row i), to about a factor of the number of columns;
-// called at most once, and only if there are columns that may be rounding errors.
+// out[k] to the sum over the rows i of J_ik / (largest entry of row i), accurate to about a factor of the number of
+// columns. It is called at most once, and only if a column may be rounding errors.
 template <class S, class Shares>
 void RaiseDiagonal(std::span<S> diagonal, double largest, std::span<S> scratch, const Shares& shares) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();

@@ -11,17 +11,18 @@
 
 namespace vesta {
 
-// Returns the diagonal of H for ColumnScaling::kInverseRoot, which would turn a column of rounding errors into a column
-// of length 1. The entry of such a column is the squared size of the rows in which the column has entries: about the
-// entry of a column that determines these rows. The entry of a zero column is the median of the positive entries,
-// because its own size is unknown. Empty if there are no such columns, or no others. H is the sum over the batches.
-// diag_h: its diagonal, num_tangent() entries, all finite.
+// Returns the diagonal of H with raised entries, for ColumnScaling::kInverseRoot. Otherwise this scaling would turn a
+// column of rounding errors into a column of length 1. The entry of such a column becomes the squared size of the rows
+// in which the column has entries. This is about the entry of a column that determines these rows. The entry of a zero
+// column becomes the median of the positive entries, because its own size is unknown. Returns an empty vector if there
+// are no such columns, or only such columns. H is the sum over the batches. diag_h: its diagonal, num_tangent()
+// entries, all finite.
 //
 // A column is taken for rounding errors if both conditions hold:
 //   - its norm is at most 16 eps of the largest norm of a column, where eps is the epsilon of double
 //   - its entries are at most about sqrt(eps) of the largest entry in their rows
-// The second condition excludes parameters in large units, which may have small columns. Rows are compared by one
-// product with J and one with J^T, and only if a column fulfils the first condition.
+// The second condition excludes parameters in large units, which may have small columns. The comparison of rows needs
+// one product with J and one with J^T. It is skipped if no column fulfils the first condition.
 template <Backend B>
 typename B::Vector RaiseRoundingColumns(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                         typename B::ConstVectorView diag_h);

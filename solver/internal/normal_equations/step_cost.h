@@ -52,12 +52,12 @@ double FactorCost(const StepCounts::Factor& factor, const StepCounts& counts);
 double NumIterations(const StepCounts& counts);
 double IterationsCost(const StepCounts& counts);
 
-// Returns an upper bound on Factor::multiplications for a factor that can be chosen; a factor with more is too slow.
-// Negative if no factor can be chosen. least: lower bounds on the other counts of the factor.
+// Returns an upper bound on Factor::multiplications for a factor that can be chosen. A factor with more multiplications
+// is too slow. Negative if no factor can be chosen. least: lower bounds on the other counts of the factor.
 double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least);
-// True if the factor is preferred to the iterations: if its estimated time is at most half of theirs. Half, because the
-// estimates have errors. Iterations on H with block Jacobi often need more steps, or do not converge at all. So a
-// factor without fill (at most as many values as J) is preferred to them up to twice their time.
+// True if the factor is preferred to the iterations. Its estimated time must be at most half of their time, because the
+// estimates have errors. But iterations on H with block Jacobi often need more steps, or do not converge at all. So
+// compared with these iterations, a factor without fill (at most as many values as J) may take up to twice the time.
 bool FactorBeatsIterations(const StepCounts& counts);
 // True if the estimated time of the factor is at most half the time of dense QR, and H is sparse. If H is nearly full,
 // QR is hardly slower and more accurate: its accuracy depends on J's condition number, not on the square of it.

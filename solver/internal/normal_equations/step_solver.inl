@@ -40,7 +40,7 @@ StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename
 }
 
 // The damped least-squares problem with columns of unit length: [J_1; J_2; ...; sqrt(lambda D)] P. Here P = diag(H +
-// lambda D)^-1/2, with zeros for columns that cannot move.
+// lambda D)^-1/2, with zeros for parameters that cannot change.
 template <Backend B>
 class StackedJacobian final : public LinearMap<B> {
  public:
@@ -150,8 +150,8 @@ class DenseQrStep final : public StepSolver<B> {
   DenseQr qr_;
 };
 
-// Returns the reason why J and the residuals do not define the step and the normal equations are needed; null if they
-// do.
+// Returns null if J and the residuals define the step. Otherwise returns the reason why the normal equations are
+// needed.
 template <Backend B>
 const char* ReasonForNormalEquations(const StepSystem<B>& system) {
   const auto any = [&](auto&& has) { return std::any_of(system.batches.begin(), system.batches.end(), has); };
@@ -173,7 +173,8 @@ struct Choice {
   std::string why;
 };
 
-// counts: null if the problem cannot provide its factor. reduced: created if it is the choice.
+// counts: null if the problem cannot provide its factor. reduced: set to the reduced system if the choice is
+// kReducedPcg.
 template <Backend B>
 Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCounts* counts,
               std::unique_ptr<ReducedSystem<B>>& reduced, bool describe) {

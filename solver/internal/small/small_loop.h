@@ -265,7 +265,7 @@ class SmallLoop {
       damping_[c] = lambda * metric_[c];
     }
     const auto accurate = SolveNormalEquations(at_x_, &damping_[0], &step_[0]);
-    bool evaluated = false;  // the rows at x, if the trial point was not taken
+    bool evaluated = false;  // whether rows_ was evaluated at x again
     for (int lane = 0; lane < kWidth; ++lane) {
       Lane& state = lanes_[static_cast<std::size_t>(lane)];
       state.solved = true;

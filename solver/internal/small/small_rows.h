@@ -12,7 +12,7 @@
 
 namespace vesta::small_internal {
 
-// The lanes of a scalar type: for each lane a condition. A number has one lane.
+// The lanes of a scalar type. A Mask has one truth value per lane. A plain number has one lane.
 template <class V>
 struct LaneTraits {
   using Number = V;
@@ -73,7 +73,7 @@ class SmallRows {
   static constexpr int kParameters = N;
   static constexpr bool kOnePass = D::kDerivatives == N;
 
-  // Call it at the start of a solve. Entries that the functor does not write are NaN then.
+  // Call it at the start of a solve. Afterwards, entries that the functor does not write are NaN.
   void Start(int rows) {
     rows_ = rows;
     duals_.Resize(rows);
@@ -82,7 +82,7 @@ class SmallRows {
   }
   int rows() const { return kRows >= 0 ? kRows : rows_; }
 
-  // call(p, r) computes rows() residuals from N parameters, and returns nothing, or whether they are defined.
+  // call(p, r) computes rows() residuals from N parameters, and returns nothing, or whether the residuals are defined.
   template <class Call>
   MaskOf<V> Evaluate(const Call& call, const V* x) {
     D p[N];

@@ -28,7 +28,7 @@ struct SmallSystem {
   CostOf<V> cost;      // 1/2 |r|^2
 };
 
-// The type of the vectors of the derivatives of a dual number with N derivatives.
+// A dual number stores its N derivatives in SIMD vectors of this type.
 template <class V, int N>
 struct PartsOfRow {
   using Vector = typename DerivativeVector<V>::Type;
@@ -40,8 +40,8 @@ struct PartsOfRow<V, 1> {
   static constexpr int kWidth = 1;
 };
 
-// Sums over the rows, in SIMD registers. The vector `part` of a row's derivatives, times its derivative `column`, is
-// added to column `column` of H; column N is the gradient. A few sums at a time fit into registers.
+// Sums over the rows, in SIMD registers. The vector `part` of a row's derivatives, times the row's derivative `column`,
+// is added to column `column` of H; column N is the gradient. A few sums at a time fit into registers.
 template <class Rows>
 class RowSums {
   static constexpr int N = Rows::kParameters;
@@ -51,7 +51,7 @@ class RowSums {
   struct Term {
     int part, column;
   };
-  // Of column c of the symmetric H, only the vectors with entries in rows >= c.
+  // Column c of H needs only the vectors with entries in rows >= c, because H is symmetric.
   static constexpr int kTerms = [] {
     int count = kParts;
     for (int column = 0; column < N; ++column) count += kParts - column / kWidth;
@@ -141,8 +141,8 @@ void Accumulate(const Rows& rows, SmallSystem<typename Rows::V, Rows::kParameter
   }
 }
 
-// Solves (H + diag(damping)) step = -g by the factorisation L D L^T. Returns where the step is accurate to about six
-// digits or more: the smallest pivot, relative to its diagonal entry, bounds the relative error.
+// Solves (H + diag(damping)) step = -g by the factorisation L D L^T. Returns, per lane, whether the step is accurate to
+// about six digits or more. The smallest pivot, relative to its diagonal entry, bounds the relative error.
 template <class V, int N>
 MaskOf<V> SolveNormalEquations(const SmallSystem<V, N>& system, const V* damping, V* step) {
   const V kSmallestPivot(std::is_same_v<V, float> ? 1e-3 : 1e-10);

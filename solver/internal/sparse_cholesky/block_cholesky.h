@@ -15,7 +15,7 @@
 
 namespace vesta {
 
-// A Cholesky factor L with L L^T = the matrix, up to a permutation. Independent of the number of threads.
+// A Cholesky factor L with L L^T = the matrix, up to a permutation. It does not depend on the number of threads.
 class BlockCholesky {
  public:
   explicit BlockCholesky(std::shared_ptr<const EliminationPlan> plan);
@@ -66,7 +66,7 @@ class BlockCholesky {
   const FrontKernels& kernels_;
   std::vector<Index> first_value_;  // per front: position of its panel in values_
   HostBuffer<double> values_;       // the panels of all fronts: their columns of L
-  std::vector<Pool> pools_;         // one per subtree of a wave, and per front in no subtree
+  std::vector<Pool> pools_;         // one per subtree of a wave, and one per front outside of subtrees
   std::vector<std::size_t> pool_of_front_;
   std::vector<std::vector<double>> updates_;  // per front, until it is added to the parent
   std::vector<char> assembled_;               // per front: 1 after Assemble
@@ -79,22 +79,22 @@ class NormalMatrixSource {
  public:
   virtual ~NormalMatrixSource() = default;
   // H = J^T W J, computed at the first call and valid as long as this object. All linearizations of a problem must use
-  // the same pattern, unless its preconditioner plans the factor of each one.
+  // the same pattern, unless the preconditioner plans a factor for each linearization.
   virtual const BlockMatrix& NormalMatrix() = 0;
 };
 
 // A plan and the memory of its factor, for all linearizations and solves of a problem.
 class SparseCholesky {
  public:
-  // Returns null if the factor would need more than max_bytes or max_multiplications; exceeded, if not null, is then
-  // set to the limit.
+  // Returns null if the factor would need more than max_bytes or max_multiplications. In this case, sets `exceeded`, if
+  // not null, to that limit.
   static std::shared_ptr<SparseCholesky> Plan(const BlockPattern& pattern, double max_bytes,
                                               double max_multiplications = std::numeric_limits<double>::infinity(),
                                               ExceededLimit* exceeded = nullptr);
 
   const EliminationPlan& plan() const { return *plan_; }
   double bytes() const { return BlockCholesky::Bytes(*plan_); }
-  // An object for a factor: the previous one (its memory is large) if it is no longer in use, else a new one.
+  // An object for a factor. Reuses the previous object, whose memory is large, if it is no longer in use.
   std::shared_ptr<BlockCholesky> Factor() {
     return factor_.Get([&] { return std::make_shared<BlockCholesky>(plan_); });
   }

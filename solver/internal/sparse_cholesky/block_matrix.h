@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse symmetric matrices of small dense blocks, and the computation of H = J^T J as one. Here a row means a row of
-// blocks. Block (i, j) has size(i) scalar rows and size(j) scalar columns.
+// Sparse symmetric matrices of small dense blocks, and the computation of H = J^T J in this form. Here a row means a
+// row of blocks. Block (i, j) has size(i) scalar rows and size(j) scalar columns.
 #pragma once
 
 #include <memory>
@@ -111,8 +111,8 @@ class BlockNormalMatrix {
   explicit BlockNormalMatrix(const BlockJacobian& jacobian);
 
   const BlockPattern& pattern() const { return *pattern_; }
-  // Computes H; jacobian must have the structure of the constructor. Terms are added in the order of the residual
-  // blocks, for any number of threads. Reuses the memory of the previous result if it is no longer in use.
+  // Computes H; jacobian must have the structure of the constructor. For any number of threads, terms are added in the
+  // order of the residual blocks. Reuses the memory of the previous result if that result is no longer in use.
   std::shared_ptr<const BlockMatrix> Sum(const BlockJacobian& jacobian);
   // Multiplications of one Sum, and bytes of a BlockNormalMatrix.
   static double Multiplications(const BlockStructure& structure);

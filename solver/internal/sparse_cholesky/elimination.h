@@ -12,8 +12,8 @@
 namespace vesta {
 
 // A front of the multifrontal method (Duff and Reid, 1983): a small dense matrix. Its first rows, [first, first +
-// pivots) in elimination order, are eliminated together. Its other rows, `below`, are coupled to these. The elimination
-// subtracts a matrix from the entries of the rows below, the update, which is passed to the parent front.
+// pivots) in elimination order, are eliminated together. Its other rows, `below`, are coupled to the first rows. The
+// elimination subtracts a matrix (the update) from the entries of the rows below, and passes it to the parent front.
 struct EliminationFront {
   // A block of the matrix that is copied to this front.
   struct Entry {
@@ -23,8 +23,8 @@ struct EliminationFront {
     bool diagonal;
     bool transposed;  // true if the matrix stores the transpose of this block
   };
-  // Scalars [begin, end) of the rows below, counted from 0, that are also contiguous in another vector, where they
-  // begin at `to`.
+  // Scalars [begin, end) of the rows below, counted from 0. They are also contiguous in another vector, and begin there
+  // at `to`.
   struct Run {
     Index begin, end, to;
   };
@@ -74,7 +74,7 @@ struct EliminationPlan {
   double multiplications = 0;  // number of multiplications of the factorisation
 };
 
-// If one is exceeded, PlanElimination returns nothing.
+// If a limit is exceeded, PlanElimination returns nothing.
 struct EliminationLimits {
   double factor_values = std::numeric_limits<double>::infinity();
   double multiplications = std::numeric_limits<double>::infinity();
@@ -82,9 +82,9 @@ struct EliminationLimits {
 enum class ExceededLimit { kNone, kFactorValues, kMultiplications };
 
 // Plans the elimination. The order is by approximate minimum degree (Amestoy, Davis, Duff, 1996). A front is merged
-// with its parent if that stores few additional zeros (relaxed supernodes, Ashcraft and Grimes, 1989). Returns nothing
-// if the factor exceeds the limits even before fronts are merged; this test comes first, because it needs much less
-// memory than the plan. exceeded: if not null, set to the limit found exceeded first.
+// with its parent if the result has few additional zeros (relaxed supernodes, Ashcraft and Grimes, 1989). Returns
+// nothing if the factor exceeds the limits even before fronts are merged; this test comes first, because it needs much
+// less memory than the plan. exceeded: if not null, set to the first limit found to be exceeded.
 std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits = {},
                                                ExceededLimit* exceeded = nullptr);
 

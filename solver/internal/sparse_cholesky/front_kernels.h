@@ -26,8 +26,8 @@ struct FrontPanel {
 };
 
 struct FrontKernels {
-  // Replaces the panel by the columns of the Cholesky factor. least: one value >= 0 per pivot, which replaces a pivot
-  // that is not larger; 1 replaces it if the value is 0. Returns the number of replaced pivots.
+  // Replaces the panel by the columns of the Cholesky factor. least: one value >= 0 per pivot. If the pivot is not
+  // larger, it is replaced by this value, or by 1 if the value is 0. Returns the number of replaced pivots.
   Index (*factorize)(const FrontPanel& panel, const double* least);
   // update -= L2 L2^T, in the columns [begin, end) of the lower triangle. L2 is the factorised panel below its pivots.
   void (*subtract_outer)(const FrontPanel& panel, double* update, Index update_stride, Index begin, Index end);

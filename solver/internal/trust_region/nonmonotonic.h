@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nonmonotonic steps: a step may raise the cost, if the cost has decreased enough since an earlier point, the
 // reference. Conn, Gould, Toint, Trust-region methods, 2000, algorithm 10.1.2. Such steps follow a curved valley
-// instead of staying at its bottom.
+// without staying at its bottom.
 #pragma once
 
 #include <algorithm>
@@ -10,16 +10,16 @@ namespace vesta {
 
 class NonmonotonicReference {
  public:
-  // max_steps: number of successive accepted steps without a new lowest cost after which the reference is replaced, by
-  // the point with the highest cost since the lowest one. 0: the gain ratio alone decides.
+  // max_steps: after this number of successive accepted steps without a new lowest cost, the reference is replaced. The
+  // new reference is the point with the highest cost since the lowest cost. 0: the gain ratio alone decides.
   explicit NonmonotonicReference(int max_steps) : max_steps_(max_steps) {}
   bool enabled() const { return max_steps_ > 0; }
   // cost: the cost at the start.
   void Start(double cost) { lowest_ = reference_.cost = candidate_.cost = cost; }
   double lowest() const { return lowest_; }
 
-  // The larger of rho, the gain ratio of the trial point, and the gain ratio since the reference. cost: of the trial
-  // point; predicted: its predicted decrease, > 0.
+  // The larger of two gain ratios: rho is the one of the trial point, the other is since the reference. cost: of the
+  // trial point; predicted: its predicted decrease, > 0.
   double GainRatio(double rho, double cost, double predicted) const {
     return enabled() ? std::max(rho, (reference_.cost - cost) / (reference_.predicted + predicted)) : rho;
   }
@@ -45,7 +45,7 @@ class NonmonotonicReference {
   }
 
  private:
-  // A point, and the predicted decreases of all accepted steps since then.
+  // The cost of a point, and the sum of the predicted decreases of all accepted steps since that point.
   struct Point {
     double cost = 0, predicted = 0;
   };

@@ -39,9 +39,9 @@ struct StepControlOptions {
   // rejection shows that the start is far from the minimum, so that a small initial_lambda was wrong. 0: treat the
   // first step like the others.
   double lambda_after_first_reject = 0;
-  // Accept steps that raise the cost, if it has decreased enough since an earlier point. The number of successive
-  // accepted steps without a new lowest cost after which that point changes (NonmonotonicReference); >= 0. 0: each step
-  // must decrease the cost. Ceres uses 5 with use_nonmonotonic_steps.
+  // If > 0, accept steps that raise the cost, if the cost has decreased enough since an earlier point. That point
+  // changes after this number of successive accepted steps without a new lowest cost (NonmonotonicReference); >= 0. 0:
+  // each step must decrease the cost. Ceres uses 5 with use_nonmonotonic_steps.
   int max_consecutive_nonmonotonic_steps = 0;
 
   void Validate() const;
@@ -121,7 +121,7 @@ class ConvergenceDoubt {
   double increase_ = 0;             // largest predicted increase
 };
 
-// Line search of 3DGS-LM. It chooses a factor gamma <= 1 on each step, by the cost of a subset of the units (InUnits).
+// Line search of 3DGS-LM. It chooses a factor gamma <= 1 for each step, by the cost of a subset of the units (InUnits).
 // gamma starts at 1 and is multiplied by `shrink` repeatedly, until the cost no longer decreases. The last value before
 // that is used.
 struct LineSearchOptions {
