@@ -83,6 +83,32 @@ TEST(Bounds, ABoxAroundALinearProblem) {
   }
 }
 
+// The minimum without bounds is (1, -2). At the minimum with x1 >= 0, (-0.8, 0), the clipped step moves x0 alone, and
+// the model predicts an increase. This is not a fault of the derivatives.
+struct Slanted {
+  static constexpr int kResiduals = 2, kParameters = 2;
+  template <class T>
+  void operator()(const T* p, T* r) const {
+    r[0] = p[0] + T(0.9) * p[1] + T(0.8);
+    r[1] = T(0.4) * p[1] + T(0.8);
+  }
+};
+
+TEST(Bounds, AnIncreaseByAClippedStepIsNoFault) {
+  for (const double y : {0.0, 0.3}) {
+    ResidualBlocks<Slanted, Cpu> inner(2, std::vector<Slanted>(1));
+    BoundedProblem<Cpu> problem(inner, {-kInf, 0}, {kInf, kInf});
+    Cpu::Vector x = Vector({0.5, y});
+    LmOptions options;
+    options.gradient_tolerance = 0;
+    Cpu backend;
+    const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x.view());
+    EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
+    EXPECT_NEAR(x[0], -0.8, 1e-6);
+    EXPECT_EQ(x[1], 0);
+  }
+}
+
 TEST(Bounds, RefuseWhatIsEmptyAndAStartOutside) {
   Cpu backend;
   ResidualBlocks<Rosenbrock, Cpu> inner(2, std::vector<Rosenbrock>(1));

@@ -26,6 +26,17 @@ struct Line {
   }
 };
 
+TEST(Covariance, OfNoFreeParametersIsEmpty) {
+  BlockProblem empty;
+  EXPECT_EQ(EstimateCovariance(empty, Cpu::Vector(0)).size, 0);
+  BlockProblem constant;
+  constant.AddResidualBlock(std::make_shared<AutoDiffCost<Line, 1, 2>>(Line{0.5}), nullptr,
+                            {constant.AddParameterBlock(2)});
+  constant.SetConstant(0);
+  EXPECT_EQ(EstimateCovariance(constant, Cpu::Vector(2)).size, 0);
+  EXPECT_TRUE(EstimateBlockCovariance(constant, Cpu::Vector(2), {}).blocks.empty());
+}
+
 TEST(Covariance, IsTheInverseOfTheNormalMatrix) {
   const auto first = RandomBatch(8, 4, 1), second = RandomBatch(6, 4, 2);
   LinearProblem problem({first, second});
