@@ -80,7 +80,8 @@ struct Kernels {
                     CorrectLanes correct, const LinearizedSlice<S>& out);
 
   // The following passes run over the tracks [begin, end). `cameras` and `points` are the parts of the input vector v;
-  // camera_sums and point_sums those of the output vector. The passes add to camera_sums and overwrite other outputs.
+  // camera_sums and point_sums are parts of the output vector. The passes add to camera_sums and overwrite other
+  // outputs.
   //
   // u = J v, two values per observation.
   void (*apply_j)(const TrackOrder<S>& order, Index begin, Index end, const double* cameras, const double* points,

@@ -45,7 +45,7 @@ struct Projection {
 
 inline namespace VESTA_ISA {
 
-// Prepares a camera. With A, B, C from AngleCoefficients and the cross-product matrix [w]:
+// Prepares a camera. A, B, C are from AngleCoefficients; [w] is the cross-product matrix:
 //   R = I + A [w] + B [w]^2 (Rodrigues),  left Jacobian = I + B [w] + C [w]^2,  [w]^2 = w w' - |w|^2 I.
 template <class T>
 VESTA_HD Camera<T> MakeCamera(const T* parameters) {

@@ -111,8 +111,8 @@ class ActionSums {
   Buffer<Index, Space> counts_, begin_;
 };
 
-// Lets only `room` of `candidates` Gaussians grow: sets the action of those with the smallest mean gradients to kKeep
-// (ties: the higher index).
+// Lets only `room` of `candidates` Gaussians grow: sets the action of Gaussians with the smallest mean gradients to
+// kKeep (ties: the higher index).
 template <class Space>
 void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* action) {
   Buffer<std::uint32_t, Space> keys, indices;

@@ -67,8 +67,8 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
 
 }  // namespace term
 
-// All-gather of the gradients of an Adam iteration: each process computes those of some consecutive views, and receives
-// all. Keeps its memory between iterations.
+// All-gather of the gradients of an Adam iteration: each process computes the gradients of some consecutive views, and
+// receives all. Keeps its memory between iterations.
 class TermExchange {
  public:
   // Collective. Each process has added its own views to `sum`, a SumOfViews on the host (sum_of_views.h). Afterwards

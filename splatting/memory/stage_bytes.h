@@ -30,8 +30,8 @@ struct MemoryScene {
   ViewCounts Largest() const;
 };
 
-// Counts splats and tile entries in at most `most` >= 1 of the views, evenly spaced; the others get the mean. near:
-// distance of the near plane. with_entries: also renders these views to count the entries of the cached Jacobian.
+// Counts splats and tile entries in at most `most` >= 1 of the views, evenly spaced; the other views get the mean.
+// near: distance of the near plane. with_entries: also renders these views to count the entries of the cached Jacobian.
 MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries);
 
@@ -50,8 +50,8 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether the LM stage optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). An Adam
-// stage has already done so.
+// Whether the LM stage optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). If there
+// is an Adam stage, it has done this.
 inline bool FindsCamerasByLm(const StageOptions& options) {
   return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();
 }
