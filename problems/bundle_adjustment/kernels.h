@@ -79,9 +79,8 @@ struct Kernels {
   void (*linearize)(const Camera<double>& camera, const double* points, const CameraSlice& slice, const Loss* loss,
                     CorrectLanes correct, const LinearizedSlice<S>& out);
 
-  // The following passes run over the tracks [begin, end). `cameras` and `points` are the parts of the input vector v;
-  // camera_sums and point_sums are parts of the output vector. The passes add to camera_sums and overwrite other
-  // outputs.
+  // The following passes run over the tracks [begin, end). `cameras` and `points` form the input vector v; camera_sums
+  // and point_sums form the output vector. The passes add to camera_sums and overwrite other outputs.
   //
   // u = J v, two values per observation.
   void (*apply_j)(const TrackOrder<S>& order, Index begin, Index end, const double* cameras, const double* points,
@@ -110,9 +109,10 @@ struct Kernels {
                       const Index* pair_first, const ObservationPair* pairs, double* scratch, double* blocks);
 };
 
-// For y = S x with a symmetric matrix S of 9 x 9 blocks: adds to y the part of rows [begin, end) and of their
-// transposes. Only the blocks on and right of the diagonal are stored: row i has the blocks row_first[i]..row_first[i +
-// 1] - 1, in the columns column[k]. The diagonal block comes first, with all its entries. x and y are padded.
+// For y = S x with a symmetric matrix S of 9 x 9 blocks: adds to y the part of the blocks in rows [begin, end), and of
+// the transposes of these blocks. Only the blocks on and right of the diagonal are stored: row i has the blocks
+// row_first[i]..row_first[i + 1] - 1, in the columns column[k]. The diagonal block comes first, with all its entries. x
+// and y are padded.
 using SymmetricProduct = void (*)(const Index* row_first, const std::int32_t* column, const double* blocks, Index begin,
                                   Index end, const double* x, double* y);
 

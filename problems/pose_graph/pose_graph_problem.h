@@ -37,7 +37,7 @@ struct PoseGraphProblemOptions {
 };
 
 // x has PoseSize values per pose, including fixed poses. A step has TangentSize values per pose that is not fixed, in
-// order. There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
+// the order of the poses. There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
 class PoseGraphProblem final : public Problem<CpuBackend<double>>,
                                public OnManifold<CpuBackend<double>>,
                                public InUnits<CpuBackend<double>>,

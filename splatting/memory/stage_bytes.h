@@ -58,16 +58,16 @@ inline bool FindsCamerasByLm(const StageOptions& options) {
 
 inline constexpr double kMib = 1 << 20;  // bytes
 
-// A vector with all parameters of the model, bytes.
+// Bytes of a vector with all parameters of the model.
 double VectorBytes(const MemoryScene& scene);
 
-// An array with a 32-bit number per Gaussian.
+// Bytes of an array with a 32-bit number per Gaussian.
 double PerGaussianBytes(const MemoryScene& scene);
 
-// Adam's bases in block mode (adam/block_bases.h); else 0.
+// Bytes of Adam's bases in block mode (adam/block_bases.h); else 0.
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
-// The Gram matrices (blocks of J^T W J) of all Gaussians.
+// Bytes of the Gram matrices (blocks of J^T W J) of all Gaussians.
 double GramBytes(const MemoryScene& scene);
 
 // Temporary memory of passes over views, bytes.

@@ -44,8 +44,8 @@ std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspa
   return planes;
 }
 
-// Per pixel, of(i) for the Gaussian i at which the transmittance falls below one half, front to back; 0 if it stays
-// above. Three planes.
+// Per pixel, of(i) for the Gaussian i at which the transmittance falls below one half, front to back; 0 if the
+// transmittance stays above. Three planes.
 template <class Of>
 std::vector<float> AtMedian(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
   std::vector<float> planes(static_cast<std::size_t>(3 * view.num_pixels()));

@@ -4,8 +4,8 @@
 // Pixels of the photograph, the truth, replace the excluded pixels of the rendered image. With the mask m (1: included,
 // 0: excluded) and the elementwise product o, the loss is evaluated at
 //   m o rendered + (1 - m) o truth.
-// So an excluded pixel has no error, but every SSIM window is complete. The sums of the loss run over all pixels,
-// because the SSIM window around an excluded pixel may contain errors.
+// So an excluded pixel has no error, and SSIM windows are complete. The sums of the loss run over all pixels, because
+// the SSIM window around an excluded pixel may contain errors.
 //
 // Derivatives are exact: the gradient is m o (gradient of the loss), and the curvature is M W M with M = diag(m) and W
 // the curvature of the loss. M W M is positive semidefinite too. Without a mask the result is bit-identical to the

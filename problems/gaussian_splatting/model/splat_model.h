@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A splat, which has the parameters of Gaussians; selection by a box, and changes of spherical-harmonics (SH) degrees.
+// Splats (parameters of Gaussians), selection by a box, and changes of spherical-harmonics (SH) degrees.
 #pragma once
 
 #include <array>

@@ -23,7 +23,7 @@ void FixExposureGauge(std::vector<ViewUnknowns>* found);
 
 // Subtracts from each view's rotation, in camera axes, the mean over all views. For cameras in a ring the photographs
 // hardly determine this mean: if all cameras tilt upwards while the scene sinks, the images stay nearly the same.
-// Otherwise it drifts while the splat is inaccurate, and returns only slowly (docs/decisions/mean-camera-rotation.md).
+// Without this, it drifts while the splat is inaccurate, and returns slowly (docs/decisions/mean-camera-rotation.md).
 // Independent errors of the given cameras have a small mean, so little is lost.
 void SubtractMeanRotation(std::vector<ViewUnknowns>* found);
 

@@ -11,7 +11,7 @@ namespace vesta::gs {
 
 // Applies the lists train_filenames, val_filenames and test_filenames of nerfstudio, which have values of file_path:
 // - The views in test_filenames are test views. Without such a list, the views in val_filenames are test views.
-// - All other views in train_filenames, or without such a list all views in no list, are training views. views.
+// - All other views in train_filenames, or without such a list all views in no list, are training views.
 // - The remaining views are removed from the scene.
 // Adds a note with the numbers of views. Does nothing if `top` has none of these lists. file: the name of the file, for
 // messages. Throws Error if a list is no array of strings, if a list names no view, or if a view is in two lists.

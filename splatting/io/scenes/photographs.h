@@ -43,8 +43,8 @@ double ExpectedBytes(const View& view, const PhotographRule& rule);
 // If all fit into budget_bytes, they are stored in their views. Otherwise a PhotographStore (Scene::photographs)
 // decodes them on demand and caches as many as fit; the files must not be removed. Once the memory is full, this
 // function reads only the headers of the other files, which is much faster. It does not detect damaged images among
-// these; their first use throws Error. Throws Error if not even two photographs fit, and the errors of ReadPhotograph
-// and PredictPhotograph.
+// these; the first use of a damaged image throws Error. Throws Error if not even two photographs fit, and the errors of
+// ReadPhotograph and PredictPhotograph.
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
 
 // Finds mask files in the folder masks/ (or mask/) of the scene. The mask of the image a/b.jpg is a/b.jpg.png, as in

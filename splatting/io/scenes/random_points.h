@@ -27,8 +27,8 @@ WorldPoints PointsInCube(const RandomPoints& random);
 WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random);
 
 // Random points for the views of a scene without points, and a note. If all training cameras are outside the cube and
-// their optical axes pass through it, the scene is taken for an object in the cube: uses PointsInCube, else
-// PointsInViews. source: the file or folder without points, for the note.
+// their optical axes pass through it, the scene is taken for an object in the cube, and the points are from
+// PointsInCube; otherwise they are from PointsInViews. source: the file or folder without points, for the note.
 WorldPoints PointsForCameras(const std::string& source, const RandomPoints& random, Scene* scene);
 
 }  // namespace vesta::gs
