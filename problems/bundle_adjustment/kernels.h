@@ -109,10 +109,9 @@ struct Kernels {
                       const Index* pair_first, const ObservationPair* pairs, double* scratch, double* blocks);
 };
 
-// For y = S x with a symmetric matrix S of 9 x 9 blocks: adds to y the part of the blocks in rows [begin, end), and of
-// the transposes of these blocks. Only the blocks on and right of the diagonal are stored: row i has the blocks
-// row_first[i]..row_first[i + 1] - 1, in the columns column[k]. The diagonal block comes first, with all its entries. x
-// and y are padded.
+// Part of y += S x for a symmetric matrix S of 9 x 9 blocks: the blocks in rows [begin, end), and their transposes.
+// Only the blocks on and right of the diagonal are stored: row i has the blocks row_first[i]..row_first[i + 1] - 1, in
+// the columns column[k]. The diagonal block comes first, with all its entries. x and y are padded.
 using SymmetricProduct = void (*)(const Index* row_first, const std::int32_t* column, const double* blocks, Index begin,
                                   Index end, const double* x, double* y);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reduced system of a bundle adjustment, and its sparse Cholesky factor. It is the damped system of the cameras
-// after elimination of the points (docs/guide/eliminated_group.md); its matrix is a Schur complement.
+// The reduced system of a bundle adjustment, and its sparse Cholesky factor. The reduced system is the damped system of
+// the cameras after elimination of the points (docs/guide/eliminated_group.md); its matrix is a Schur complement.
 #pragma once
 
 #include <memory>

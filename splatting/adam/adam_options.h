@@ -31,7 +31,7 @@ struct AdamOptions {
   double lr_scale = 4.0;
   double lr_final_ratio = 0.5;
   // The stage returns a weighted mean of the parameters (parameter_mean.h) over this last fraction of the stage, or
-  // since the last densification if that is later. It has less noise from high learning rates. 0: no mean.
+  // since the last densification if that is later. The mean has less noise from high learning rates. 0: no mean.
   double averaging_fraction = 0.5;
   // Up to this fraction of the stage, images have half the width and height (coarse_views.h).
   double half_resolution_until = 0.5;

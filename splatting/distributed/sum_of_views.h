@@ -19,7 +19,7 @@
 namespace vesta::gs {
 
 // A term: the block-sparse gradient of one view, or the sum of several, in an iteration of Adam. A block is 16
-// neighbours in memory. A term has only the visible blocks, so its cost is proportional to their number.
+// Gaussians, neighbours in memory. A term has only the visible blocks, so its cost is proportional to their number.
 template <class Space>
 class ViewGradient {
  public:

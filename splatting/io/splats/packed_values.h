@@ -39,8 +39,8 @@ inline float OpacityLogit(std::uint8_t byte) {
   return static_cast<float>(std::log(opacity / (1 - opacity)));
 }
 
-// "Smallest three" encoding of rotations: omits the largest of a unit quaternion's four magnitudes. The omitted number
-// follows from the other three, whose magnitudes are at most 1 / sqrt(2).
+// "Smallest three" encoding of rotations: from a unit quaternion, omits the number with the largest magnitude. This
+// number follows from the other three, whose magnitudes are at most 1 / sqrt(2).
 inline constexpr double kLargestOfSmallest = 0.70710678118654752;
 
 struct SmallestThree {

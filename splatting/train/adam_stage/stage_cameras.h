@@ -57,7 +57,7 @@ class StageCameras {
   // Call before the views of an iteration.
   void BeginIteration(const StageCamerasState& state) { seen_before_ = state.seen; }
   // Moves the camera of the view that was just processed. If a device has too little memory to measure the view's
-  // curvature, uses the last one; without a last one, the camera does not move.
+  // curvature, uses the last one; before the first one, the camera does not move.
   template <class B>
   void Step(const StageSpan& span, const ProcessedView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
