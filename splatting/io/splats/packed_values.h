@@ -39,7 +39,7 @@ inline float OpacityLogit(std::uint8_t byte) {
   return static_cast<float>(std::log(opacity / (1 - opacity)));
 }
 
-// "Smallest three" encoding of rotations: from a unit quaternion, omits the number with the largest magnitude. This
+// "Smallest three" encoding of rotations: a unit quaternion is stored without the number of largest magnitude. This
 // number follows from the other three, whose magnitudes are at most 1 / sqrt(2).
 inline constexpr double kLargestOfSmallest = 0.70710678118654752;
 
