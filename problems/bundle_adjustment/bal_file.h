@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bundle adjustment data and its text format BAL (Agarwal et al., Bundle adjustment in the large, 2010).
 //
-// The first line has the numbers of cameras, points and observations. Then each observation has a line
-// `camera point x y`, with indices from 0 and pixels, and each parameter has a line: nine per camera (projection.h),
-// then three per point.
+// The first line has the numbers of cameras, points and observations. Then each observation has a line `camera point x
+// y`: indices from 0, and a position in pixels. Then each parameter has a line: nine per camera (projection.h), then
+// three per point.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ struct BundleData {
 // range, a number that is not finite, or text after the last parameter.
 BundleData ReadBal(const std::string& path);
 
-// Writes the complete file, or none. ReadBal then reads the same bits. Throws Error if the file cannot be written.
+// Writes the complete file, or none. ReadBal returns the same bits. Throws Error if the file cannot be written.
 void WriteBal(const std::string& path, const BundleData& data);
 // Writes to an open file, which the caller commits.
 void WriteBal(AtomicFile& file, const BundleData& data);

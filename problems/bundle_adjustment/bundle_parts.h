@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Divides a bundle adjustment into parts for several processes (docs/scaling.md). Each part has a range of points, the
-// observations of these points, and all cameras. It eliminates its own points.
+// observations of these points, and all cameras. Each part eliminates its own points.
 #pragma once
 
 #include <vector>

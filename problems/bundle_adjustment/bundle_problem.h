@@ -19,9 +19,9 @@ enum class JacobianStorage { kDouble, kFloat };
 
 // Products with the matrix of the reduced system: the system of the cameras after elimination of the points.
 enum class ReducedForm {
-  kAuto,      // explicit if forming the matrix costs at most about twenty implicit products
-  kImplicit,  // from the Jacobian, one pass over the observations per product
-  kExplicit,  // from the blocks of the matrix, formed once per damping value
+  kAuto,      // explicit if forming the matrix takes at most the time of about twenty implicit products
+  kImplicit,  // each product uses the Jacobian, in one pass over the observations
+  kExplicit,  // each product uses the blocks of the matrix, which are formed once per damping value
 };
 
 struct BundleProblemOptions {
@@ -29,8 +29,8 @@ struct BundleProblemOptions {
   std::shared_ptr<const Loss> loss = nullptr;
   JacobianStorage storage = JacobianStorage::kDouble;
   ReducedForm reduced_form = ReducedForm::kAuto;
-  // Explicit form only: preconditions with a sparse Cholesky factor, if computing it takes at most about a hundred
-  // products with the matrix.
+  // Explicit form only: preconditions with a sparse Cholesky factor, if the factor takes at most the time of about a
+  // hundred products with the matrix.
   bool factorize_reduced = true;
   // Instruction set of the passes; the CPU must support it.
   Isa isa = ActiveIsa();
@@ -55,7 +55,7 @@ class BundleProblem final : public Problem<CpuBackend<double>> {
   std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
 
   const Structure& structure() const;
-  // Sum of squared reprojection errors, in pixels squared, without the loss.
+  // Sum of squared reprojection errors, in pixels squared, without the robust loss.
   double SquaredError(ConstVectorView x);
 
  private:

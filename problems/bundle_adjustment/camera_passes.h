@@ -20,7 +20,7 @@ inline Camera<Quad> Broadcast(const Camera<double>& camera) {
   return out;
 }
 
-// Up to four observations of a slice, from index `first` on. If fewer remain, the last one fills the other lanes.
+// Up to four observations of a slice, from index `first` on. If fewer remain, the last fills the other lanes.
 struct Four {
   Index lane[4];
   int count;
@@ -149,8 +149,8 @@ void Linearize(const Camera<double>& camera, const double* points, const CameraS
     CorrectAndClear(loss, correct, four.count, linearized);
     sums.AddGradient(linearized);
     StoreFour(slice, four, linearized, out);
-    // Jc' Jc uses the stored Jacobian, rounded to S. Only then is the reduced matrix a Schur complement of J' J +
-    // damping, and positive definite in exact arithmetic.
+    // Jc' Jc uses the stored Jacobian, rounded to S. Only with this rounding is the reduced matrix a Schur complement
+    // of J' J + damping, which is positive definite in exact arithmetic.
     if (sizeof(S) == sizeof(float)) {
       for (Quad& entry : linearized.jacobian) entry = RoundToFloat(entry);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data that a BundleProblem shares with its linearizations, and parallel sums into vectors over the cameras.
+// Data that a BundleProblem shares with its linearizations, and CameraSums, which adds values per camera in parallel.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class ReducedCholeskyPlan;
 
 using Cpu = CpuBackend<double>;
 
-// Arrays of one linearization (kernels.h). ArrayPool keeps these large arrays for the next one.
+// Arrays of one linearization (kernels.h). ArrayPool keeps these large arrays for the next linearization.
 template <class S>
 struct LinearizationArrays {
   HostBuffer<S> records;
@@ -78,15 +78,15 @@ namespace vesta::bundle {
 
 inline constexpr Index kCamerasPerTask = 256;  // cameras per parallel task
 
-// Copies the camera parameters of x to the padded vector (kernels.h): twelve entries per camera, the first three
-// unchanged.
+// Copies the camera parameters of x to the padded vector (kernels.h). Each camera has twelve entries: the nine
+// parameters go to the last nine, and the first three are not written.
 inline void PadCameras(Index num_cameras, const double* x, double* padded) {
   ParallelFor(num_cameras, kCamerasPerTask,
               [&](Index i) { std::copy_n(x + kCameraSize * i, kCameraSize, padded + kRowSize * i + kPointSize); });
 }
 
-// Sums nine values per camera over the points, in parallel. A fixed number of chunks of points have their own padded
-// sums, which are then added in order, for any number of threads.
+// Sums nine values per camera over the points, in parallel. Each chunk of points has its own padded sums, which are
+// then added in order. The number of chunks is fixed, so the result does not depend on the number of threads.
 class CameraSums {
  public:
   CameraSums(Index num_cameras, Index num_chunks)

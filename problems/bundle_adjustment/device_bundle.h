@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle adjustment on a GPU, which stores the whole Jacobian. PCG solves for cameras and points together, with the
-// diagonal blocks as preconditioner.
+// Bundle adjustment on a GPU. The whole Jacobian is stored. PCG solves for cameras and points together; its
+// preconditioner is the diagonal blocks.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace vesta::bundle {
 
-// x as in BundleProblem. Plain least squares.
+// x is as in BundleProblem. There is no robust loss.
 std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const BundleData& data);
 
 // Solver options without elimination of the points.

@@ -3,10 +3,10 @@
 // cameras and points; ' means transposed. With the damped normal matrix [B E; E' C] for cameras and points, the reduced
 // matrix of the cameras is S = B - E C^-1 E'.
 //
-// A track is the set of all observations of one point. Camera order keeps the camera in registers for projection and
-// linearization. Track order keeps the point's part of products in registers when the Jacobian is stored and
-// multiplied. Track order is track by track, cameras ascending within a track. Tracks are sorted by their first camera,
-// so that a camera's observations are close in memory.
+// A track is the set of all observations of one point. Camera order is camera by camera: the camera stays in registers
+// during projection and linearization. Track order is track by track, with ascending cameras within a track: the
+// point's part of a product stays in registers when the stored Jacobian is multiplied. Tracks are sorted by their first
+// camera, so that a camera's observations are close in memory.
 //
 // A record is the two Jacobian rows of an observation: 12 entries each, three for the point and nine for the camera.
 // Vectors over cameras are padded likewise: three unused entries per camera, then nine parameters. Unused entries are
@@ -66,7 +66,7 @@ struct TrackOrder {
 
 // Two observations of one point, for a block of the reduced matrix.
 struct ObservationPair {
-  std::int32_t own;    // by the camera of the block's row: index among all its observations
+  std::int32_t own;    // by the camera of the block's row: index among the observations of this camera
   std::int32_t other;  // by the other camera: place in track order
 };
 
@@ -79,8 +79,8 @@ struct Kernels {
   void (*linearize)(const Camera<double>& camera, const double* points, const CameraSlice& slice, const Loss* loss,
                     CorrectLanes correct, const LinearizedSlice<S>& out);
 
-  // The following passes run over the tracks [begin, end). `cameras` and `points` are the parts of the input vector v;
-  // camera_sums and point_sums of the output vector. They add to camera_sums and overwrite other outputs.
+  // The following passes run over the tracks [begin, end). `cameras` and `points` form the input vector v; camera_sums
+  // and point_sums form the output vector. The passes add to camera_sums and overwrite other outputs.
   //
   // u = J v, two values per observation.
   void (*apply_j)(const TrackOrder<S>& order, Index begin, Index end, const double* cameras, const double* points,
@@ -109,7 +109,7 @@ struct Kernels {
                       const Index* pair_first, const ObservationPair* pairs, double* scratch, double* blocks);
 };
 
-// y += S x for the rows [begin, end) of a symmetric matrix of 9 x 9 blocks, and for the transposes of their blocks.
+// Part of y += S x for a symmetric matrix S of 9 x 9 blocks: the blocks in rows [begin, end), and their transposes.
 // Only the blocks on and right of the diagonal are stored: row i has the blocks row_first[i]..row_first[i + 1] - 1, in
 // the columns column[k]. The diagonal block comes first, with all its entries. x and y are padded.
 using SymmetricProduct = void (*)(const Index* row_first, const std::int32_t* column, const double* blocks, Index begin,

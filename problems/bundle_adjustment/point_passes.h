@@ -11,8 +11,8 @@ namespace vesta::bundle {
 
 inline namespace VESTA_ISA {
 
-// Twelve numbers in three Quads: a Jacobian row, or the padded vector of a camera. The first Quad has the point's
-// entries and the camera's first.
+// Twelve numbers in three Quads: a Jacobian row, or the padded vector of a camera. The first Quad has the point's three
+// entries and the camera's first entry.
 struct Row {
   Quad q[3];
 
@@ -55,7 +55,7 @@ struct Record {
     Sums(p0, p1, p0, p1).Store(sums);
     u[0] = sums[0], u[1] = sums[1];
   }
-  // u[i] = point entries of row i times y, whose fourth lane is 0.
+  // u[i] = point entries of row i times y. The fourth lane of y must be 0.
   void MultiplyPoint(const Quad& y, double u[2]) const {
     const Quad p0 = row[0].q[0] * y, p1 = row[1].q[0] * y;
     double sums[4];

@@ -8,7 +8,7 @@
 // where R(w) is the rotation matrix. The camera looks along its negative z axis. Image coordinates start at the image
 // centre.
 //
-// T is the scalar type: double, ceres::Jet, or Quad (quad.h): four observations in SIMD lanes.
+// T is the scalar type: double, ceres::Jet, or Quad (quad.h), which has four observations in SIMD lanes.
 #pragma once
 
 #include <cmath>
@@ -45,7 +45,7 @@ struct Projection {
 
 inline namespace VESTA_ISA {
 
-// Prepares a camera, with A, B, C from AngleCoefficients and the cross-product matrix [w]:
+// Prepares a camera. A, B, C are from AngleCoefficients; [w] is the cross-product matrix:
 //   R = I + A [w] + B [w]^2 (Rodrigues),  left Jacobian = I + B [w] + C [w]^2,  [w]^2 = w w' - |w|^2 I.
 template <class T>
 VESTA_HD Camera<T> MakeCamera(const T* parameters) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Four doubles: one AVX register, or an array without AVX2.
 //
-// A Jacobian row has 12 entries, which are three Quads, so wider registers would not help. xsimd is not used: object
-// files for AVX-512 must not contain its functions for 256-bit vectors, which the linker could use for older CPUs
-// (tools/check_isa_symbols.py).
+// A Jacobian row has 12 entries, which are three Quads, so wider registers would not help. xsimd is not used, because
+// object files for AVX-512 would contain its functions for 256-bit vectors, and the linker could use them for older
+// CPUs (tools/check_isa_symbols.py).
 #pragma once
 
 #if defined(__AVX2__)

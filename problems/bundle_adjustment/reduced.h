@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reduced system of a bundle adjustment: the damped system of the cameras after elimination of the points
-// (docs/guide/eliminated_group.md), with a Schur complement as matrix. Its sparse Cholesky factor.
+// The reduced system of a bundle adjustment, and its sparse Cholesky factor. The reduced system is the damped system of
+// the cameras after elimination of the points (docs/guide/eliminated_group.md); its matrix is a Schur complement.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ namespace vesta::bundle::internal {
 class ReducedCholeskyPlan {
  public:
   // Null if the pattern has only diagonal blocks, if the factor would exceed 4 GiB, or if factorising would take longer
-  // than about a hundred products with the matrix: PCG with the diagonal blocks usually needs fewer.
+  // than about a hundred products with the matrix. (PCG with the diagonal blocks usually needs fewer products.)
   static std::shared_ptr<ReducedCholeskyPlan> Make(const ReducedPattern& pattern);
 
   std::string description() const;

@@ -59,8 +59,8 @@ void BackSubstitute(const TrackOrder<S>& order, Index begin, Index end, const do
   }
 }
 
-// A pair of observations contributes a' t to a block. `own` is the record of its own observation, with the camera
-// columns a (2 x 9). t is 2 x 9, padded to rows of 12.
+// A pair of observations contributes a' t to a block. `own` is the record of the pair's first observation
+// (ObservationPair::own); a is its camera columns (2 x 9). t is 2 x 9, padded to rows of 12.
 struct PairProduct {
   double own[kRecordSize];
   double t[kRecordSize];

@@ -12,7 +12,7 @@
 
 namespace vesta::bundle {
 
-// The nonzero blocks (i, j), i <= j, of the reduced matrix: cameras i and j observe a common point.
+// The nonzero blocks (i, j), i <= j, of the reduced matrix: those whose cameras i and j observe a common point.
 struct ReducedPattern {
   bool diagonal_only = true;        // contains only the blocks (i, i)
   HostBuffer<Index> row_first;      // row i has the blocks row_first[i]..row_first[i + 1] - 1, columns ascending from i

@@ -11,7 +11,7 @@ namespace vesta::pose_graph {
 
 struct G2oOptions {
   // Replaces indefinite information matrices by the nearest positive semidefinite ones: negative eigenvalues become 0.
-  // PoseGraph::notes reports them. False: they are errors.
+  // PoseGraph::notes reports these matrices. False: they are errors.
   bool clip_indefinite = false;
 };
 
@@ -29,7 +29,7 @@ struct G2oOptions {
 //   a quaternion far from unit length, an indefinite information matrix (unless options.clip_indefinite).
 PoseGraph ReadG2o(const std::string& path, const G2oOptions& options = {});
 
-// Writes a file from which ReadG2o reads the same bits (quaternions: up to rounding). Throws Error if that fails.
+// Writes a file from which ReadG2o reads the same bits (quaternions: up to rounding). Throws Error if writing fails.
 void WriteG2o(const PoseGraph& graph, const std::string& path);
 
 // Eigenvalues of a symmetric matrix.

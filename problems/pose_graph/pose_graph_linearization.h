@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Linearization of a pose graph at one x: residuals, Jacobian blocks, and H = J^T J as a sparse matrix of blocks. A
-// residual is whitened: multiplied by a matrix that depends on its information matrix (EdgeError), so that it has unit
-// covariance.
+// residual is whitened: multiplied by a matrix that depends on the edge's information matrix (EdgeError), so that its
+// covariance is the identity.
 #pragma once
 
 #include <memory>

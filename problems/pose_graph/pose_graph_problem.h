@@ -16,13 +16,13 @@ namespace vesta::pose_graph {
 // The residual of an edge from pose a to pose b with measurement m and information matrix Lambda. Lambda = L L^T, where
 // L is the lower Cholesky factor, or the symmetric square root if Lambda is singular.
 enum class EdgeError {
-  // L^T e, so that the cost is 1/2 e^T Lambda e. e is the pose m^-1 (a^-1 b) as (x, y, yaw), or as the position and the
-  // vector part of the quaternion with w >= 0. This is the error of EDGE_SE2 and EDGE_SE3:QUAT in g2o
-  // (Isometry3d's toVectorMQT).
+  // L^T e, so that the cost is 1/2 e^T Lambda e. e is the pose m^-1 (a^-1 b). In 2D, e is (x, y, yaw). In 3D, e is the
+  // position, then the vector part of the quaternion, with the sign such that w >= 0. g2o uses this error for EDGE_SE2
+  // and EDGE_SE3:QUAT (Isometry3d's toVectorMQT).
   kG2o,
   // L r with r of poses.h, as in Ceres's pose-graph example: the position error is in the frame of a, and the rotation
-  // error is twice as large. In 2D, both have the same minimum if Lambda is diag(s, s, t); in 3D, they weight rotations
-  // differently.
+  // error is twice as large. In 2D, kG2o and kCeres have the same minimum if Lambda is diag(s, s, t); in 3D, they
+  // weight rotations differently.
   kCeres,
 };
 
@@ -30,14 +30,14 @@ struct PoseGraphProblemOptions {
   EdgeError error = EdgeError::kG2o;
   // Robust loss of the squared norm of each edge's residual; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
-  // Fixes the first pose if the graph fixes none: moving all poses together would not change the cost.
+  // Fixes the first pose if the graph fixes none. Otherwise moving all poses together would not change the cost.
   bool hold_first = true;
   // Size limit of the Cholesky factor that MakePreconditioner computes, in GiB; > 0.
   double max_factor_gib = 4;
 };
 
 // x has PoseSize values per pose, including fixed poses. A step has TangentSize values per pose that is not fixed, in
-// order. There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
+// the order of the poses. There are TangentSize residuals per edge (poses.h). A unit (InUnits) is an edge.
 class PoseGraphProblem final : public Problem<CpuBackend<double>>,
                                public OnManifold<CpuBackend<double>>,
                                public InUnits<CpuBackend<double>>,
@@ -80,8 +80,8 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
 
 // Solver options for pose graphs. PCG uses the Cholesky factor and solves up to rounding. The initial lambda is 1e-6 (a
 // trust-region radius of 1e6 in Ceres), because the residuals are close to linear. Near the minimum, this takes fewer
-// iterations than 1e-4. If the first step is rejected, the start is far from the minimum, and lambda becomes 1
-// (docs/decisions/pose-graph-damping.md).
+// iterations than an initial lambda of 1e-4. If the first step is rejected, the start is far from the minimum, and
+// lambda becomes 1 (docs/decisions/pose-graph-damping.md).
 LmOptions PoseGraphOptions();
 
 }  // namespace vesta::pose_graph

@@ -11,7 +11,7 @@
 
 namespace vesta::pose_graph {
 
-// 2D poses: (x, y, yaw). A step is a change of each.
+// 2D poses: (x, y, yaw). A step has a change of each number.
 struct Se2 {
   static constexpr int kPose = 3;
   static constexpr int kTangent = 3;
@@ -59,8 +59,8 @@ struct Se2 {
   }
 };
 
-// 3D poses: position (x, y, z) and unit quaternion (w, x, y, z). A step has three values of the position, then three of
-// the rotation.
+// 3D poses: position (x, y, z) and unit quaternion (w, x, y, z). A step has three values for the position, then three
+// for the rotation.
 struct Se3 {
   static constexpr int kPose = 7;
   static constexpr int kTangent = 6;

@@ -25,7 +25,7 @@ class Adam {
       : rule_(rates, metric, views) {}
 
   // The unit of length of each Gaussian (model/length_units.h) multiplies the learning rate of its mean; 1 if never
-  // set. Set again when the units change.
+  // set. Call again when the units change.
   void SetUnits(Vector units) { units_ = std::move(units); }
   const Vector& units() const { return units_; }
 
@@ -55,14 +55,14 @@ class Adam {
     AdamSteps<Space>::Run(arrays, bases_);
   }
 
-  // Adapts the moments to a new model: Gaussian i of it (layout `to`) is Gaussian source[i] of the old one
+  // Adapts the moments to a new model: Gaussian i of the new model (layout `to`) is Gaussian source[i] of the old one
   // (layout `from`). Its moments stay if kept[i] is 1, else become zero. On a device, throws OutOfDeviceMemory if
   // memory runs out.
   void Rearrange(const splat::ModelLayout& from, const splat::ModelLayout& to, Span<const std::uint32_t, Space> source,
                  Span<const std::uint8_t, Space> kept) {
     if (first_.empty()) return;
-    // First the bases, the largest arrays. If their copy fits, the copies of the moments do too, unless the model
-    // grows.
+    // Rearrange the bases first: they are the largest arrays. If a copy of the bases fits, copies of the moments fit
+    // too, unless the model grows.
     if (rule_.has_blocks()) bases_.Rearrange(source, kept);
     for (Vector* moments : {&first_, &second_}) {
       Vector gathered;
@@ -89,7 +89,7 @@ class Adam {
   }
 
   // Moments in the layout of the model, and the bases of block mode. In block mode, the second moments of the geometric
-  // parameters are in these bases. All are empty before the first step; bases also without block mode.
+  // parameters are in these bases. All are empty before the first step. Without block mode, the bases are always empty.
   const Vector& first() const { return first_; }
   const Vector& second() const { return second_; }
   const BlockBases<Space>& bases() const { return bases_; }

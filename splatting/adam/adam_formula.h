@@ -2,10 +2,10 @@
 // The update of Adam (Kingma and Ba 2015, algorithm 1) for one parameter, and jointly for the parameters of one
 // Gaussian, on host and device.
 //
-// A parameter with a zero gradient, and its moments, are not updated. This concerns every Gaussian that no view of the
-// step shows. So the moments are means over the steps with a gradient (the sparse Adam of Mallick et al., "Taming
-// 3DGS", 2024). This saves memory traffic, which limits the speed of a step. V is float, or a vector of floats with one
-// Gaussian or parameter per lane.
+// If the gradient of a parameter is zero, the parameter and its moments are not updated, for example if no view of the
+// step shows the Gaussian. So the moments are means over the steps with a gradient (the sparse Adam of Mallick et al.,
+// "Taming 3DGS", 2024). Skipping updates saves memory traffic, which limits the speed of a step. V is float, or a
+// vector of floats with one Gaussian or parameter per lane.
 #pragma once
 
 #include <cmath>
@@ -60,12 +60,12 @@ VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root
 // step by C^{-1/2} m (AdaGrad's full matrix, Duchi, Hazan and Singer 2011, section 1.1, with Adam's means). Instead, as
 // in SOAP (Vyas et al., arXiv 2409.11321, section 4), Adam runs in a basis Q that follows the eigenvectors of C.
 //
-// The formulas use parameters divided by their learning rates, so g and m are multiplied by them. C and the second
-// moments are stored with these factors; gradients, parameters and first moments without.
+// The formulas use parameters divided by their learning rates, so g and m are multiplied by the rates. C and the second
+// moments are stored with these factors; gradients, parameters and first moments are stored without them.
 struct BlockAdamArrays {
   Index count;                    // number of Gaussians
   float *gradient, *parameters;   // [11 * count]: attribute a of Gaussian i at a * count + i
-  float *first, *second;          // [11 * count]; direction b of Q instead of attribute a in `second`
+  float *first, *second;          // [11 * count]; in `second`, direction b of Q instead of attribute a
   float* bases;                   // numbers of Q, row by row, then the lower triangle of C; see BlockEntry
   Index bases_begin;              // first Gaussian of `bases`, a multiple of kBlockLanes
   const float* units;             // [count], factors on the learning rates of the means; null: 1
@@ -79,8 +79,8 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
-// Each second moment is increased by this fraction of the sum of all eleven. For equal first moments, no direction then
-// steps more than about thirty times as far as another (docs/decisions/block-second-moments.md).
+// Each second moment is increased by this fraction of the sum of all eleven. Then, for equal first moments, the step
+// along one direction is at most about thirty times as long as along another (docs/decisions/block-second-moments.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
 // Q and the lower triangle of C are 121 + 66 = 187 numbers per Gaussian. The numbers of 16 Gaussians are interleaved
@@ -95,7 +95,7 @@ constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Every basis is rotated towards the eigenvectors of C once in kRotationInterval views, in chunks of kRotationChunk
+// Once in kRotationInterval views, every basis is rotated towards the eigenvectors of C. A chunk is kRotationChunk
 // neighbours. After view n of the training, the chunks FirstRotatedChunk(n) + k kRotationInterval are rotated, k = 0,
 // 1, ...
 inline constexpr Index kRotationChunk = 256, kRotationInterval = 25;

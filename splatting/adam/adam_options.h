@@ -19,7 +19,7 @@ enum class SecondMoment {
 };
 
 struct AdamOptions {
-  // Length of the stage in views, batch_size per iteration (NumIterations). Empty: the default for the scene
+  // Length of the stage in views; an iteration has batch_size views (NumIterations). Empty: the default for the scene
   // (FitToScene) times `iterations_scale`. 0: no Adam stage.
   std::optional<int> iterations = {};
   double iterations_scale = 1;
@@ -30,15 +30,15 @@ struct AdamOptions {
   // need larger ones. The factor decays geometrically to lr_scale * lr_final_ratio.
   double lr_scale = 4.0;
   double lr_final_ratio = 0.5;
-  // The stage returns a weighted mean of the parameters over this last fraction of it, or since the last densification
-  // if that is later (parameter_mean.h). It removes noise due to high learning rates. 0: returns the last parameters.
+  // The stage returns a weighted mean of the parameters (parameter_mean.h) over this last fraction of the stage, or
+  // since the last densification if that is later. The mean has less noise from high learning rates. 0: no mean.
   double averaging_fraction = 0.5;
-  // First fraction of the stage, with images of half the width and height (coarse_views.h).
+  // Up to this fraction of the stage, images have half the width and height (coarse_views.h).
   double half_resolution_until = 0.5;
-  // After each such fraction of the stage, one more band of spherical harmonics becomes active; 0: all are active from
-  // the start. Twice as long if exposures are optimised.
+  // Interval, as a fraction of the stage, after which one more band of spherical harmonics becomes active; 0: all are
+  // active from the start. The interval is doubled if exposures are optimised.
   double sh_degree_interval = 0.08;
-  // Evenly spaced; each adds a row to the history.
+  // Number of evaluations, evenly spaced; each adds a row to the history.
   int evaluations = 20;
 
   bool runs() const { return iterations != 0; }

@@ -12,17 +12,17 @@ namespace vesta::gs {
 
 // The factors of a step of Adam.
 //
-// K views per step multiply the learning rate by sqrt(K). If gradients are mostly noise, the mean of their sum grows
-// like K, but the root of its second moment only like sqrt(K). A step with K views then moves as far as K steps with
-// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). It decays the
-// second moments by beta_2^K, like these K steps, and the first moments by beta_1, like one of them
+// K views per step multiply the learning rate by sqrt(K). If gradients are mostly noise, the mean of the sum over K
+// views grows like K, but its root mean square only like sqrt(K). A step with K views then moves as far as K steps with
+// one view each (Malladi et al. 2022, "On the SDEs and scaling rules for adaptive gradient algorithms"). A step with K
+// views decays the second moments by beta_2^K, like K steps, and the first moments by beta_1, like one step
 // (docs/decisions/batch-size.md).
 class AdamRule {
  public:
   AdamRule(const LearningRates& rates, SecondMoment metric, int views);
 
   bool has_blocks() const { return blocks_; }
-  // Attributes below this index are stepped in blocks (BlockAdamArrays), the others one by one.
+  // Attributes below this index are updated in blocks (BlockAdamArrays), the others one by one.
   int first_diagonal() const { return blocks_ ? kBlockSize : 0; }
 
   int views() const { return views_; }
@@ -46,7 +46,7 @@ class AdamRule {
 struct AdamStepArrays {
   BlockAdamArrays blocks;  // arrays of the whole model, without the bases
   splat::ModelLayout layout;
-  int first_diagonal;                 // attributes below it are stepped in blocks
+  int first_diagonal;                 // attributes below it are updated in blocks
   int attributes;                     // number in use
   int views;                          // views of this step
   Index seen;                         // views of all steps, including this one

@@ -15,8 +15,8 @@ namespace vesta::gs {
 template <class Space>
 class BlockBases;
 
-// On the host they are in pieces of kRotationChunk Gaussians. They take three times the memory of the parameters;
-// pieces avoid a second copy on rearranging.
+// On the host, Q and C are in pieces of kRotationChunk Gaussians. All pieces take three times the memory of the
+// parameters. Because of the pieces, Rearrange needs no second copy of all.
 template <>
 class BlockBases<Host> {
  public:
@@ -62,7 +62,7 @@ class BlockBases<Host> {
   }
 
  private:
-  // Zeros for the Gaussians from `begin` of `count`, at most kRotationChunk.
+  // A piece of zeros for the Gaussians from `begin` up to `count`, at most kRotationChunk of them.
   static std::vector<float> NewPiece(Index begin, Index count);
   std::vector<std::vector<float>> pieces_;
 };

@@ -7,8 +7,8 @@
 
 namespace vesta::gs {
 
-// All Gaussians share one array (BlockEntry). Rearrange needs memory for a second one. Without it, the Adam stage
-// restores an earlier state or ends (RunAdamStage).
+// All Gaussians share one array (BlockEntry). Rearrange needs memory for a second array. If that is lacking, the Adam
+// stage restores an earlier state or ends (RunAdamStage).
 template <>
 class BlockBases<Device> {
  public:

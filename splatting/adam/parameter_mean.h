@@ -14,14 +14,14 @@ namespace vesta::gs {
 template <class B>
 class ParameterMean {
  public:
-  // The t-th of T terms has a weight of about t^kExponent, so nearly all weight is on the last T / 3 terms; 0 would be
-  // the plain mean (docs/decisions/parameter-averaging.md).
+  // The t-th of T terms has a weight of about t^kExponent, so nearly all weight is on the last T / 3 terms; kExponent =
+  // 0 would be the plain mean (docs/decisions/parameter-averaging.md).
   static constexpr int kExponent = 8;
 
   bool empty() const { return terms_ == 0; }
   // The mean of the terms since construction or Clear. Only valid if not empty.
   const typename B::Vector& value() const { return mean_; }
-  // All terms must have the same size. If a device has too little memory for the first one, throws OutOfDeviceMemory
+  // All terms must have the same size. If a device has too little memory for the first term, throws OutOfDeviceMemory
   // and stays empty.
   void Add(typename B::ConstVectorView x) {
     const ScopedPhase phase("parameter mean");

@@ -15,8 +15,8 @@ namespace vesta::gs {
 // Training views in random order; each epoch has every view once.
 class ViewOrder {
  public:
-  // at_once: views per iteration. An iteration draws a view from each of at_once runs of consecutive training views:
-  // together they show more of the scene. With fewer views than at_once, there is one run.
+  // at_once: views per iteration. The training views form at_once runs of consecutive views. An iteration draws a view
+  // from each run, so that the views drawn show more of the scene. With fewer views than at_once, there is one run.
   ViewOrder(std::size_t views, std::uint64_t seed, std::size_t at_once = 1)
       : runs_(views < at_once ? 1 : at_once), seed_(seed) {
     for (std::size_t k = 0; k < runs_.size(); ++k) {
@@ -35,7 +35,7 @@ class ViewOrder {
     return run.order[views - 1 - at];
   }
 
-  // The number of views drawn; the order follows from the seed.
+  // Saves or reads the number of views drawn; the order follows from the seed.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(drawn_);

@@ -59,8 +59,8 @@ class DensityControl {
   Buffer<int, Space>& seen() { return seen_; }
 
   // The action for each of the `count` Gaussians of the model x. Pruning is skipped if it would remove all. Growth
-  // stops at the limits; the largest mean gradients grow first (ties: the lower index). On a device, waits, and throws
-  // OutOfDeviceMemory if memory runs out.
+  // stops at the limits; Gaussians with the largest mean gradients grow first (ties: the lower index). On a device,
+  // waits, and throws OutOfDeviceMemory if memory runs out.
   DensityPlan<Space> Decide(const float* x, Index count) const;
   // Turns the copies in the new model x into clones and splits. iteration and the seed determine the random offsets.
   void InitChildren(const DensityPlan<Space>& plan, int iteration, float* x) const {
@@ -111,8 +111,8 @@ class ActionSums {
   Buffer<Index, Space> counts_, begin_;
 };
 
-// Lets only `room` of `candidates` Gaussians grow: sets the action of the smallest mean gradients to kKeep (ties: the
-// higher index).
+// Lets only `room` of `candidates` Gaussians grow: sets the action of Gaussians with the smallest mean gradients to
+// kKeep (ties: the higher index).
 template <class Space>
 void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* action) {
   Buffer<std::uint32_t, Space> keys, indices;

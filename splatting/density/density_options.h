@@ -13,7 +13,7 @@ struct DensityOptions {
   bool enabled = true;
   double begin = 0.1;
   double end = 0.6;
-  // Interval between two densifications. A longer training has equally many, with more iterations between them.
+  // Interval between two densifications. A longer training has equally many densifications, farther apart.
   double every = 0.05;
   double grow_grad2d = 7e-4;   // a Gaussian grows above this mean gradient (MeanGrad2d, density_steps.h)
   double grow_scale3d = 0.01;  // largest standard deviation, in scene extents: split above, clone below

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adaptive density control per Gaussian, on host and device: its score, its action (keep, prune, clone or split), and
-// the loops. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count + i. Used are mean,
-// log-scale, quaternion and opacity logit (formulas/layout.h).
+// the loops. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count + i. Only mean, log-scale,
+// quaternion and opacity logit are used (formulas/layout.h).
 #pragma once
 
 #include <algorithm>
@@ -49,10 +49,10 @@ struct DensifyNumbers {
     return action == DensifyAction::kClone ? clone : split;
   }
 };
-// kSurvivors: all but pruned. kGrowing: makes two Gaussians of one.
+// kSurvivors: 1 unless the Gaussian is pruned. kGrowing: 1 if it becomes two.
 inline constexpr DensifyNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
-// kChildren: number of Gaussians that replace one, in its place, so that neighbours in memory stay neighbours in space.
-// kKeepingMoments: how many of them keep Adam's moments; after a split, none.
+// kChildren: number of Gaussians that replace one. They take its place, so neighbours in memory stay neighbours in
+// space. kKeepingMoments: how many of them keep Adam's moments; after a split, none.
 inline constexpr DensifyNumbers kChildren{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
 
 inline constexpr float kSplitShrink = 1.6f;         // factor by which the children of a split are smaller
@@ -136,7 +136,7 @@ VESTA_HD inline void MoveToSample(float* x, Index count, Index i, CounterRandom 
   }
 }
 
-// Gaussian i of the new model is still a copy of its source.
+// Before the call, Gaussian i of the new model is a copy of its source.
 VESTA_HD inline void ApplyAction(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed,
                                  int iteration) {
   if (action == DensifyAction::kClone) {

@@ -21,7 +21,7 @@ class ProcessGroup {
   bool is_first() const { return !ranks_ || ranks_->rank() == 0; }
   // Collective: true if `mine` is true on any process.
   bool OnAny(bool mine) const { return ranks_ ? OnAnyRank(*ranks_, mine) : mine; }
-  // Collective: rank 0's value, for values such as times.
+  // Collective: rank 0's value, for values that differ between processes, such as times.
   double OfFirst(double mine) const { return Gather(std::vector<double>{mine})[0]; }
   // Collective: the values of all processes, by rank.
   template <class T>

@@ -16,8 +16,8 @@
 
 namespace vesta::gs {
 
-// One part per view, but at most 64. It must not depend on the number of processes, because it determines the order of
-// sums.
+// One part per view, but at most 64. This number must not depend on the number of processes, because it determines the
+// order of sums.
 inline int NumSplatParts(Index views) {
   constexpr Index kMost = 64;
   return static_cast<int>(std::clamp<Index>(views, 1, kMost));

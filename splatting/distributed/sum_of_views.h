@@ -18,8 +18,8 @@
 
 namespace vesta::gs {
 
-// A term: the block-sparse gradient of one view, or the sum of several, in an iteration of Adam. It has only the
-// visible blocks of 16 Gaussians (neighbours in memory), so its cost is proportional to their number.
+// A term: the block-sparse gradient of one view, or the sum of several, in an iteration of Adam. A block is 16
+// Gaussians, neighbours in memory. A term has only the visible blocks, so its cost is proportional to their number.
 template <class Space>
 class ViewGradient {
  public:
@@ -58,7 +58,7 @@ class ViewGradient {
   bool has_memory() const { return bytes_.capacity() > 0; }
 
  private:
-  // Allocates a little more, since terms are recycled for slightly larger ones.
+  // Allocates a little more, since this memory is recycled for slightly larger terms.
   void Reserve(Index size) {
     if (size > bytes_.capacity()) bytes_.ResizeForOverwrite(size + size / 4);
   }
@@ -180,8 +180,8 @@ class SumOfViews {
   }
   Index num_gaussians() const { return layout_.model.count; }
   // Adds view k of the iteration. `gradient` has the layout of the model, with zeros outside the view. If the iteration
-  // has several views, it is moved to a term, and is zero afterwards. cost() returns the view's ViewCost; it is called
-  // last, because it may wait for a device.
+  // has several views, `gradient` is moved to a term, and is zero afterwards. cost() returns the view's ViewCost; it is
+  // called last, because it may wait for a device.
   template <class Cost>
   void Add(Index k, const density::Grad2dView& grad2d_view, float* gradient, const Cost& cost) {
     if (views_ == 1) {
@@ -199,7 +199,7 @@ class SumOfViews {
       terms_.Join(layout_, left, std::move(right));
     });
   }
-  // Adds a term as bytes. node: its views.
+  // Adds a term as bytes. node: the views of the term.
   void AddPart(const TreeNode& node, HostSpan<const unsigned char> bytes) {
     Term term = terms_.TakeSpare();
     term.Assign(bytes);

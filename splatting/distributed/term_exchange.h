@@ -25,8 +25,8 @@ struct ViewCost {
 
 namespace term {
 
-// The start of a term. The block numbers, the first row of each block, and the rows (term::Arrays) follow, each at a
-// multiple of kAlignment bytes.
+// The start of a term. The block numbers, the first row of each block, and the rows (term::Arrays) follow; each of
+// these arrays starts at a multiple of kAlignment bytes.
 struct Header {
   ViewCost cost;
   Index blocks = 0, rows = 0;
@@ -67,12 +67,12 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
 
 }  // namespace term
 
-// All-gather of the gradients of an Adam iteration: each process computes some consecutive views, and receives all.
-// Keeps its memory between iterations.
+// All-gather of the gradients of an Adam iteration: each process computes the gradients of some consecutive views, and
+// receives all. Keeps its memory between iterations.
 class TermExchange {
  public:
   // Collective. Each process has added its own views to `sum`, a SumOfViews on the host (sum_of_views.h). Afterwards
-  // `sum` has all views on every process, with the same bits as from one process.
+  // `sum` has all views on every process, with the same bits as if one process computed all.
   template <class Sum>
   void AllGather(Communicator& ranks, Sum* sum) {
     const auto self = static_cast<std::size_t>(ranks.rank()), size = static_cast<std::size_t>(ranks.size());

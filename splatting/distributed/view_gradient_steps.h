@@ -25,7 +25,7 @@ struct Layout {
   int attributes;  // number in use
 
   VESTA_HD Index Blocks() const { return (model.count + kLanes - 1) / kLanes; }
-  // Rows of a block. The block's first Gaussian has its highest SH degree: models are sorted by descending degree.
+  // Rows of a block. The first Gaussian of a block has the highest SH degree: models are sorted by descending degree.
   VESTA_HD Index RowsOf(Index block) const {
     int degree = model.sh_degree;
     while (block * kLanes >= model.WithBand(degree)) --degree;

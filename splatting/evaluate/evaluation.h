@@ -39,8 +39,8 @@ struct ViewQuality {
   double counted;        // fraction of unmasked pixels
   double objective;      // training view: unquantised loss, summed over pixels and channels; else 0
 };
-// whole: quality over all pixels of an image with masked pixels from the photograph (masked_loss.h). Converted to the
-// quality over unmasked pixels.
+// whole: quality over all pixels of an image whose masked pixels come from the photograph (masked_loss.h). The result
+// is the quality over unmasked pixels.
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective);
 // measured: in any order. views: all views of the scene.
 Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured);

@@ -17,7 +17,7 @@ struct StageMemory {
   double (*lm_bytes)(const MemoryScene&, const LmStageOptions&, bool hold_batches) = LmBytes;
   double (*joint_lm_bytes)(const MemoryScene&, const StageOptions&, bool eliminate_views) = JointLmBytes;
   double bytes = std::numeric_limits<double>::infinity();  // limit for the stages
-  // If LM needs more, a slower form that needs less memory is chosen.
+  // If LM needs more than this limit, a slower form that needs less memory is chosen.
   double comfortable_bytes = std::numeric_limits<double>::infinity();
   // Whether LM caches its views if they fit, even with JacobianKind::kOnTheFly.
   bool holds_views = false;
@@ -25,7 +25,7 @@ struct StageMemory {
   std::function<std::string(const char* what, double needed)> refusal;
 };
 // Limits in host memory. `bytes` is memory.budget_gib minus held_mib, the memory in use already. comfortable_bytes is
-// three quarters of the machine's free memory, divided by the number of processes of this training on it.
+// three quarters of the machine's free memory, divided by the number of this training's processes on the machine.
 StageMemory HostMemory(const MemoryOptions& memory, double held_mib);
 // Limits on a GPU. `bytes` is 15/16 of its free_bytes, but at most memory.budget_gib.
 StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
@@ -43,12 +43,12 @@ struct LmPlan {
 // fits.
 LmPlan PlanLm(const MemoryScene& scene, const LmStageOptions& lm, const StageMemory& memory);
 
-// For LM that also optimises cameras. The views are eliminated if that fits, also into comfortable_bytes; else PCG
+// For LM that also optimises cameras. The views are eliminated if that fits into both limits of `memory`; else PCG
 // solves for Gaussians and views together. Throws Error if neither fits.
 LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
-// The largest number of Gaussians with which both stages fit, with the smallest form of LM: from the number in `scene`
-// up to options.density.max_gaussians. Throws Error if the number in `scene` does not fit.
+// The largest number of Gaussians with which both stages fit, if LM has its smallest form. It is between the number in
+// `scene` and options.density.max_gaussians. Throws Error if the number in `scene` does not fit.
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
 // Predicted peak of host memory in MiB, beyond the memory used before the training: the maximum over the stages.

@@ -30,8 +30,8 @@ struct MemoryScene {
   ViewCounts Largest() const;
 };
 
-// Counts splats and tile entries in at most `most` >= 1 of the views, evenly spaced; the others get the mean. near:
-// distance of the near plane. with_entries: also renders these views to count the entries of the cached Jacobian.
+// Counts splats and tile entries in at most `most` >= 1 of the views, evenly spaced; the other views get the mean.
+// near: distance of the near plane. with_entries: also renders these views to count the entries of the cached Jacobian.
 MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries);
 
@@ -50,24 +50,24 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether the LM stage optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). An Adam
-// stage has already done so.
+// Whether the LM stage optimises cameras and exposures jointly with the Gaussians (train/lm_stage/lm_stage.h). If there
+// is an Adam stage, it has done this.
 inline bool FindsCamerasByLm(const StageOptions& options) {
   return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();
 }
 
 inline constexpr double kMib = 1 << 20;  // bytes
 
-// A vector with all parameters of the model, bytes.
+// Bytes of a vector with all parameters of the model.
 double VectorBytes(const MemoryScene& scene);
 
-// An array with a 32-bit number per Gaussian.
+// Bytes of an array with a 32-bit number per Gaussian.
 double PerGaussianBytes(const MemoryScene& scene);
 
-// Adam's bases in block mode (adam/block_bases.h); else 0.
+// Bytes of Adam's bases in block mode (adam/block_bases.h); else 0.
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
-// The Gram matrices (blocks of J^T W J) of all Gaussians.
+// Bytes of the Gram matrices (blocks of J^T W J) of all Gaussians.
 double GramBytes(const MemoryScene& scene);
 
 // Temporary memory of passes over views, bytes.

@@ -32,23 +32,23 @@ struct Coverage {
 std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 // IsUnderObserved per Gaussian, much faster than MeasureCoverage: only large Gaussians are projected, each only until
-// enough views have shown it. Colours must be finite. (MeasureCoverage counts a Gaussian with other colours as unseen.)
+// enough views have shown it. Colours must be finite. (Otherwise MeasureCoverage counts the Gaussian as unseen.)
 std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// Indices, ascending; all Gaussians if there would be none.
+// Indices of well-observed Gaussians, ascending. If no Gaussian is well observed, the indices of all.
 std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// Number of floaters by criterion; a Gaussian counts for the first that it meets. `kept` has the others, ascending.
-// Gaussians on a surface are far from meeting any criterion.
+// Number of floaters by criterion; a floater counts for the first that it meets. `kept`: all other Gaussians,
+// ascending. Gaussians on a surface are far from meeting any criterion.
 struct FloaterCount {
   std::vector<Index> kept;
-  // Opacity below 1/255, which is never drawn.
+  // Opacity below 1/255: such a Gaussian is never drawn.
   Index faint = 0;
   // Surrounds the scene: its longest standard deviation exceeds its distance from the median of the means, and the
   // median of that distance over all Gaussians.
   Index huge = 0;
-  // Root-mean-square distance from its three nearest neighbours: it exceeds ten times the median over all Gaussians,
-  // and six times the Gaussian's longest standard deviation.
+  // The root-mean-square distance from its three nearest neighbours exceeds ten times the median of this distance over
+  // all Gaussians, and six times the Gaussian's longest standard deviation.
   Index isolated = 0;
   Index under_observed = 0;
 };

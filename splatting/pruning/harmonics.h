@@ -5,8 +5,8 @@
 // For a Gaussian that is seen from few directions, lower SH bands can replace most of a higher one. The lower
 // coefficients are refitted to the Gaussian's colours in the views that show it: a small least-squares problem per
 // Gaussian and degree, weighted by the curvature of the loss. The rise of the loss is then predicted with all other
-// Gaussians unchanged (kernels/gaussian_splatting/raster/loss_of_change.h). The refit does not reduce the loss:
-// neighbouring Gaussians would all correct the same errors (docs/decisions/automatic-size.md).
+// Gaussians unchanged (kernels/gaussian_splatting/raster/loss_of_change.h). The refit does not aim at a lower loss,
+// because neighbouring Gaussians would all correct the same errors (docs/decisions/automatic-size.md).
 #pragma once
 
 #include <array>

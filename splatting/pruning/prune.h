@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Selects Gaussians to prune, by ranking (SelectToKeep) or by Akaike's information criterion (KeepByAic); training uses
-// one of them at intervals. Prune removes Gaussians from a finished model in rounds, which measure all costs again:
-// neighbours may have become more costly.
+// one of them at intervals. Prune removes Gaussians from a finished model in rounds. Each round measures all costs
+// again, because removals may raise the costs of neighbours.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ std::vector<Index> SelectToKeep(const splat::Model<float>& model, const ScoringV
 std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& scoring_views, double aic_weight,
                              std::uint64_t seed, std::uint64_t round);
 
-// Set exactly one.
+// Set exactly one of count and max_rise.
 struct PruneGoal {
   std::optional<Index> count;  // number of Gaussians to keep, at least one; values above the present number keep all
   std::optional<double> max_rise;  // maximum rise of the training loss, as a fraction of its first value, > 0

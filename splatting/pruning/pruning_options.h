@@ -13,11 +13,11 @@ namespace vesta::gs {
 
 // begin, end and every are fractions of the Adam stage.
 struct PruningOptions {
-  // Removes under-observed Gaussians (Coverage::IsUnderObserved) at `begin`, unless that is the start, and at `end`.
+  // Removes under-observed Gaussians (Coverage::IsUnderObserved) at `end`, and at `begin` if it is not 0.
   bool prune_unseen = true;
   // aic_weight: factor on the improvement that a Gaussian's parameters must bring (KeepByAic, prune.h). sh_aic_weight:
-  // the same for SH coefficients above degree 0, which are removed once, at `begin` (DegreesByAic, harmonics.h). 0:
-  // keeps all.
+  // the same for SH coefficients above degree 0, which are removed once, at `begin` (DegreesByAic, harmonics.h). A
+  // weight of 0 keeps all.
   double aic_weight = 1;
   double sh_aic_weight = 0.5;
   double keep_fraction = 1;  // if below 1, replaces aic_weight: fraction of the Gaussians at `begin` to keep at `end`
@@ -72,8 +72,8 @@ inline double FractionDone(const PruningOptions& pruning, const StageSpan& span)
   return whole > 0 ? std::clamp((span.after - pruning.begin) / whole, 0.0, 1.0) : 1;
 }
 
-// Maximum fraction of TrainOptions::time_limit for scoring; further scoring is skipped. Without it, a stage of 15 s
-// spent most of its time on scoring (docs/decisions/time-limit.md).
+// Maximum fraction of TrainOptions::time_limit for scoring; further scoring is skipped. Without this limit, a stage of
+// 15 s spent most of its time on scoring (docs/decisions/time-limit.md).
 inline constexpr double kScoringFraction = 0.2;
 
 // The AIC weight after this iteration grows linearly, from 0 at `begin` to aic_weight at `end`.
@@ -81,9 +81,9 @@ inline double AicWeightAt(const PruningOptions& pruning, const StageSpan& span) 
   return pruning.aic_weight * FractionDone(pruning, span);
 }
 
-// Gaussians to keep after the iteration, with keep_fraction. at_begin: their number before the first pruning. Each
-// pruning removes the same fraction, so that further training has equally much to compensate. Rounded down, because a
-// larger number may exceed a size limit.
+// Number of Gaussians to keep after the iteration if keep_fraction is used. at_begin: number before the first pruning.
+// Each pruning removes the same fraction, so that further training always has equally much to compensate. Rounded down,
+// because a larger number may exceed a size limit.
 inline Index CountAfter(const PruningOptions& pruning, const StageSpan& span, Index at_begin) {
   const double left = std::pow(pruning.keep_fraction, FractionDone(pruning, span)) * static_cast<double>(at_begin);
   return std::max<Index>(1, static_cast<Index>(std::floor(left)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scores for pruning from the scoring views, which are training views. The score of a Gaussian is its removal cost: the
-// predicted rise of their loss without it.
+// predicted rise of the views' loss if the Gaussian is removed.
 #pragma once
 
 #include <array>
@@ -54,9 +54,9 @@ class RenderedViews {
 
   // Computes a value of type Row for each Gaussian and each view that sees it.
   //
-  // compute(view, rows) is called once per rendered view; view(), image() and workspace() are then of this view. It
-  // adds to the rows, one per Gaussian, which start at zero. apply(view) is called once per view, in order. It returns
-  // a function f; f(i, row) is then called for each visible Gaussian i, in parallel.
+  // compute(view, rows) is called once per rendered view; view(), image() and workspace() then belong to this view.
+  // `compute` adds to the rows, one per Gaussian, which start at zero. apply(view) is called once per view, in order.
+  // It returns a function f; f(i, row) is then called for each visible Gaussian i, in parallel.
   //
   // Collective. Each process calls `compute` for its share of the views, and `apply` for all views, with the rows of
   // all processes.

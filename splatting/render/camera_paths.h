@@ -11,8 +11,8 @@ namespace vesta::gs {
 // One turn around the point that the scene's cameras look at.
 struct Orbit {
   std::vector<View> views;
-  // Widest angle, in degrees about the circle's axis, between neighbouring cameras: no photograph shows the object from
-  // there.
+  // Widest angle between neighbouring cameras, in degrees about the circle's axis: no photograph is taken from within
+  // it.
   double unseen_degrees = 0;
 };
 
@@ -24,9 +24,9 @@ Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames);
 
 // A path for forward-facing scenes that stays among their cameras (as in Mildenhall et al. 2019, "Local light field
 // fusion"): two turns in the plane perpendicular to the mean viewing direction, while moving forward and back once.
-// Along each axis it reaches as far from the mean camera as nine tenths of the cameras. Every view looks at the point
-// at the scene's median depth in front of the mean camera. frames: number of views, at least 1; the last one does not
-// repeat the first. Throws Error for a scene without views, or if the views face different directions.
+// Along each axis, it reaches as far from the mean camera as the nearest nine tenths of the cameras. Every view looks
+// at the point at the scene's median depth in front of the mean camera. frames: number of views, at least 1; the last
+// one does not repeat the first. Throws Error for a scene without views, or if the views face different directions.
 std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames);
 
 struct Tour {
@@ -34,8 +34,8 @@ struct Tour {
   bool is_reordered = false;       // false: the original order
 };
 
-// A tour past all views: the original order, unless nearest neighbours and 2-opt from the first view give one that is
-// more than a third shorter. Lengths are from StepBetween. The time is quadratic in the number of views.
+// A tour past all views: the original order, unless nearest neighbours and 2-opt, from the first view, give a tour that
+// is more than a third shorter. Lengths are from StepBetween. The time is quadratic in the number of views.
 Tour TourOf(const std::vector<View>& views, double length_unit);
 
 // Distance between two poses: sqrt(d^2 + a^2), with the distance d of the centres in units of length_unit, and the

@@ -33,9 +33,9 @@ const splat::SplatTangent<float>* AsColors(const splat::SplatView<float>& view, 
   return tangents.data();
 }
 
-// An image with of(i) as the colour of Gaussian i, without a background: three planes, row by row. The rendered image
-// is linear in the colours, so the pass for its derivative computes it. The view must not have a cached Jacobian. Takes
-// the time of Render.
+// An image with of(i) as the colour of Gaussian i, without a background: three planes, row by row. Images are linear in
+// the colours, so the pass for the derivative computes this image. The view must not have a cached Jacobian. Takes the
+// time of Render.
 template <class Of>
 std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
   VESTA_CHECK(view.cache().empty(), "Blend does not support a cached Jacobian");
@@ -44,8 +44,8 @@ std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspa
   return planes;
 }
 
-// Per pixel, of(i) for the Gaussian i at which the transmittance falls below one half, front to back; 0 if it stays
-// above. Three planes.
+// Per pixel, of(i) for the Gaussian i at which the transmittance falls below one half, front to back; 0 if the
+// transmittance stays above. Three planes.
 template <class Of>
 std::vector<float> AtMedian(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
   std::vector<float> planes(static_cast<std::size_t>(3 * view.num_pixels()));
@@ -67,12 +67,12 @@ View LookingAt(const Camera& camera, const Point3& center, const Point3& target,
 // all directions.
 Point3 MeanDirection(const std::vector<View>& views);
 
-// Unit vector that points upwards in most views and is, by least squares, perpendicular to their image rows: the
+// Unit vector that points upwards in most views and is, by least squares, perpendicular to their image rows. It is the
 // vertical if the cameras are level. It is opposite to the viewing direction of cameras that look straight down.
 Point3 UpOf(const std::vector<View>& views);
 
-// The point closest to the optical axes of the views, by least squares. If they are parallel, the point at the scene's
-// median depth in front of the mean camera.
+// The point closest to the optical axes of the views, by least squares. If the axes are parallel, it is the point at
+// the scene's median depth in front of the mean camera.
 Point3 PointLookedAt(const Scene& scene);
 
 }  // namespace vesta::gs

@@ -12,8 +12,8 @@
 namespace vesta::gs {
 
 // kMean: mean depth, with the weights that blend the colours. kMedian: depth of the Gaussian at which the transmittance
-// falls below one half. It never lies between two surfaces, but it jumps from Gaussian to Gaussian where the mean is
-// smooth.
+// falls below one half. The median never lies between two surfaces, but it jumps from Gaussian to Gaussian where the
+// mean is smooth.
 enum class DepthKind { kMean, kMedian };
 
 // Depth along the optical axis in world units. A Gaussian's depth in a pixel is the depth of its maximum density along

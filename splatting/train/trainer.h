@@ -23,13 +23,13 @@ struct BeforeTraining {
 // checkpoint belongs to another scene, or if no iterations remain.
 TrainResult Train(const Scene& scene, const TrainOptions& options, const BeforeTraining& before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
-// Trains the given model further, without densification; the options select the stages. The SH degree stays the same
-// and, without pruning, the number and order of the Gaussians.
+// Trains the given model further, without densification; the options select the stages. The SH degree stays the same.
+// Without pruning, the number and the order of the Gaussians stay the same too.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, const BeforeTraining& before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 
-// Has the coordinates of its scene. options: of the training that wrote the checkpoint. Throws Error with the file's
-// name if the state does not fit them.
+// The model has the coordinates of its scene. options: of the training that wrote the checkpoint. Throws Error with the
+// file's name if the state does not fit the options.
 SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& options);
 
 }  // namespace vesta::gs

@@ -28,7 +28,7 @@ struct AddViewGradient {
 };
 
 // Input: `sum` is the sum of the gradients of `views` views, `squares` the sum of their squares. Output: `squares` is
-// the right-hand side: -sum, shrunk. strength > 0 (lm.gradient_shrinkage). With strength 1, an entry becomes zero if
+// the right-hand side, the shrunk -sum. strength > 0 (lm.gradient_shrinkage). With strength 1, an entry becomes zero if
 // its absolute value is at most its standard deviation sqrt(v). With one view there is no shrinkage.
 template <class S>
 struct ShrunkGradient {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Changes the damping metric D of (H + lambda D) step = -gradient, so that LM damps lengths: the motion of means, and
-// the motion of the splats' ends by rotations. Runs on host and device.
+// Changes the damping metric D of (H + lambda D) step = -gradient, so that LM damps lengths: how far means move, and
+// how far rotations move the ends of splats. Runs on host and device.
 #pragma once
 
 #include <cmath>
@@ -17,8 +17,8 @@ namespace vesta::gs {
 // * Quaternion q: D_q += D_mean (2 sigma_max / |q|)^2, where D_mean is the new D of the mean and sigma_max the largest
 //   standard deviation.
 // Reason for the second rule: a step dq rotates the splat by up to 2 |dq| / |q|. Its ends, at sigma_max from the mean,
-// move by up to 2 sigma_max |dq| / |q|. So LM damps the ends like the mean. The rotation of a long needle is damped,
-// because a small angle would move its ends into other views.
+// move by up to 2 sigma_max |dq| / |q|. So LM damps the ends like the mean. Otherwise even a small rotation of a long
+// needle could move the ends of the needle into other views.
 template <class S>
 struct LengthMetric {
   Index count;

@@ -41,7 +41,7 @@ enum class LmDamping {
 };
 
 enum class LmPreconditioner {
-  kBlock,   // of H: one 11 x 11 block per Gaussian for its geometry, the diagonal for spherical harmonics
+  kBlock,   // of H: an 11 x 11 block per Gaussian for its geometry, and the diagonal for spherical harmonics
   kJacobi,  // the diagonal of H
 };
 
@@ -83,8 +83,8 @@ struct LmStageOptions : SplatMetricOptions {
   double initial_lambda = 0.02;
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
-  // Limits of D for LmDamping::kDiagonal. min_diagonal = 0: 1e-6 of the median entry of this kind of parameter.
-  // max_diagonal = 0: no limit.
+  // Limits of D for LmDamping::kDiagonal. min_diagonal = 0 means 1e-6 of the median entry of the same kind of
+  // parameter; max_diagonal = 0 means no limit.
   double min_diagonal = 0, max_diagonal = 0;
   // The cost and its quadratic model: kernels/image/loss_options.h.
   PixelLinearization loss_linearization = PhotometricWeights{}.pixel;

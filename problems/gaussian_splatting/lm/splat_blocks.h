@@ -25,12 +25,12 @@ inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
 
 // The damping metric D from Adam's learning rates: entry a is D of attribute a of every Gaussian, before LengthMetric
 // changes it. D = 1.2 c / rate(a)^2 times a factor, with c = rate(opacity)^2 times the mean of diag(H) over all
-// opacities. It also damps parameters that no view observes well. The factor is 1 except for
+// opacities. This D also damps parameters that no view observes well. The factor is 1 except for
 // (docs/decisions/lm-rules.md):
-// * the means: 5, because they move splats past each other in depth order, which the linear model ignores;
+// * the means: 5, because moving means changes the depth order of splats, which the linear model ignores;
 // * spherical harmonics above degree 0: 0.02. Their rate is a twentieth of the rate of degree 0. A factor of 1
 //   would make D 400 times as large as for degree 0, and all parameters would converge more slowly.
-// opacity_sum: sum of diag(H) over the opacities. The result is empty if it is not positive.
+// opacity_sum: sum of diag(H) over the opacities. The result is empty if the sum is not positive.
 inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
   constexpr double kWeight = 1.2, kOfMeans = 5, kOfBands = 0.02;
   const double opacity_rate2 = options.lr.opacity * options.lr.opacity;

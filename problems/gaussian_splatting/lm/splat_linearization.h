@@ -27,8 +27,8 @@ class SplatLinearization final : public Linearization<B>,
   using Workspace = typename SplatBackend<B>::Workspace;
 
   // Gradient and curvature are `scale` times the sums over `views`. loss, workspace and scratch are work memory. The
-  // problem and its linearizations share loss and workspace, so only one may be called at a time. scratch may be shared
-  // only with JacobianKind::kOnTheFly, which stores nothing there between calls; null: allocated here.
+  // problem and its linearizations share loss and workspace, so only one of them may be called at a time. scratch may
+  // be shared only with JacobianKind::kOnTheFly, which stores nothing there between calls; null: allocated here.
   SplatLinearization(const SplatProblemOptions& options, ConstVectorView x, std::vector<const TargetView<B>*> views,
                      double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
                      std::shared_ptr<SplatScratch<B>> scratch = nullptr);
@@ -49,9 +49,9 @@ class SplatLinearization final : public Linearization<B>,
   void RightHandSide(VectorView d) override;
   // Sum over the views of their squared gradients, per entry. Only for options.is_part.
   void SquaredGradients(VectorView squares) override;
-  // gradient and (on input) squares: summed over all parts, which have `units` views. Output: the right-hand side.
+  // gradient and squares: sums over all parts, which have `units` views. Afterwards `squares` is the right-hand side.
   void RightHandSideOf(Index units, ConstVectorView gradient, VectorView squares) const override;
-  // Uses a simpler, diagonal matrix instead of W (docs/mathematics.md, section 4), as does BlockGram.
+  // DiagJTJ and BlockGram use a simpler, diagonal matrix instead of W (docs/mathematics.md, section 4).
   void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;

@@ -3,9 +3,9 @@
 // (kernels/gaussian_splatting/formulas/layout.h). The residuals are the colour errors of the training views; a unit
 // (solver/problem_interfaces.h) is a view. The cost is the photometric loss summed over views, pixels and channels.
 //
-// The Jacobian is J = J_raster J_project: parameters to projected splats to pixels. kernels/image/photometric_loss.h
-// computes the derivative s of the loss with respect to the pixels and its curvature W. JacobianKind selects the data
-// stored for products with J.
+// The Jacobian is J = J_raster J_project: J_project leads from parameters to projected splats, J_raster from these to
+// pixels. kernels/image/photometric_loss.h computes the loss's first derivative s by the pixels, and its curvature W.
+// JacobianKind selects the data stored for products with J.
 #pragma once
 
 #include <array>
@@ -51,8 +51,8 @@ struct SplatScratch {
 struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights;
-  // Merged batches should each have views from all sides (BatchChoice::kStrided or kRandom): a step of neighbouring
-  // views fits only these.
+  // Merged batches should each have views from all sides (BatchChoice::kStrided or kRandom): a step from neighbouring
+  // views alone fits only these views.
   ViewBatchOptions batches;
   JacobianKind jacobian = JacobianKind::kCachedViews;
   LearningRates lr;
@@ -71,8 +71,8 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   using typename Base::ConstVectorView;
   using typename Base::VectorView;
 
-  // views must outlive the problem. Throws Error for a photograph that does not match its view's size, or unless
-  // options.units has one value per Gaussian. Photographs (TargetView::truth) may be missing for views that only other
+  // views must outlive the problem. Throws Error if a photograph does not have its view's size, or if options.units
+  // does not have one value per Gaussian. Photographs (TargetView::truth) may be missing for views that only other
   // ranks use; using such a view throws Error.
   SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views);
 
@@ -89,7 +89,7 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   const SplatProblemOptions& options() const { return options_; }
   std::span<const TargetView<B>> views() const { return views_; }
   // The same problem on some views, with is_part set and one batch. It shares work memory with this problem, so only
-  // one may be called at a time. `views` must outlive the result.
+  // one of the two may be called at a time. `views` must outlive the result.
   std::unique_ptr<SplatProblem> MakePart(std::span<const TargetView<B>> views) const;
 
   // Work memory of the renderer, free for the caller between calls.

@@ -51,8 +51,8 @@ Buffer<T, Space> GatherNumbers(const Buffer<T, Space>& from, const Buffer<std::u
 }
 
 // Arrays have the layout of layout.h. Gaussian k of `to` becomes Gaussian source[k] of `from`, or zero if kept[k] is 0
-// (kept null: all are copied). A spherical-harmonics band becomes zero if the Gaussian lacks it in `from`, and is
-// dropped if it lacks it in `to`.
+// (kept null: all are copied). A spherical-harmonics band of a Gaussian becomes zero if `from` lacks the band, and is
+// dropped if `to` lacks it.
 template <class Space, class Row>
 void GatherGaussians(const splat::ModelLayout& from_layout, const splat::ModelLayout& to_layout, const Row* source,
                      const std::uint8_t* kept, const float* from, float* to) {

@@ -12,8 +12,8 @@
 namespace vesta::gs {
 
 // Per point, the mean of the squared distances to its 3 nearest neighbours, as in Kerbl et al. 2023 (3D Gaussian
-// Splatting). With fewer than 4 points: to all others; a single point gives 0. Points at equal positions have distance
-// 0. Positions must be finite. Bit-identical for any number of threads.
+// Splatting). With fewer than 4 points, the mean is over all other points; a single point gives 0. Points at equal
+// positions have distance 0. Positions must be finite. Bit-identical for any number of threads.
 std::vector<float> MeanSquaredNeighborDistance(const std::vector<std::array<float, 3>>& positions);
 
 // One Gaussian at each point, with its position and colour (Kerbl et al. 2023, section 5.1). The standard deviation in

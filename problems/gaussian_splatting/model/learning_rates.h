@@ -7,7 +7,7 @@
 namespace vesta::gs {
 
 // Adam's learning rates, for the photometric loss of one view as a mean over pixels and channels. Defaults as in the
-// code of Kerbl et al. 2023 (3D Gaussian Splatting); opacity as in its later versions. The rate of positions is in each
+// code of Kerbl et al. 2023 (3D Gaussian Splatting), for opacity as in later versions. The rate of positions is in each
 // Gaussian's unit of length (length_units.h). LM derives its damping from these rates (lm/splat_blocks.h).
 struct LearningRates {
   double position = 1.6e-4;

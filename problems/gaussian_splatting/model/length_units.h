@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The unit of length of each Gaussian: half its depth in the nearest view. It multiplies the learning rate of
-// positions: a step then moves near and far Gaussians by about the same number of pixels.
+// positions, so that a step moves near and far Gaussians by about the same number of pixels.
 #pragma once
 
 #include <vector>
@@ -18,8 +18,8 @@ namespace vesta::gs {
 
 inline namespace VESTA_ISA {
 
-// Unit of length of one Gaussian, in world units: half the smallest depth of its mean among the `count` views that show
-// it beyond their near plane, or `otherwise` if none does. Runs on host and device.
+// Unit of length of one Gaussian, in world units: half the smallest depth of its mean in those of the `count` views
+// that show the mean beyond their near plane. If no view does, it is `otherwise`. Runs on host and device.
 VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, double otherwise, const float mean[3]) {
   double nearest = 0;  // 0: none found yet
   for (Index k = 0; k < count; ++k) {

@@ -8,8 +8,8 @@
 // the SSIM window around an excluded pixel may contain errors.
 //
 // Derivatives are exact: the gradient is m o (gradient of the loss), and the curvature is M W M with M = diag(m) and W
-// the curvature of the loss. It stays positive semidefinite. Without a mask the result is bit-identical to the plain
-// loss.
+// the curvature of the loss. M W M is positive semidefinite too. Without a mask the result is bit-identical to the
+// plain loss.
 #pragma once
 
 #include "kernels/core/check.h"
@@ -30,7 +30,7 @@ void CheckTruth(const TargetView<B>& view) {
 }
 
 // FillMasked copies the excluded pixels of `truth` to `image`; ClearMasked sets them to zero. mask: one byte per pixel,
-// 0 excludes it; empty: nothing changes. image and truth: three planes. All in the memory of B.
+// 0 excludes it; empty: nothing changes. image and truth: three planes. All arrays are in the memory of B.
 template <class B, class Mask>
 void FillMasked(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
   if (mask.size() == 0) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The frame of a scene. Positions are floats, which are coarse far from the origin. If coordinates are large, as in
-// georeferenced scenes, the origin is moved near the points. In this file, world means the frame of the files.
+// georeferenced scenes, the origin is moved near the points. Here, "world" is the frame of the files.
 #pragma once
 
 #include <array>
@@ -18,10 +18,10 @@ struct WorldPoints {
 };
 
 // Sets the origin, the points and the extent of the scene, whose views are in the world frame on input. The centre of
-// the points is the median of each coordinate. Their size is the median distance from the centre, by the largest
-// coordinate; if that is 0, the median distance of the camera centres. If the centre is farther from the world's origin
-// than 100 times the size, a point near the centre becomes Scene::origin, and the views are moved to the new frame.
-// Otherwise the origin stays 0: floats then resolve the size to five digits.
+// the points is the median of each coordinate. Their size is the median distance from the centre (a distance is the
+// largest coordinate difference); if that is 0, the median distance of the camera centres. If the centre is farther
+// from the world's origin than 100 times the size, a point near the centre becomes Scene::origin, and the views are
+// moved to the new frame. Otherwise the origin stays 0: floats then resolve the size to five digits.
 void PlaceInScene(const WorldPoints& points, Scene* scene);
 
 // MoveToScene moves a model to the scene's frame, from the frame given by SplatModel::origin. MoveToWorld moves it from

@@ -24,14 +24,14 @@ struct SplatBackend<CpuBackend<S>> {
   using Workspace = splat::ViewWorkspace<S>;
   using Loss = PhotometricLoss<S>;
   using QualityMeter = ImageQualityMeter;
-  // The photograph of a view: three planes. Refers to the image in the scene, which must outlive it.
+  // The photograph of a view: three planes. It refers to the image in the scene; the image must outlive it.
   using Truth = HostSpan<const S>;
   static Truth MakeTruth(HostSpan<const S> truth) { return truth; }
   // Additional memory of the truth.
   static double TruthBytes(double /*pixels*/) { return 0; }
   // Sets `to` to `from`. On the GPU this copies the pixels, because the quality meter there may change them.
   static void CopyTruth(HostSpan<const S> from, Truth& to) { to = from; }
-  // The pixel mask (Image::mask), also a reference.
+  // The pixel mask; it refers to Image::mask.
   using Mask = HostSpan<const std::uint8_t>;
   static Mask MakeMask(HostSpan<const std::uint8_t> mask) { return mask; }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A splat: the parameters of its Gaussians. Selection by a box, and changes of spherical-harmonics (SH) degrees.
+// Splats (parameters of Gaussians), selection by a box, and changes of spherical-harmonics (SH) degrees.
 #pragma once
 
 #include <array>
@@ -66,7 +66,7 @@ SplatModel TakeGaussians(SplatModel model, const DegreeOrder& order);
 SplatModel AtOneDegree(SplatModel model);
 
 // The SH degrees that the values of a model from a file imply: per Gaussian the highest band that is not zero. If a
-// band is zero in all Gaussians, the training had not reached it: returns the present degrees.
+// band is zero in all Gaussians, the training had not reached this band, and the result is the present degrees.
 std::vector<std::uint8_t> StoredDegrees(const SplatModel& model);
 
 // The model with these degrees, reordered.

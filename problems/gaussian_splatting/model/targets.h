@@ -22,7 +22,7 @@ double NearPlane(const Scene& scene);
 // The camera of a view, and the parameters of a model. The result of ToKernelModel refers to `model`.
 splat::PosedCamera ToPosedCamera(const View& view, double near);
 splat::Model<float> ToKernelModel(const SplatModel& model);
-// Copies the parameters in CPU memory; background, eps2d and origin keep their defaults.
+// Copies the parameters, which must be in CPU memory; background, eps2d and origin keep their defaults.
 SplatModel CopyOf(const splat::Model<float>& model);
 
 inline HostSpan<const float> ValuesOf(const Image& image) {
@@ -33,7 +33,7 @@ inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
 }
 
 // near: distance of the near plane. On the CPU, `views` and `photographs` must outlive the result, which refers to the
-// photographs. `photographs` receives those from a store (View::stored).
+// photographs. `photographs` receives the photographs that come from a store (View::stored).
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near,
                                        std::vector<std::shared_ptr<const Image>>* photographs) {

@@ -9,9 +9,9 @@
 namespace vesta::gs {
 inline namespace VESTA_ISA {
 
-// Depth (z in camera coordinates) of a world point in front of the camera and inside its image, otherwise 0. Camera
-// coordinates are R point + T; R is row-major. Camera: has the members lens, width and height, such as gs::Camera and
-// splat::PosedCamera.
+// Depth (z in camera coordinates) of a world point if it is in front of the camera and inside the image; otherwise 0.
+// Camera coordinates are R point + T; R is row-major. Camera: has the members lens, width and height, such as
+// gs::Camera and splat::PosedCamera.
 template <class Camera>
 VESTA_HD inline double DepthInView(const double* R, const double* T, const Camera& camera, const float* point) {
   double p[3];

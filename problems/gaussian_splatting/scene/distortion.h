@@ -2,9 +2,9 @@
 // Lens distortion models, as in COLMAP and OpenCV. Training uses pinhole cameras only; photographs are undistorted on
 // loading (undistort.h).
 //
-// Formulas: COLMAP, src/colmap/sensor/models.h (SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE and the
-// SIMPLE_RADIAL_FISHEYE and RADIAL_FISHEYE within it); OpenCV's documentation, "Camera Calibration and 3D
-// Reconstruction" and "Fisheye camera model". All are FULL_OPENCV or OPENCV_FISHEYE, with zeros for missing
+// Formulas: COLMAP, src/colmap/sensor/models.h (SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV; OPENCV_FISHEYE and its
+// special cases SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE); OpenCV's documentation, "Camera Calibration and 3D
+// Reconstruction" and "Fisheye camera model". Each is stored as FULL_OPENCV or OPENCV_FISHEYE, with zeros for missing
 // coefficients.
 #pragma once
 
@@ -23,7 +23,7 @@ struct Distortion {
   std::array<double, 2> tangential{};  // p1, p2; not used by fisheye
 
   bool operator==(const Distortion&) const = default;
-  // A fisheye is never a pinhole, also with zeros.
+  // A fisheye is never a pinhole, even if its coefficients are zero.
   bool is_none() const { return *this == Distortion{}; }
   bool is_finite() const {
     const auto finite = [](double value) { return std::isfinite(value); };
@@ -32,8 +32,8 @@ struct Distortion {
   }
 };
 
-// Image position of the direction (x, y, 1) for focal length 1, relative to the principal point. A pinhole would return
-// (x, y).
+// Image position of the direction (x, y, 1) for focal length 1, relative to the principal point. Without distortion it
+// is (x, y).
 template <class T>
 std::array<T, 2> Distort(const Distortion& lens, const T& x, const T& y) {
   using std::atan;

@@ -42,13 +42,13 @@ class PhotographStore {
   // Stores a photograph that is decoded already, if it fits into the budget.
   void Offer(Index number, Image image);
 
-  // Waits until the photograph is decoded. It stays in memory while the result exists: destroy the previous result
+  // Waits until the photograph is decoded. It stays in memory while the result exists, so destroy the previous one
   // first. Exceeds the budget if all other images are in use. Throws the exceptions of PhotographSource::decode.
   std::shared_ptr<const Image> Get(Index number);
-  // The same for a single use: does not store an image that it has to decode.
+  // Like Get, for a single use: does not store an image that it has to decode.
   std::shared_ptr<const Image> Read(Index number) const;
-  // Announces the next calls of Get, in order, for decoding ahead. Without an announcement, or after a different
-  // request, the store expects the kAhead numbers after the latest one.
+  // Announces the next calls of Get, in order, for decoding ahead. Without an announcement, or after a request that
+  // differs from it, the store expects the kAhead numbers that follow the requested number.
   void Expect(const std::vector<Index>& numbers);
 
   double budget_bytes() const { return budget_; }
@@ -68,7 +68,7 @@ class PhotographStore {
   using Lock = std::unique_lock<std::mutex>;
 
   std::shared_ptr<Entry> Find(Index number) const;
-  // Evicts unused photographs until `bytes` bytes of the budget are free; false if that is impossible. With
+  // Evicts unused photographs until `bytes` bytes of the budget are free; returns false if that is impossible. With
   // spares_expected, announced or expected photographs stay.
   bool MakeRoom(double bytes, bool spares_expected);
   // Releases the lock while decoding.

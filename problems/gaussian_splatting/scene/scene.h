@@ -44,7 +44,7 @@ struct LensCamera {
 
 enum class ViewRole {
   kTraining,
-  kHeldOut,  // not used for training; measures quality meanwhile, for example to stop it
+  kHeldOut,  // not used for training steps; measures quality during the training, for example to end it
   kTest,     // not used for training or its decisions; measures quality only
 };
 
@@ -66,8 +66,8 @@ struct View {
 
   bool is_trained() const { return role == ViewRole::kTraining; }
   bool is_test() const { return role == ViewRole::kTest; }
-  // From `image`, valid while the view exists, or `stored`, valid while the result exists. Throws Error if the file can
-  // no longer be read.
+  // From `image`: valid while the view exists. From `stored`: valid while the result exists. Throws Error if the file
+  // can no longer be read.
   std::shared_ptr<const Image> Photograph() const;
 };
 
@@ -79,7 +79,7 @@ std::array<double, 3> CameraCenter(const View& view);
 
 std::array<double, 3> InCamera(const View& view, const std::array<double, 3>& point);
 
-// Depth of a world point in front of the camera and inside the image, otherwise 0.
+// Depth of a world point if it is in front of the camera and inside the image; otherwise 0.
 double DepthInView(const View& view, const std::array<float, 3>& point);
 
 struct PointCloud {
@@ -116,11 +116,11 @@ void HoldOut(std::vector<View>* views);
 
 // Unit of length of the training: half the median depth of the points that are visible in the training images. So a
 // learning rate for positions means about the same motion in pixels for any arrangement of cameras. If no point is
-// visible, it is 1.1 times the largest distance of a camera from the mean camera centre, as in Kerbl et al. 2023
+// visible, the unit is 1.1 times the largest distance of a camera from the mean camera centre, as in Kerbl et al. 2023
 // (after NeRF++); 1 if all camera centres coincide too.
 double SceneExtent(const std::vector<View>& views, const PointCloud& points);
 
-// The upper one for an even number of values. `values` must not be empty.
+// For an even number of values, the larger of the two in the middle. `values` must not be empty.
 template <class T>
 T Median(std::vector<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -18,8 +18,8 @@ namespace vesta::gs {
 // Fits the exposure (gain and offset per channel) that maps `rendered` to `truth`. Levenberg-Marquardt minimises the
 // photometric loss from gain 1 and offset 0. (A least-squares fit of the colours would reduce the contrast, because the
 // errors of a splat are not only noise.) Both images have three planes of size `shape`. `mask`: 1 for each pixel to
-// use, else 0; empty: all. Parameters that the image does not determine keep their start value; all do if an image is
-// not finite. Bit-identical for any number of threads.
+// use, else 0; empty: all. Parameters that the image does not determine keep their start value. If an image is not
+// finite, all parameters do. Bit-identical for any number of threads.
 AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
                         const PhotometricWeights& weights = {}, HostSpan<const std::uint8_t> mask = {});
 
@@ -66,7 +66,7 @@ struct AlignedView {
   double degrees = 0, pixels = 0;  // change of the camera: rotation; shift in the image (MedianShift)
   ImageQuality whole;              // rendered with the fitted camera and no exposure
   // Quality of the right image half, as rendered (`right`) and with `exposure` applied (`right_exposed`). `exposure` is
-  // fitted to the left half. Set if exposures are fitted and both halves have unmasked pixels.
+  // fitted to the left half. These members are set if exposures are fitted and both halves have unmasked pixels.
   bool has_halves = false;
   ImageQuality right, right_exposed;
   AffineColor exposure;
@@ -74,7 +74,7 @@ struct AlignedView {
 
 struct AlignedEvaluation {
   std::vector<AlignedView> views;
-  // Means over the views, with their given cameras if not fitted; right and right_exposed: over the views with
+  // Means over the views; a view that could not be fitted has its given camera. right, right_exposed: views with
   // has_halves. NaN without views.
   Quality whole, right, right_exposed;
   // Median camera changes; NaN without views.

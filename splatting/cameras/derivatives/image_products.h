@@ -37,7 +37,7 @@ class ImageProducts {
   explicit ImageProducts(int most) {
     if constexpr (kIsDevice) slots_.Resize(most);
   }
-  // Queues a^T b. On a device both must have its scalar type.
+  // Queues a^T b. On a device both must have the scalar type of B.
   template <class T>
   void AddDot(ConstVectorView a, Span<const T, Space> b) {
     if constexpr (kIsDevice) {

@@ -25,8 +25,8 @@ struct ProcessedView {
   typename B::ConstVectorView image, image_gradient;  // rendered image (for exposures); dCost/dImage
 };
 
-// Has the order of FreeUnknowns. Users must include camera_jacobian.h (CPU) or device_camera.h (GPU), which define
-// PoseCotangent and LensCotangent.
+// The result has the order of FreeUnknowns. Users must include camera_jacobian.h (CPU) or device_camera.h (GPU), which
+// define PoseCotangent and LensCotangent.
 template <class B>
 std::vector<double> GradientOf(const ProcessedView<B>& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));

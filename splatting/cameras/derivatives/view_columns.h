@@ -46,7 +46,7 @@ class ViewColumns {
   int Place(int k, int channel) const;
 
   // g = columns^T u, for an image u; g has free.num_tangent() numbers and is summed in double. On a device u must have
-  // its scalar type.
+  // the scalar type of B.
   template <class U>
   void Project(const U* u, double* g) const;
   // u += scale * columns * v; v has free.num_tangent() numbers.
@@ -60,12 +60,12 @@ class ViewColumns {
 };
 
 // Derivatives of the exposed image `color(rendered)` with respect to the free unknowns; zero at masked pixels.
-// rendered: before the exposure. moves: its derivatives, from CameraDerivativeImages. Defined, like the functions
-// below, in view_columns.inl.
+// rendered: before the exposure. moves: derivatives of `rendered`, from CameraDerivativeImages. Defined, like the
+// functions below, in view_columns.inl.
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
                          typename B::ConstVectorView rendered, typename B::ConstVectorView moves);
-// Derivatives of the image before the exposure: one per free number of the pose, then of the lens.
+// Derivatives of the image before the exposure: one image per free number of the pose, then of the lens.
 template <class B>
 typename B::Vector CameraDerivativeImages(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
                                           const splat::Model<typename B::Scalar>& model,

@@ -59,8 +59,8 @@ class ViewLinearization final : public Linearization<CpuBackend<double>>,
                                 public WithProductH<CpuBackend<double>>,
                                 public WithBlocks<CpuBackend<double>> {
  public:
-  // rendered: before the exposure `color`. moves: its derivatives (CameraDerivativeImages). The photograph in target
-  // must outlive this object.
+  // rendered: before the exposure `color`. moves: derivatives of `rendered` (CameraDerivativeImages). The photograph in
+  // target must outlive this object.
   ViewLinearization(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                     HostBuffer<S>&& rendered, HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss);
 

@@ -51,8 +51,8 @@ struct JointLayout {
   }
 };
 
-// Host access to the elements from index `begin` on of a vector of backend B. A reference for host memory; from a
-// device the constructor copies the elements and waits.
+// Host access to the elements from index `begin` on of a vector of backend B. In host memory, it is a reference; from a
+// device, the constructor copies the elements and waits.
 template <class B>
 class ConstHostTail {
  public:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linearization of the joint problem of Gaussians ("splats") and cameras, and its reduced system, with the views'
-// unknowns eliminated. J_s and J_c are the derivatives of a view's image with respect to the Gaussians and the view's
-// own unknowns; W is the curvature of the photometric loss.
+// Linearization of the joint problem of Gaussians ("splats") and cameras, and its reduced system, from which the views'
+// unknowns are eliminated. J_s and J_c are the derivatives of a view's image with respect to the Gaussians and the
+// view's own unknowns; W is the curvature of the photometric loss.
 #pragma once
 
 #include <memory>
@@ -135,8 +135,8 @@ class JointReducedSystem final : public ReducedSystem<B> {
   void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
   void Apply(ConstVectorView x, VectorView y) override;
   void BackSubstitute(ConstVectorView rhs, VectorView step) override;
-  // The blocks of J_s^T W J_s, upper bounds of the Schur complement's blocks, which would cost six adjoint passes per
-  // view.
+  // The blocks of J_s^T W J_s. They are upper bounds of the Schur complement's blocks; computing the latter would need
+  // six adjoint passes per view.
   std::vector<BlockGroup> kept_groups() const override;
   void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
 

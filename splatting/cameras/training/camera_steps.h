@@ -16,12 +16,12 @@
 
 namespace vesta::gs {
 
-// Fractions of the Adam stage. Cameras move from kCamerasMove on: earlier, the rendered images do not show the scene.
-// With CameraChoice::kAuto, some training views are held out until kCamerasDecide; they decide whether cameras are
-// refined (EvidenceOf).
+// Fractions of the Adam stage. Cameras move from kCamerasMove on, because earlier rendered images do not show the
+// scene. With CameraChoice::kAuto, some training views are held out until kCamerasDecide; these views decide whether
+// cameras are refined (EvidenceOf).
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
 // Fraction of the stage until which the mean rotation of all cameras is fixed (SubtractMeanRotation). A 2D dilation
-// above the photographs' own blur biases the mean rotation, so it is free earlier with a smaller eps2d
+// above the photographs' own blur biases the mean rotation. So with a smaller eps2d the mean rotation is free earlier
 // (docs/decisions/mean-camera-rotation.md).
 inline double MeanRotationFreeFrom(double eps2d) {
   constexpr double kSoonest = 0.45, kLater = 0.2;
@@ -35,8 +35,8 @@ inline bool IsHeldOutForDecision(std::size_t view, std::size_t views) {
   return view % std::max(kEvery, (views + kMost - 1) / kMost) == kFirst;
 }
 
-// Number of measurements of each view's curvature by this iteration: when cameras begin to move, each time the elapsed
-// fraction has grown fourfold (the image becomes sharper), and at the change to full-size photographs.
+// Number of measurements of each view's curvature by this iteration. They are due when cameras begin to move, each time
+// the elapsed fraction has grown fourfold (images become sharper), and at the change to full-size photographs.
 inline int CurvatureAge(const AdamOptions& adam, const StageSpan& span) {
   int age = 1;
   for (double part = 4 * kCamerasMove; part < 1; part *= 4) age += span.HasReached(part) ? 1 : 0;
@@ -47,7 +47,7 @@ inline int CurvatureAge(const AdamOptions& adam, const StageSpan& span) {
 // the gradient of its cost and a stored curvature.
 struct CameraStepState {
   // curvature: the latest J^T W J of the view's cost; square, row-major, in the order of a step (FreeUnknowns); empty
-  // before the first measurement. age: CurvatureAge at the last attempt to measure. pixels: their number in the
+  // before the first measurement. age: CurvatureAge at the last attempt to measure. pixels: number of pixels of the
   // measured image, since the cost is a sum over pixels.
   std::vector<double> curvature;
   int age = 0;
@@ -61,7 +61,7 @@ struct CameraStepState {
 
 void RescaleCurvature(double pixels, CameraStepState* state);
 
-// Scale of a camera's scene, its step limit, and the progress of the training.
+// Depth of a camera's scene, step limit of the camera, and progress of the training.
 struct CameraStepContext {
   double depth = 1;  // depth of the scene in front of the camera, world units
   double most = 1;   // step limit: rotation in radians, translation in units of `depth`
@@ -92,8 +92,8 @@ void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, co
 // `part` times the Gauss-Newton step, scaled so that no number exceeds `most`: a point one focal length from the
 // principal point moves by at most `most` focal lengths. Zero if the system is empty.
 splat::LensTangent LensStep(const LensSystem& system, double part, double most);
-// The whole step of a view for a given lens step: its own unknowns change so that its quadratic model is minimal again.
-// If that is not finite, they do not change. curvature: CameraStepState::curvature.
+// The whole step of a view for a given lens step. The view's own unknowns change so that its quadratic model is minimal
+// again. If the change is not finite, it is zero. curvature: CameraStepState::curvature.
 std::vector<double> FollowLensStep(const FreeUnknowns& free, const std::vector<double>& curvature,
                                    const splat::LensTangent& lens);
 

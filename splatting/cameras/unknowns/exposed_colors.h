@@ -43,8 +43,8 @@ struct ScalePixel {
   }
 };
 
-// Derivative of the exposed image, gain * rendered + offset, at pixel i. d_image: change of `rendered` before the call,
-// of the exposed image afterwards.
+// Derivative of the exposed image, gain * rendered + offset, at pixel i. d_image: before the call, the change of
+// `rendered`; afterwards, the change of the exposed image.
 template <class S>
 struct ExposeChange {
   Channels<S> gain, d_gain, d_offset;

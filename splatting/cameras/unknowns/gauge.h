@@ -13,17 +13,17 @@ namespace vesta::gs {
 // No photograph determines the position, orientation and scale of the whole scene, nor the common brightness.
 //
 // FixCameraGauge removes the similarity (rotation, translation and scale: 7 numbers) that all camera motions have in
-// common: a least-squares fit to the shifts of the camera centres and to the camera rotations times `depth`. `given`:
-// the views with their given cameras, in the order of `found`. `depth`: depth of the scene in front of the cameras,
-// world units, > 0. Numbers that the views do not determine stay unchanged, such as the scale if the given centres
-// nearly coincide. FixExposureGauge removes, per channel, the common affine map: then the mean gain is 1 and the mean
-// offset 0.
+// common. It is a least-squares fit to the shifts of the camera centres and to the camera rotations times `depth`.
+// `given`: the views with their given cameras, in the order of `found`. `depth`: depth of the scene in front of the
+// cameras, world units, > 0. Numbers that the views do not determine stay unchanged, such as the scale if the given
+// centres nearly coincide. FixExposureGauge removes, per channel, the common affine map: then the mean gain is 1 and
+// the mean offset 0.
 void FixCameraGauge(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
 void FixExposureGauge(std::vector<ViewUnknowns>* found);
 
 // Subtracts from each view's rotation, in camera axes, the mean over all views. For cameras in a ring the photographs
-// hardly determine this mean: if all cameras tilt upwards while the scene sinks, the images stay nearly the same. So it
-// would drift while the splat is inaccurate, and return only slowly (docs/decisions/mean-camera-rotation.md).
+// hardly determine this mean: if all cameras tilt upwards while the scene sinks, the images stay nearly the same.
+// Without this, it drifts while the splat is inaccurate, and returns slowly (docs/decisions/mean-camera-rotation.md).
 // Independent errors of the given cameras have a small mean, so little is lost.
 void SubtractMeanRotation(std::vector<ViewUnknowns>* found);
 

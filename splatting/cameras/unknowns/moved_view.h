@@ -16,7 +16,7 @@ namespace vesta::gs {
 // Leaves out the image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
 
-// Applies the found motion and lens, but not the exposure; a view gets no image.
+// Applies the found motion and lens, but not the exposure. A returned View has no image.
 View AsFound(const View& view, const ViewUnknowns& found);
 splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The unknowns of a view (pose, lens and exposure), and the option which of them a training optimises.
+// The unknowns of a view (pose, lens and exposure), and the option that selects the unknowns to optimise in training.
 #pragma once
 
 #include <array>
@@ -62,8 +62,8 @@ inline constexpr Index kViewParameters = 13;
 void Pack(const ViewUnknowns& unknowns, HostSpan<double> x);
 ViewUnknowns Unpack(HostSpan<const double> x);
 
-// Selects the free unknowns, which are optimised. A step has, in this order, the free ones among: six numbers of the
-// pose (splat::PoseTangent), three gains, three offsets, four of the lens (splat::LensTangent).
+// Selects the free unknowns, which are optimised. A step has numbers for these only, in this order: six for the pose
+// (splat::PoseTangent), three gains, three offsets, four for the lens (splat::LensTangent).
 struct FreeUnknowns {
   bool pose = true;
   bool color = false;

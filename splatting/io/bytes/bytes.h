@@ -29,8 +29,8 @@ class ByteReader {
   }
   // Reads text up to a terminating zero byte.
   std::string ReadText(const char* what);
-  // A 64-bit number of items of at least bytes_each bytes. Throws Error unless they fit into the rest of the file. Read
-  // counts this way before allocating memory: a damaged file may state any number.
+  // Reads a 64-bit number of items that have at least bytes_each bytes each. Throws Error unless they fit into the rest
+  // of the file. Use it before allocating memory, because a damaged file may state any number.
   Index ReadCount(Index bytes_each, const char* what);
   void Skip(Index count, Index bytes_each, const char* what) { Take(count, bytes_each, what); }
   // Throws Error unless the whole file was read.

@@ -44,7 +44,7 @@ Image ToPlanes(const InterleavedImage& source, const std::array<float, 3>& backg
 // Interleaved RGB, row by row, 8 bits per sample.
 std::vector<std::uint8_t> InterleavedBytes(const Image& image);
 
-// Decode a file, or with size_only its size alone. `bytes`: content of the file; `path`: for messages. Throw Error if
+// Decode a file; with size_only, read only its size. `bytes`: content of the file; `path`: for messages. Throw Error if
 // the file is damaged, truncated or of an unsupported kind.
 InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only);
 InterleavedImage DecodePng(const std::string& path, std::string_view bytes, bool size_only);

@@ -16,7 +16,7 @@ namespace vesta::gs {
 // or a WebP. The first bytes, not the name, determine the format. Samples of 16 bits keep their precision. Pixels that
 // are not opaque are composited over `background` and masked. Orientation (ExifOrientation) and colour profiles are
 // ignored, as in COLMAP. Throws Error naming the file if it is missing, damaged, truncated or unsupported (CMYK JPEG,
-// other TIFF samples, animation). work_bytes: unless null, receives the memory for reading in addition to the result.
+// other TIFF samples, animation). work_bytes: unless null, receives the memory for reading, without the result.
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
                 double* work_bytes = nullptr);
 

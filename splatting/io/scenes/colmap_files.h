@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by COLMAP's two formats. Camera models. Internal to the reader.
+// Camera models and checks that COLMAP's two formats share. Internal to the reader.
 #pragma once
 
 #include <algorithm>
@@ -28,11 +28,11 @@ const CameraModelInfo* FindCameraModel(std::string_view name);
 // The model must be supported.
 const CameraModelInfo& InfoOf(ColmapCameraModel model);
 
-// For messages, for example "SIMPLE_RADIAL", also if it is not supported. The number if COLMAP's documentation does not
-// name the model.
+// A camera model's name for messages, for example "SIMPLE_RADIAL", also of an unsupported model. If COLMAP's
+// documentation does not name the model, its number.
 std::string CameraModelName(std::int32_t number);
 
-// Sets the camera's model and parameters, in the order of the file, to read(description). description: text for
+// Sets the camera's model. Sets each parameter to read(description), in the order of the file. description: text for
 // messages (WhatIs).
 template <class Read>
 void ReadParameters(const CameraModelInfo& info, const Read& read, ColmapCamera* record);
@@ -72,7 +72,7 @@ void CheckColmapCamera(const ColmapCamera& camera, const std::string& where);
 void CheckColmapImage(const ColmapImage& image, const std::string& where);
 void CheckColmapPoint(const ColmapPoint& point, const std::string& where);
 
-// The message has the command that undistorts.
+// Throws Error for a camera model. The message has the command that undistorts the images.
 [[noreturn]] void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model);
 
 }  // namespace vesta::gs

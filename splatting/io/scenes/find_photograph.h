@@ -7,8 +7,8 @@
 namespace vesta::gs {
 
 // The path of the photograph `name` in a folder. If no such file exists: the only file there whose name is equal except
-// for upper and lower case, else the only image with this name except for its extension. Returns folder/name if no file
-// or several files fit.
+// for upper and lower case, else the only image whose name differs only in the extension. Returns folder/name if no
+// file or several files fit.
 std::string FindPhotograph(const std::string& folder, const std::string& name);
 
 // The name of a photograph from Windows, with / in place of each backslash.

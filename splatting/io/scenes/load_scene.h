@@ -38,9 +38,9 @@ struct LoadSceneOptions {
 };
 
 // Detects the kind of scene in `path`, reads it, and decodes all images in parallel. COLMAP scenes have sparse/0 or
-// sparse; NeRF scenes have transforms.json or transforms_train.json. The camera is rescaled to the size of its image.
-// Their aspect ratios must agree to within a pixel; if they agree only after rotation by the EXIF orientation, the
-// image is rotated. Photographs with lens distortion are undistorted (undistort.h). Then all are downscaled. Pixels
+// sparse; NeRF scenes have transforms.json or transforms_train.json. Each camera is rescaled to the size of its image.
+// Both aspect ratios must agree to within a pixel; if they agree only after rotation by the EXIF orientation, the image
+// is rotated. Photographs with lens distortion are undistorted (undistort.h). Then all images are downscaled. Pixels
 // that a mask file excludes (FindMasks, photographs.h) are ignored. Pixels that are not opaque are ignored in COLMAP
 // scenes; in NeRF scenes, they are composited over the background and used. A pixel takes 12 bytes. Scene::notes
 // receives the ignored COLMAP models and the numbers of masked, missing and undistorted photographs. Throws Error, with

@@ -29,19 +29,19 @@ bool IsNerfScene(const std::string& scene_folder);
 // to k4 of OpenCV's fisheye. mask_path may name the mask of a frame (photographs.h). A file_path without .png, .jpg or
 // .jpeg gets .png.
 // Test views: the views of transforms_test.json, else test_frames (ScanNet++), else the views in the lists of
-// file names (ApplySplitLists, nerf_split.h), else every 8th by name. Frames with is_bad are left out, with a note. Points: the
-// .ply file that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else random points, with a note
-// (PointsForCameras).
+// file names (ApplySplitLists, nerf_split.h), else every 8th by name. Frames with is_bad are left out, with a note. The
+// points are in the .ply file that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else random
+// points, with a note (PointsForCameras).
 // Throws Error, in one line with file and frame, for other camera models, k4 without a fisheye lens, invalid poses or
 // intrinsics, invalid JSON, or no frames.
 Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options = {});
 
-// The cameras of such a file or of a camera_path.json of nerfstudio's viewer, in its order and coordinates. file_path may be missing or
-// name no file. A frame without intrinsics gets the camera `usual`; a frame with a focal length but without w and h
-// gets its size. Distortion is ignored. Throws Error as ReadNerfScene.
+// The cameras of a transforms.json, or of a camera_path.json of nerfstudio's viewer, in the order and coordinates of
+// the file. file_path may be missing or name no file. A frame without intrinsics gets the camera `usual`; a frame with
+// a focal length but without w and h gets the size of `usual`. Distortion is ignored. Throws Error as ReadNerfScene.
 std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual);
 
-// Writes such a file for views with pinhole cameras. file_path is the name of the view; each frame has its intrinsics.
+// Writes a transforms.json for views with pinhole cameras. file_path is the view's name; each frame has its intrinsics.
 // Reading the poses back changes at most the last digit or two of a double. more: keys and numbers for the top level.
 void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
                       const std::vector<std::pair<std::string, double>>& more = {});

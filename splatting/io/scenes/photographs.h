@@ -31,24 +31,25 @@ struct PredictedPhotograph {
   double bytes = 0, work_bytes = 0;  // upper bounds: the image with a possible mask, and temporary memory
 };
 
-// Predicts from the image file's header only. Throws Error if it is not an image, or has another aspect ratio than the
-// camera. Does not detect damaged pixels or bad masks.
+// Predicts from the image file's header only. Throws Error if the file is not an image, or has another aspect ratio
+// than the camera. Does not detect damaged pixels or bad masks.
 PredictedPhotograph PredictPhotograph(const View& view, const PhotographRule& rule);
 
 // Expected bytes of the photograph in memory, from the camera in the scene's files, without opening the image file.
 // Throws Error if the distortion is too strong for undistortion.
 double ExpectedBytes(const View& view, const PhotographRule& rule);
 
-// Decodes the photographs in parallel, sets the cameras of the views to theirs and rejects unusable images. If all fit
-// into budget_bytes, they are stored in their views. Otherwise a PhotographStore (Scene::photographs) decodes them on
-// demand and caches as many as fit; the files must not be removed. Once the memory is full, this function reads only
-// headers, which is much faster. It then does not detect damaged images; their first use throws Error. Throws Error if
-// not even two photographs fit, and the errors of ReadPhotograph and PredictPhotograph.
+// Decodes the photographs in parallel, sets the views' cameras to ViewPhotograph::camera and rejects unusable images.
+// If all fit into budget_bytes, they are stored in their views. Otherwise a PhotographStore (Scene::photographs)
+// decodes them on demand and caches as many as fit; the files must not be removed. Once the memory is full, this
+// function reads only the headers of the other files, which is much faster. It does not detect damaged images among
+// these; the first use of a damaged image throws Error. Throws Error if not even two photographs fit, and the errors of
+// ReadPhotograph and PredictPhotograph.
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene);
 
 // Finds mask files in the folder masks/ (or mask/) of the scene. The mask of the image a/b.jpg is a/b.jpg.png, as in
-// COLMAP, or a/b.jpg.mask.png, or a/b.png. A View::mask_path stays if set. Notes in the scene the number of views with a mask, or that
-// the folder has no mask of any view.
+// COLMAP, or a/b.jpg.mask.png, or a/b.png. A View::mask_path that is set already stays. Adds a note to the scene: the
+// number of views with a mask, or that the folder has no mask of any view.
 void FindMasks(const std::string& scene_folder, Scene* scene);
 
 // Excludes the pixels that are black in the mask file, as in COLMAP. Masks of another size are sampled at the nearest

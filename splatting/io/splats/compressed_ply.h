@@ -36,9 +36,9 @@ void WriteCompressedPly(const std::string& path, const SplatModel& model);
 
 // An order of the Gaussians, as indices in the model, in which each run of `chunk` Gaussians has narrow bounds of the
 // means (the last run may be shorter). The means must be finite.
-// The Gaussians are divided recursively in two by a plane perpendicular to an axis. It minimises the sum, over both
-// parts, of the number of Gaussians times the squared diagonal of their bounding box. A space-filling curve is worse
-// (docs/decisions/compact-formats.md), because chunks at its jumps have wide bounds.
+// The Gaussians are divided recursively in two by a plane perpendicular to an axis. The plane minimises the sum, over
+// both parts, of the number of Gaussians times the squared diagonal of their bounding box. A space-filling curve is
+// worse (docs/decisions/compact-formats.md), because chunks at its jumps have wide bounds.
 std::vector<Index> ChunkOrder(const SplatModel& model, Index chunk);
 
 }  // namespace vesta::gs

@@ -26,7 +26,7 @@ constexpr float HalfTurnSign(int attribute) {
 }
 
 // Converts an opacity logit to a byte: the opacity times 255, at most 254. Opacities below 1/255 become 0, because they
-// are invisible (docs/conventions.md) and must stay so. 255 is not used: its logit is infinite, and no renderer
+// are invisible (docs/conventions.md) and must stay invisible. 255 is not used: its logit is infinite, and no renderer
 // distinguishes it from 254.
 inline std::uint8_t OpacityByte(float logit) {
   const double parts = 255 / (1 + std::exp(-static_cast<double>(logit)));
@@ -39,8 +39,8 @@ inline float OpacityLogit(std::uint8_t byte) {
   return static_cast<float>(std::log(opacity / (1 - opacity)));
 }
 
-// "Smallest three" encoding of rotations: omits the number of a unit quaternion with the largest magnitude. It follows
-// from the other three, whose magnitudes are at most 1 / sqrt(2).
+// "Smallest three" encoding of rotations: a unit quaternion is stored without the number of largest magnitude. This
+// number follows from the other three, whose magnitudes are at most 1 / sqrt(2).
 inline constexpr double kLargestOfSmallest = 0.70710678118654752;
 
 struct SmallestThree {
@@ -65,8 +65,8 @@ inline SmallestThree ToSmallestThree(const std::array<double, 4>& q) {
   return result;
 }
 
-// A unit quaternion in the same order. If the squares of the three numbers sum to more than 1, the largest is 0 and the
-// length is not 1.
+// A unit quaternion in the same order. If the squares of the three numbers sum to more than 1, the omitted number
+// becomes 0, and the length is not 1.
 inline std::array<double, 4> FromSmallestThree(const SmallestThree& three) {
   const auto& [a, b, c] = three.rest;
   std::array<double, 4> q{};

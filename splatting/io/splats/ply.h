@@ -26,8 +26,8 @@ namespace vesta::gs {
 SplatModel ReadSplatPly(const std::string& path, std::vector<std::string>* notes = nullptr);
 SplatModel ReadSplatPly(const PlyFile& file, std::vector<std::string>* notes);
 
-// Writes that layout in binary with floats, completely or not at all (kernels/core/files.h). Reading gives the same
-// bits.
+// Writes the layout of ReadSplatPly in binary with floats, completely or not at all (kernels/core/files.h).
+// ReadSplatPly gives the same bits.
 void WriteSplatPly(const std::string& path, const SplatModel& model);
 // Writes to an open file, which stays open.
 void WriteSplatPly(AtomicFile& file, const SplatModel& model);

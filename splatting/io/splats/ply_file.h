@@ -25,7 +25,7 @@ struct PlyElement {
   std::string name;
   Index count = 0;
   std::vector<PlyProperty> properties;
-  Index stride = 0;   // bytes per row in a binary file; with lists: of its other properties and the counts
+  Index stride = 0;   // bytes per row in a binary file; with lists: size of the counts and other properties
   std::string fault;  // if not empty, the reason why neither this element nor later ones can be read
 };
 
@@ -34,8 +34,8 @@ std::string PlyRows(std::string_view element);
 
 // A .ply file in memory: its parsed header, and its values as bytes. The formats ascii, binary_little_endian
 // and binary_big_endian are supported. The constructors throw Error, in one line with the file and the problem. If only
-// the description of an element is wrong, they do not; a PlyTable of that element or a later one does
-// (PlyElement::fault).
+// the description of an element is wrong, the constructor of a PlyTable for that element or a later one throws Error
+// instead (PlyElement::fault).
 class PlyFile {
  public:
   explicit PlyFile(const std::string& path);
@@ -83,7 +83,7 @@ class PlyTable {
     std::string property;
     T* out;  // receives count() values
   };
-  // In parallel over rows. Throws Error if the element lacks one.
+  // Copies columns, in parallel over rows. Throws Error if the element lacks one of them.
   template <class T>
   void Copy(const std::vector<Column<T>>& columns) const;
 

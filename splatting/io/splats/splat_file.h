@@ -9,8 +9,8 @@
 
 namespace vesta::gs {
 
-// Removes the Gaussians of a model read from a file that have a value that is not finite or a zero quaternion. The
-// others keep their order. If there are any, adds a note with their number; notes may be null. Throws
+// Removes unusable Gaussians after reading: Gaussians with a value that is not finite, or with a zero quaternion. The
+// others keep their order. If Gaussians are removed, adds a note with their number; notes may be null. Throws
 // Error, in one line with the file, if no Gaussian is left.
 void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* notes, SplatModel* model);
 
@@ -19,8 +19,8 @@ void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* 
 void CheckDrawable(const std::string& path, const SplatModel& model);
 
 // Reads a splat. The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h),
-// compressed .ply (compressed_ply.h), or .spz (spz.h). Throws Error, in one line with the file and the problem, if it
-// cannot be read.
+// compressed .ply (compressed_ply.h), or .spz (spz.h). Throws Error, in one line with the file and the problem, if the
+// file cannot be read.
 // notes, unless null, receives a line for the user if some Gaussians are left out (RemoveUnusableGaussians).
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes = nullptr);
 

@@ -25,7 +25,7 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, std::vector<
 //   means          2^-12 units; smaller if the Gaussians are small, larger if means are far from the origin
 //   log-scales     1/16 in -10..5.94
 //   rotations      1/127.5 in x, y and z of a quaternion (error at most 0.014 radians); of the 24 quaternions for
-//                  the same Gaussian (CubeTurns), the one with the smallest error
+//                  the same Gaussian (CubeTurns), the one with the smallest error is written
 //   opacities      1/255 (packed_values.h)
 //   SH             coefficient 0: 0.026 in -3.33..3.33; the others: 1/128 in -1..0.99
 // Values outside these ranges are clamped. Throws Error, with the file, if a value is not finite, if the step of the

@@ -133,9 +133,9 @@ class AdamStage {
     Save();
     session_.interim().ServeViewer(Stage::kAdam, state_->iteration, on_host, Writer());
   }
-  // Stops after this iteration, which is recorded already. Returns the model before the iteration's densification and
-  // pruning; a checkpoint has the state after them, without notes about the end of the stage: a resumed run adds its
-  // own.
+  // Stops after this iteration, which is recorded already. The result is the model before the iteration's densification
+  // and pruning; a checkpoint has the state after them. It has no notes about the end of the stage, because a resumed
+  // run adds its own.
   void Stop(const IterationPlan& plan, int degree) {
     state_->model.DownloadResult(result_);
     finished_ = true;
@@ -169,7 +169,7 @@ class AdamStage {
     if (state_->is_averaging && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
-  // Adds the parameters to their average. If memory for it is lacking, the stage continues without.
+  // Adds the parameters to their average. If memory for the average is lacking, the stage continues without it.
   void Average() {
     try {
       state_->model.Average();

@@ -50,7 +50,7 @@ class StateSnapshot {
   template <class T>
   using Array = Buffer<T, Space>;
 
-  // Calls on_array for each device array in `value`, including its members' arrays, and other for all other members.
+  // Calls on_array for each device array in `value`, including its members' arrays, and `other` for all other members.
   template <class OnArray, class Other, class Archive, class T>
   static void Dispatch(Archive& archive, T& value, const OnArray& on_array, const Other& other) {
     if constexpr (requires { value.Visit(archive); }) {
@@ -142,8 +142,8 @@ class RollbackPoint {
   explicit RollbackPoint(TrainingSession& session) : session_(session) {}
 
   bool empty() const { return snapshot_.empty(); }
-  // Replaces the copy. It is on the GPU if it fits there in addition to the planned memory of the stage, else on the
-  // host.
+  // Replaces the copy. The new copy is on the GPU if it fits there in addition to the planned memory of the stage, else
+  // on the host.
   void Store(AdamStageState<B>& state) {
     snapshot_ = Snapshot();
     iteration_ = state.iteration;

@@ -56,8 +56,8 @@ class StageCameras {
 
   // Call before the views of an iteration.
   void BeginIteration(const StageCamerasState& state) { seen_before_ = state.seen; }
-  // Moves the camera of the view that was just processed. If a device has too little memory to measure its curvature,
-  // uses the last one; without any, the camera does not move.
+  // Moves the camera of the view that was just processed. If a device has too little memory to measure the view's
+  // curvature, uses the last one; before the first one, the camera does not move.
   template <class B>
   void Step(const StageSpan& span, const ProcessedView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
@@ -87,8 +87,8 @@ class StageCameras {
       if (!targets->empty()) targets->SetCamera(view, now);
     }
   }
-  // Applies the inverse of the found exposure to the view's photograph in the targets. Call before the photograph is
-  // used. It is slow, and most moves do not change the exposure.
+  // Applies the inverse of the found exposure to the view's photograph in the targets. Call it only before the
+  // photograph is used: it is slow, and most moves do not change the exposure.
   template <class B>
   void Develop(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     if (!session_.cameras().Develop(view)) return;

@@ -30,7 +30,7 @@ class StagePruning {
   template <class Before>
   void Prune(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
     const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_fraction, state);
-    // Lower degrees only after all SH bands are in use.
+    // Degrees are lowered only after all SH bands are in use.
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
     if (!plan.prunes_unseen && !prunes && !lowers) return;
@@ -38,14 +38,14 @@ class StagePruning {
     before();
     session_.memory().NoteModel(state.model.layout());
     if (plan.prunes_unseen) KeepOnly(WellObserved(OnHost(state, degree), MakeScoringViews()), state);
-    // Lower degrees first, because scoring Gaussians is then faster.
+    // Degrees are lowered first, because scoring Gaussians is then faster.
     if (lowers) LowerDegrees(state, degree);
     if (prunes) PruneByScore(state, degree);
     copy_ = SplatModel();
   }
 
-  // Call at the end of the stage. Notes if more Gaussians remain than requested, or if scoring was skipped for lack of
-  // time.
+  // Call at the end of the stage. Adds a note if more Gaussians remain than requested, or if scoring was skipped for
+  // lack of time.
   void AddPruningNotes(const AdamStageState<B>& state, Index gaussians) const {
     if (state.scoring_skipped > 0) {
       session_.Note(notes::kScoringSkipped, state.scoring_skipped, session_.options().time_limit);
@@ -58,8 +58,8 @@ class StagePruning {
  private:
   static constexpr double kPartForDegrees = 0.5;  // fraction of the time for scoring
 
-  // Whether there is time for scoring with `passes` passes over all views. Scoring may take the fraction
-  // kScoringFraction of a time limit over the whole stage, and `part` times that by now. Always true if keep_fraction
+  // Whether there is time for scoring with `passes` passes over all views. Over the whole stage, scoring may take the
+  // fraction kScoringFraction of a time limit; by now, it may take `part` times that time. Always true if keep_fraction
   // is set. Counts skipped rounds. Collective.
   bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
@@ -101,8 +101,8 @@ class StagePruning {
     state.model.SetDegrees(degrees);
     state.scoring_seconds += session_.Seconds() - begin;
   }
-  // One SH attribute for all Gaussians that have it. Gaussians with lowered degree get the refitted coefficient of
-  // ShRemovalCost.
+  // Values of one SH attribute for all Gaussians that have it. Gaussians with lowered degree get the refitted
+  // coefficient of ShRemovalCost.
   static std::vector<float> SubstituteCoefficients(const splat::Model<float>& model, const ShRemovalCost& removal,
                                                    const std::vector<std::uint8_t>& degrees, int attribute) {
     const float* own = model.x + model.Offset(attribute);

@@ -15,7 +15,7 @@
 namespace vesta::gs {
 
 // The training views at one image size, with their photographs: copies of all on a device, references on the host. If
-// the photographs are in the scene's store (PhotographStore), the host refers to one at a time.
+// the photographs are in the scene's store (PhotographStore), the host refers to one photograph at a time.
 template <class B>
 class StageTargets {
  public:
@@ -91,8 +91,8 @@ class StageTargets {
     }
   }
   void Clear() { *this = StageTargets(); }
-  // Frees the current photograph of a store. Call before other code reads photographs: the store's memory limit does
-  // not include a second one in use.
+  // Frees the current photograph of a store. Call before other code reads photographs, because the store's memory limit
+  // does not include a second one in use.
   void Release() {
     photograph_.reset();
     shown_ = kNone;

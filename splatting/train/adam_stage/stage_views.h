@@ -27,7 +27,7 @@ namespace vesta::gs {
 // Workspace and results of the passes over one view.
 template <class B>
 struct ViewPasses {
-  // |e| is not smoothed near 0, as in 3DGS; only LM needs that.
+  // As in 3DGS, |e| is not smoothed near 0; only LM needs smoothing.
   typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
   typename SplatBackend<B>::SplatView view;
   typename SplatBackend<B>::Workspace workspace;

@@ -54,8 +54,8 @@ class TrainedModel {
   }
   void DiscardGradient() { gradient_ = Vector(); }
   void Step(int attributes, double factor) { adam_.Step(layout_, x_, gradient(attributes), attributes, factor); }
-  // Adds the current parameters to their average. Densify, SetAttribute and ResetOpacity discard it. On a device it may
-  // throw OutOfDeviceMemory; the average is then empty.
+  // Adds the current parameters to their average. Densify, SetAttribute and ResetOpacity discard the average. On a
+  // device Average may throw OutOfDeviceMemory; the average is then empty.
   void Average() { average_.Add(x_); }
 
   // Clones, splits and prunes. `iteration` determines the random offsets of split Gaussians. Resets the density

@@ -34,8 +34,8 @@ class IterationTimer {
   void ObserveScoring(Index gaussians, double seconds) {
     scored_gaussians_ += static_cast<double>(gaussians), scoring_seconds_ += seconds;
   }
-  // Sets the seconds of a full-size iteration minus a half-size one, for the same model, since the work per pixel
-  // hardly depends on the number of Gaussians.
+  // Sets the time of a full-size iteration minus the time of a half-size one, in seconds. It is used for any number of
+  // Gaussians, because the work per pixel hardly depends on that number.
   void SetFullMinusCoarse(double seconds) { full_minus_coarse_ = seconds; }
 
   // True after a second iteration at one size.
@@ -48,12 +48,12 @@ class IterationTimer {
     const double coarse = growth * scales_[1].mean;
     return full_minus_coarse_ ? coarse + *full_minus_coarse_ : coarse * kFullByCoarse;
   }
-  // Predicts one densification: proportional to the number of Gaussians; 0 before the first one.
+  // Predicts the time of one densification: proportional to the number of Gaussians; 0 before the first densification.
   double ChangeSeconds(double gaussians) const {
     return changed_gaussians_ > 0 ? change_seconds_ / changed_gaussians_ * gaussians : 0;
   }
-  // Predicts one scoring round. iterations: Adam iterations with as many views. Before the first measurement, assumes
-  // the time of training on the same views at full size.
+  // Predicts one scoring round. iterations: Adam iterations that use as many views. Before the first measurement,
+  // assumes the time of training on the same views at full size.
   double ScoringSeconds(double gaussians, double iterations) const {
     if (scored_gaussians_ > 0) return scoring_seconds_ / scored_gaussians_ * gaussians;
     return iterations * Seconds(false, gaussians);
@@ -61,12 +61,12 @@ class IterationTimer {
 
  private:
   static constexpr std::size_t kLatest = 40;
-  // The time per iteration is proportional to this number (docs/decisions/forecast.md).
+  // The time per iteration is proportional to the result (docs/decisions/forecast.md).
   static double Growth(double gaussians) {
     constexpr double kExponent = 0.87;
     return std::pow(std::max(1.0, gaussians), kExponent);
   }
-  // Assumed time of a full-size iteration divided by a half-size one, until both are measured
+  // Assumed time of a full-size iteration divided by the time of a half-size one, until both are measured
   // (docs/decisions/forecast.md).
   static constexpr double kFullByCoarse = 1.4;
   // Measurements at one image size: seconds divided by Growth.
@@ -92,7 +92,7 @@ class IterationTimer {
   std::array<Scale, 2> scales_;  // full size, half size
 };
 
-// Predicts the number of Gaussians from the growth so far. After the fourth densification, each multiplies the relative
+// Predicts the number of Gaussians from the growth so far. Each densification from the fifth on multiplies the relative
 // growth by about kFall (docs/decisions/forecast.md).
 class GrowthForecast {
  public:
@@ -138,8 +138,8 @@ struct RemainingWork {
   double gaussians = 0;       // at the end of the stage
   double most_gaussians = 0;  // maximum
 
-  // Iterations that fit into `available` seconds with the densifications and prunings. At most three quarters are
-  // reserved for these: until the first one, their time is a guess.
+  // Iterations that fit into `available` seconds with the densifications and prunings. At most three quarters of the
+  // seconds are reserved for these changes: until the first change, their time is a guess.
   double IterationsIn(double available) const {
     return (available - std::min(change_seconds, 0.75 * available)) / seconds;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by both kinds of LM stage, of Gaussians alone (SplatLm) and with cameras (JointLm, both in lm_stage.h): saved
-// state, start, iteration loop, resulting model, and the reaction when a GPU runs out of memory.
+// Code of both kinds of LM stage: Gaussians alone (SplatLm), and Gaussians with cameras (JointLm, both in lm_stage.h).
+// It has the saved state, start, iteration loop, resulting model, and reaction when a GPU runs out of memory.
 #pragma once
 
 #include <fmt/format.h>
@@ -108,7 +108,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     session.history().Record(Stage::kLm, 0, best);
     if (!stepper.done()) session.interim().SaveWhereDue(Stage::kLm, 0, save);
   }
-  // The next step and its evaluation should take as long as the latest.
+  // The next step and its evaluation are expected to take as long as the latest ones.
   for (double latest = 0; !stepper.done() && !session.early_end().ShouldStop(latest);) {
     const double begin = session.clock().Total();
     const LmIteration& row = stepper.Step();
@@ -141,9 +141,9 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
 template <class B>
 class LmModel {
  public:
-  // copies: device copies of the training photographs for evaluation; empty: the session's are used. workspace: for
-  // evaluation; the solver must not need its content between steps. model: has the layout; TakeBest() stores the
-  // parameters in it. All must outlive this object.
+  // copies: device copies of the training photographs for evaluation; empty: the session's photographs are used.
+  // workspace: for evaluation; the solver must not need its content between steps. model: has the layout; TakeBest()
+  // stores the parameters in it. All must outlive this object.
   LmModel(TrainingSession& session, const LmStepper<B>& stepper, std::span<const TargetView<B>> copies,
           typename SplatBackend<B>::Workspace& workspace, SplatModel& model)
       : session_(session), stepper_(stepper), copies_(copies), workspace_(workspace), model_(model) {}

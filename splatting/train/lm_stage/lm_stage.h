@@ -56,7 +56,7 @@ class SplatLm {
   auto& workspace() { return problem_->workspace(); }
   void Resumed(const LmStepper<B>&) {}
   void Moved(const LmStepper<B>&) {}
-  // Stops caching views: each is rebuilt when needed. Returns false if views are already not cached. (The plan is an
+  // Stops caching views: each is rebuilt when needed. Returns false if views were not cached before. (The plan is an
   // estimate, and other programs may allocate GPU memory.)
   bool ReduceMemory() { return std::exchange(options_.jacobian, JacobianKind::kOnTheFly) != JacobianKind::kOnTheFly; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints: files with the state of a training. A resumed training ends with the same bits as without the
+// Checkpoints: files with the state of a training. A resumed training ends with the same bits as a training without an
 // interruption.
 #pragma once
 
@@ -74,7 +74,7 @@ class SavedStage {
   Stage first_stage() const { return checkpoint_ ? checkpoint_->run.stage : Stage::kAdam; }
   int first_iteration() const { return checkpoint_ ? checkpoint_->iteration() : 0; }
   const std::string& path() const { return checkpoint_->path; }  // requires a checkpoint
-  // Seconds before it was saved: of the training without evaluations; of evaluations.
+  // Seconds before the state was saved: of the training without evaluations; of evaluations.
   double seconds() const { return checkpoint_ ? checkpoint_->run.seconds : 0; }
   double eval_seconds() const { return checkpoint_ ? checkpoint_->run.eval_seconds : 0; }
 
@@ -93,8 +93,8 @@ class SavedStage {
          "{}: the saved state does not fit this training{}; resume from another checkpoint, or start a new training",
          checkpoint_->path, why.empty() ? "" : fmt::format(" ({})", why));
   }
-  // Returns read(), which reads the saved state. If it throws Error, calls Refuse() with that message. Exceptions for
-  // lack of device memory or another process's failure pass through.
+  // Returns read(), which reads the saved state. If read() throws Error, calls Refuse() with that message. Exceptions
+  // for lack of device memory or another process's failure pass through.
   template <class Read>
   auto Validate(const Read& read) const {
     try {

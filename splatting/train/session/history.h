@@ -47,14 +47,14 @@ class RecordedHistory {
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
     Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
-  // Predicted seconds of the next evaluation, from the latest one. Before the first one, an estimate from
-  // `seconds_per_pixel`, the training time per pixel; 0 if unknown (0).
+  // Predicted seconds of the next evaluation, from the latest one. Before the first evaluation, an estimate from
+  // `seconds_per_pixel`, the training time per pixel; 0 if that is 0 (unknown).
   double SecondsAhead(double seconds_per_pixel) const;
 
   bool empty() const { return rows_.empty(); }
   // Whether the last row belongs to this stage.
   bool ends_with(Stage stage) const { return !empty() && rows_.back().stage == stage; }
-  // Latest row, dB; 0 without rows or such views.
+  // PSNR of the latest row, dB; 0 without rows or without such views.
   double training_psnr() const { return empty() ? 0 : rows_.back().train.psnr; }
   double held_out_psnr() const { return empty() ? 0 : rows_.back().held_out.psnr; }
 
@@ -81,8 +81,8 @@ class TimeBudget {
       : options_(options), processes_(processes), clock_(clock) {}
 
   bool is_limited() const { return options_.time_limit > 0; }
-  // Whether there is time for a history row that takes `seconds`: all rows but the last may take a twentieth of the
-  // time so far. Always true without a limit. Collective.
+  // Whether there is time for a history row that takes `seconds`: all rows but the last may together take a twentieth
+  // of the time so far. Always true without a limit. Collective.
   bool HasTimeToRecord(double seconds) const;
   // Includes the stage's last evaluation; infinity without a limit.
   double SecondsForAdam() const;

@@ -38,8 +38,8 @@ class InterimOutput {
   bool Saves() const;
   // Whether this process has written a checkpoint.
   bool has_saved() const { return has_saved_; }
-  // Call after each iteration. Writes a checkpoint if the interval has passed or the viewer requests one and, if an
-  // interval is set, when the training stops early. state: writes the state of the stage. A failure becomes a note.
+  // Call after each iteration. Writes a checkpoint if the interval has passed or the viewer requests one. With an
+  // interval, also writes one at an early stop. state: writes the state of the stage. A failure becomes a note.
   void SaveWhereDue(Stage stage, int iteration, const WriteState& state);
   // Call at the end of each iteration except the last. Passes the model to the viewer on request. Returns only after
   // the viewer's pauses, which count neither as training nor as evaluation.
@@ -56,7 +56,7 @@ class InterimOutput {
   Parts parts_;
   const TrainCallbacks& callbacks_;
   TrainingClock& clock_;
-  // Start with the training, or where it resumed.
+  // The timers start when the training starts or resumes.
   IntervalTimer checkpoint_timer_, snapshot_timer_;
   bool has_saved_ = false;
 };

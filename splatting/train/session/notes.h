@@ -9,7 +9,7 @@
 
 namespace vesta::gs {
 
-// Formats for TrainingSession::Note. In most that end with ": {}", the last argument is an Error's message.
+// Formats for TrainingSession::Note. In most formats that end with ": {}", the last argument is an Error's message.
 namespace notes {
 
 inline constexpr char kEvaluatesSomeViews[] =

@@ -72,8 +72,8 @@ class TrainingSession {
 
   const TrainOptions& options() const { return options_; }
   const ResolvedPlan& plan() const { return plan_; }
-  // Write access for decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp), which only read the
-  // plan.
+  // Write access for decisions between the stages (train/trainer.cpp, train/lm_stage/lm_stage.cpp). Stages only read
+  // the plan.
   ResolvedPlan& Decide() { return plan_; }
   // Schedule of the Adam stage.
   const TrainingSchedule& schedule() const { return schedule_; }
@@ -137,7 +137,7 @@ class TrainingSession {
   InterimOutput interim_;
 };
 
-// The unit of length of each Gaussian, from the training views (LengthUnits); outside all views, the scene's extent.
+// The unit of length of each Gaussian, from the training views (LengthUnits); without a view, the scene's extent.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
 
 // Evaluates a model in the memory of backend B, or on the host if a GPU has too little memory. copies: device copies of

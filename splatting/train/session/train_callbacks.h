@@ -44,8 +44,8 @@ struct Prediction {
 // A viewer that watches and pauses a training. The training thread calls these functions at the end of every iteration
 // but the last. Each may be empty.
 struct TrainWatch {
-  // wants_model: true to receive the current model (downloaded from a GPU if necessary). show: receives it, and the
-  // cameras of the training views (as in TrainResult::cameras).
+  // wants_model: true to receive the current model (downloaded from a GPU if necessary). show: receives the model, and
+  // the cameras of the training views (as in TrainResult::cameras).
   std::function<bool()> wants_model;
   std::function<void(const splat::Model<float>&, const std::vector<ViewUnknowns>& cameras)> show;
   // wants_checkpoint: true to write a checkpoint now, to CheckpointOptions::path. saved: called after every attempt,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The current views of a training. Refinement moves the cameras of the training views, and applies the inverse of each
-// found exposure to the photograph, so that all have a common exposure.
+// found exposure to the photograph, so that all photographs have a common exposure.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@ namespace vesta::gs {
 
 class TrainingCameras {
  public:
-  // given must outlive this object. It is copied if cameras are refined, with the photographs in memory; if exposures
-  // are refined, also with the photographs of a store.
+  // given must outlive this object. If cameras are refined, `given` is copied with the photographs in memory; if
+  // exposures are refined, also with the photographs of a store.
   TrainingCameras(const Scene& given, const CameraOptions& options);
 
   // Has the current training views; other views keep their given cameras.

@@ -9,7 +9,7 @@
 namespace vesta::gs {
 
 // Interval in Adam iterations, in minutes of the training clock, or both; both 0: never. If `iterations` is set, every
-// LM iteration is due, since one takes the time of hundreds of Adam iterations.
+// LM iteration is due, since it takes the time of hundreds of Adam iterations.
 struct Interval {
   int iterations = 0;
   double minutes = 0;

@@ -52,7 +52,7 @@ TrainOptions PresetOptions(const std::string& name);
 enum class RefineMethod { kViews, kLm, kBoth };  // Adam on single views, LM on all views, or Adam and then LM
 // Options to refine a trained splat, based on the preset `name`: no densification or pruning, full-size views, all SH
 // bands. The LM stage ends after 12 iterations, or when one lowers the cost by less than 0.1 %. The default method is
-// kViews, the largest gain per time; for the presets of 3DGS-LM (paper, paper_code) kLm, with their LM options.
+// kViews, the largest gain per time; for the presets of 3DGS-LM (paper, paper_code), it is kLm with their LM options.
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
 // Options to prune a trained splat: like RefinePresetOptions, but Gaussians are pruned during the first 70 % of the
 // Adam stage, and further iterations compensate. The caller sets PruningOptions::keep_fraction.
