@@ -184,10 +184,9 @@ void CheckObservations(const ColmapImage& image, LineReader* in) {
     valid = ParseNumber(word, &value);
   }
   if (valid && count % 3 == 0) return;
-  Fail(
-      kBadFile,
-      "{}: this is not the line of 2D points of image {}; each image needs two lines, and the second may be blank",
-      in->Where(), image.name);
+  Fail(kBadFile,
+       "{}: this is not the line of 2D points of image {}; each image needs two lines, and the second may be blank",
+       in->Where(), image.name);
 }
 
 // The number of images in the first comments of images.txt, as COLMAP writes it; 0 without such a comment.
