@@ -36,6 +36,8 @@ LmOptions Tight() {
   LmOptions options;
   options.function_tolerance = 1e-13;
   options.parameter_tolerance = 1e-11;
+  options.gradient_tolerance = 1e-16;
+  options.max_iterations = 200;
   return options;
 }
 
@@ -56,7 +58,7 @@ TEST(SolveEach, FindsTheMinimaOfSmallSolver) {
   for (std::size_t i = 0; i < 150; ++i) {
     std::array expected{decays.x[3 * i], decays.x[3 * i + 1], decays.x[3 * i + 2]};
     const SmallSummary alone = solver.Solve({batch, decays.data.data() + i * DecayBatch::kData}, expected);
-    EXPECT_EQ(summaries[i].status, alone.status) << i;
+    EXPECT_EQ(IsConverged(summaries[i].status), IsConverged(alone.status)) << i << ToString(summaries[i].status);
     EXPECT_NEAR(summaries[i].initial_cost, alone.initial_cost, 1e-13 * alone.initial_cost);
     EXPECT_NEAR(summaries[i].final_cost, alone.final_cost, 1e-12 * alone.initial_cost) << i;
     if (!IsConverged(alone.status)) continue;

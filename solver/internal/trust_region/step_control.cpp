@@ -13,7 +13,11 @@ namespace vesta {
 namespace {
 
 // Nielsen's factor after an accepted step.
-double CubicFactor(double rho) { return std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * rho - 1.0, 3)); }
+double CubicFactor(double rho) {
+  const double x = 2.0 * rho - 1.0;
+  if (x > 0.874) return 1.0 / 3.0;  // x^3 > 2/3; pow takes a notable part of the time of a small solve
+  return std::max(1.0 / 3.0, 1.0 - std::pow(x, 3));
+}
 
 }  // namespace
 
