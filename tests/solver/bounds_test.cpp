@@ -104,7 +104,7 @@ TEST(Bounds, AnIncreaseByAClippedStepIsNoFault) {
     Cpu backend;
     const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x.view());
     EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
-    EXPECT_NEAR(x[0], -0.8, 1e-6);
+    EXPECT_NEAR(x[0], -0.8, 1e-5);
     EXPECT_EQ(x[1], 0);
   }
 }
