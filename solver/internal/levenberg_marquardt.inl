@@ -282,17 +282,17 @@ const LmIteration& LmStepper<B>::Step() {
   row.lambda = decisions_->lambda();
   row.gradient_max_norm = gradient_norm_;
   typename BatchedSystem<B>::Direction direction;
-  bool raised_by_bounds = false;
+  bool is_clipped = false;
   {
     const lm_internal::Stopwatch watch(summary_.linear_solve_seconds, "LM solve");
     ShareTrialVectors();
     if (step_.empty()) step_.Resize(problem_.num_tangent());
     direction = system_->Solve(row.lambda, workspace_, step_);
     if (problem_.has_bounds()) {
-      const bool descends = direction.Predicted(1) > 0;
+      const double squared_norm = backend_.Dot(step_, step_);
       problem_.ClipStep(x_, step_);
       system_->Measure(step_, direction);
-      raised_by_bounds = descends && !(direction.Predicted(1) > 0);
+      is_clipped = backend_.Dot(step_, step_) != squared_norm;
     }
     workspace_.r = {};  // trials reuse only the other two vectors
   }
@@ -302,7 +302,7 @@ const LmIteration& LmStepper<B>::Step() {
 
   LmTrial trial = Try(ChooseGamma(), direction, row);
   if (trial.zone != LmTrial::Zone::kCost) DecideByGradient(trial);
-  trial.raised_by_bounds = raised_by_bounds;
+  trial.is_clipped = is_clipped;
   row.accepted = trial.accepted;
   // A linear solver that failed before its first iteration says nothing about x.
   const bool solved = row.pcg_iterations > 0 || row.pcg_status == PcgStatus::kConverged;

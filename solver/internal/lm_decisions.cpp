@@ -96,7 +96,10 @@ LmVerdict LmDecisions::TestStep(const LmTrial& trial, double step_norm, double x
   const double smallest = parameter_tolerance_ * (x_norm + parameter_tolerance_);
   // Doubt from the steps before this one, then including this one.
   const Doubt doubt_before = doubt_.Find(trial.accepted, DoubtfulGain());
-  if (!trial.accepted) doubt_.OnReject(trial.raised_by_bounds ? 0 : trial.predicted, std::isfinite(trial.cost));
+  if (!trial.accepted) {
+    const double predicted = trial.is_clipped ? std::max(trial.predicted, 0.0) : trial.predicted;
+    doubt_.OnReject(predicted, std::isfinite(trial.cost));
+  }
   const Doubt doubt = doubt_.Find(trial.accepted, DoubtfulGain());
   if (trial.accepted) doubt_.OnAccept();
   if (solved && step_norm <= smallest) return {Reason::kShortStep, step_norm, smallest, doubt_before};

@@ -27,8 +27,8 @@ struct LmTrial {
   double change = 0;     // decrease of the cost
   double rho = 0;        // gain ratio
   bool accepted = false;
-  // Bounds have shortened entries of the step, and only therefore the model predicts an increase.
-  bool raised_by_bounds = false;
+  // Bounds have shortened entries of the step. The model may then predict an increase, although J and J^T are right.
+  bool is_clipped = false;
   Zone zone = Zone::kCost;
 
   // Decides in the zones that use the gradient. finite: whether the derivatives at the trial point are finite. The

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/bounds.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -106,6 +107,12 @@ TEST(Bounds, AnIncreaseByAClippedStepIsNoFault) {
     EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
     EXPECT_NEAR(x[0], -0.8, 1e-5);
     EXPECT_EQ(x[1], 0);
+    // The message of a solve that ends after a rejected step recommends CheckProblem if it suspects the derivatives.
+    for (options.max_iterations = 1; options.max_iterations < 12; ++options.max_iterations) {
+      Cpu::Vector short_x = Vector({0.5, y});
+      const LmSummary limited = SolveLm<Cpu>(options, backend, problem, short_x.view());
+      EXPECT_THAT(limited.message, testing::Not(testing::HasSubstr("CheckProblem"))) << options.max_iterations;
+    }
   }
 }
 
