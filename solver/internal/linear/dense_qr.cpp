@@ -140,7 +140,7 @@ void DenseQr::Solve(std::span<double> damping_and_solution) const {
   if (n <= kFewColumns) {
     std::fill_n(few, size, 0.0);
   } else {
-    many.resize(static_cast<std::size_t>(size + n));
+    many.resize(static_cast<std::size_t>(size) + static_cast<std::size_t>(n));
     stacked = many.data();
   }
   double *const rhs = stacked + 2 * n * n, *const x = stacked + size;

@@ -44,9 +44,10 @@ void ApplySplitLists(const nlohmann::json& top, const std::string& file, Scene* 
   const std::map<std::string, List> lists = ReadLists(top, file, &present);
   if (lists.empty()) return;
   std::vector<View>& views = scene->views;
-  for (const auto& [name, list] : lists) {
-    if (std::ranges::none_of(views, [&](const View& view) { return view.name == name; })) {
-      Fail(kBadFile, "{}: {} names {}, which is the file_path of no frame", file, kLists[list], Printable(name));
+  for (const auto& listed : lists) {
+    if (std::ranges::none_of(views, [&](const View& view) { return view.name == listed.first; })) {
+      Fail(kBadFile, "{}: {} names {}, which is the file_path of no frame", file, kLists[listed.second],
+           Printable(listed.first));
     }
   }
   const List test_list = present[kTest] ? kTest : kValidation;
