@@ -13,8 +13,9 @@ namespace vesta::test {
 namespace {
 
 // Residuals of one, two or three blocks: the weighted sum of all their numbers.
-Evaluation SumOf(const BlockProblem& problem, std::vector<int> blocks) {
+Evaluation SumOf(const BlockProblem& problem, const std::vector<int>& blocks) {
   std::vector<int> sizes;
+  sizes.reserve(blocks.size());
   for (const int block : blocks) sizes.push_back(problem.parameter_block_size(block));
   return [sizes](const double* const* p, double* r, double** j) {
     r[0] = 0;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Damaged COLMAP models give a one-line error, without a crash.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -157,10 +159,10 @@ TEST(ColmapDamage, EachImageOfATextModelNeedsItsSecondLine) {
   WriteColmapModel(ExampleModel(), folder.path(), ColmapFormat::kText);
   const std::string one = "1 1 0 0 0 0 0 0 7 one.jpg\n", two = "2 1 0 0 0 0 0 0 7 two two two.jpg\n";
   for (const auto& [text, line] :
-       std::vector<std::pair<std::string, const char*>>{{one + two, "2"},
-                                                        {"# two\n" + two + one, "3"},
-                                                        {one + "1.5 2.5 -1 3.5\n" + two + "\n", "2"},
-                                                        {one + "\n" + two + "1 2 three\n", "4"}}) {
+       std::vector<std::pair<std::string, const char*>>{{fmt::format("{}{}", one, two), "2"},
+                                                        {fmt::format("# two\n{}{}", two, one), "3"},
+                                                        {fmt::format("{}1.5 2.5 -1 3.5\n{}\n", one, two), "2"},
+                                                        {fmt::format("{}\n{}1 2 three\n", one, two), "4"}}) {
     WriteBytes(folder / "images.txt", text);
     EXPECT_THAT([&] { ReadColmapModel(folder.path()); }, ThrowsError(kBadFile, folder / "images.txt", line)) << text;
   }
