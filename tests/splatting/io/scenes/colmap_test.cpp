@@ -7,6 +7,7 @@
 #include <array>
 #include <utility>
 
+#include "kernels/core/files.h"
 #include "kernels/math/quaternion.h"
 #include "splatting/io/scenes/colmap_files.h"
 #include "tests/splatting/io/test_scene.h"
