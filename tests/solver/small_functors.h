@@ -22,6 +22,7 @@ struct DecayBatch {
   static std::vector<double> Readings(const std::vector<double>& p, double error, std::uint64_t seed) {
     CounterRandom random(seed, 0);
     std::vector<double> y;
+    y.reserve(kReadings);
     for (int i = 0; i < kReadings; ++i) {
       y.push_back(p[0] * std::exp(-p[1] * 0.2 * i) + p[2] + error * (2 * random.Uniform() - 1));
     }

@@ -2,6 +2,7 @@
 // The residuals of a functor with few parameters and their derivatives at one point.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <type_traits>
@@ -61,7 +62,7 @@ class SmallArray {
   T* data() { return values_.data(); }
 
  private:
-  std::conditional_t<kInline, std::array<T, kInline ? kSize : 1>, std::vector<T>> values_;
+  std::conditional_t<kInline, std::array<T, static_cast<std::size_t>(std::max(kSize, 0))>, std::vector<T>> values_;
 };
 
 // D: the dual number that the functor is evaluated with. kRows: number of residuals, negative if known at run time
