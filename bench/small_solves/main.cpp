@@ -122,6 +122,7 @@ void SolveBridge(const Problems<F>& problems, std::size_t i, double* x) {
 template <class F>
 void SolveResidualBlocks(const Problems<F>& problems, std::size_t i, double* x) {
   std::vector<OneReading<F>> readings;
+  readings.reserve(F::kReadings);
   for (int k = 0; k < F::kReadings; ++k) readings.push_back({problems.data_of(i) + k * (F::kData / F::kReadings)});
   ResidualBlocks<OneReading<F>, CpuBackend<double>> problem(F::kParameters, std::move(readings));
   SolveLm(problem, std::span<double>(x, F::kParameters), Tight());

@@ -167,8 +167,7 @@ TEST(SolveEach, TakesEmptyBatchesAndRefusesWrongSizes) {
   decays.x.pop_back();
   EXPECT_THAT([&] { SolveEach(DecayBatch(), decays.data, decays.x); }, ThrowsError(kBadArgument, "30", "5"));
   const std::vector<Rosenbrock> functors(2);
-  EXPECT_THAT([&] { SolveEach(std::span<const Rosenbrock>(functors), decays.x); },
-              ThrowsError(kBadArgument, "2", "5"));
+  EXPECT_THAT([&] { SolveEach(std::span<const Rosenbrock>(functors), decays.x); }, ThrowsError(kBadArgument, "2", "5"));
 }
 
 }  // namespace
