@@ -45,7 +45,7 @@ struct Curve {
   }
   static void Simulate(CounterRandom& random, const double* truth, double* data) {
     for (int i = 0; i < kReadings; ++i) {
-      data[2 * i] = 0.1 * i;
+      data[2 * i] = 0.2 * i;
       data[2 * i + 1] = truth[0] * std::exp(-truth[1] * data[2 * i]) + truth[2] + 0.02 * (random.Uniform() - 0.5);
     }
   }
