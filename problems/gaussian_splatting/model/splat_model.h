@@ -18,6 +18,7 @@ struct SplatModel : splat::ModelLayout {
   std::array<float, 3> background{};  // background colour of the training, 0..1
   bool has_background = false;        // false: the file does not contain it
   double eps2d = splat::kEps2d;       // 2D dilation of the training (Camera::eps2d)
+  bool antialiased = false;           // trained with opacities compensated for the dilation (Camera::antialiased)
   std::array<double, 3> origin{};     // origin of the frame of the means, in world coordinates (scene_frame.h)
 
   const splat::ModelLayout& layout() const { return *this; }
