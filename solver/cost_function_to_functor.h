@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -59,23 +60,26 @@ class CostFunctionToFunctor {
   bool Differentiate(const T* const* blocks, T* residuals) const {
     const std::span<const int> sizes = cost_->block_sizes();
     const auto rows = static_cast<std::size_t>(cost_->num_residuals());
-    std::vector<std::vector<double>> values(sizes.size()), by_block(sizes.size());
-    std::vector<const double*> parameters;
-    std::vector<double*> jacobians;
+    const auto total = static_cast<std::size_t>(std::accumulate(sizes.begin(), sizes.end(), 0));
+    // The values of all blocks, the residuals, and the Jacobians of all blocks.
+    std::vector<double> numbers(total + rows + rows * total);
+    std::vector<const double*> parameters(sizes.size());
+    std::vector<double*> jacobians(sizes.size());
+    double* value = numbers.data();
+    double* const result = value + total;
+    double* jacobian = result + rows;
     for (std::size_t b = 0; b < sizes.size(); ++b) {
-      for (int i = 0; i < sizes[b]; ++i) values[b].push_back(blocks[b][i].a);
-      by_block[b].resize(rows * values[b].size());
-      parameters.push_back(values[b].data());
-      jacobians.push_back(by_block[b].data());
+      parameters[b] = value;
+      jacobians[b] = jacobian;
+      for (int i = 0; i < sizes[b]; ++i) *value++ = blocks[b][i].a;
+      jacobian += rows * static_cast<std::size_t>(sizes[b]);
     }
-    std::vector<double> result(rows);
-    if (!cost_->Evaluate(parameters.data(), result.data(), jacobians.data())) return false;
+    if (!cost_->Evaluate(parameters.data(), result, jacobians.data())) return false;
     for (std::size_t row = 0; row < rows; ++row) {
       residuals[row] = T(result[row]);
       for (std::size_t b = 0; b < sizes.size(); ++b) {
-        const std::size_t size = values[b].size();
-        for (std::size_t i = 0; i < size; ++i)
-          residuals[row].v = residuals[row].v + by_block[b][row * size + i] * blocks[b][i].v;
+        const double* const derivatives = jacobians[b] + row * static_cast<std::size_t>(sizes[b]);
+        for (int i = 0; i < sizes[b]; ++i) residuals[row].v = residuals[row].v + derivatives[i] * blocks[b][i].v;
       }
     }
     return true;

@@ -116,26 +116,24 @@ class ResidualBlocks final : public Problem<B>,
     const Index* index = layout_.parameters(i);
     ScratchArray<D, kParameters> p;
     ScratchArray<D, kResiduals> r;
-    if constexpr (kParameters <= D::kDerivatives) {
-      for (int c = 0; c < kParameters; ++c) p[c] = Variable<D>(x[index[c]], c);
-      MarkUnwritten(kResiduals, r.data());
-      if (!InvokeFunctor(functor, p.data(), r.data())) return false;
+    MarkUnwritten(kResiduals, r.data());
+    const auto evaluate = [&] { return InvokeFunctor(functor, p.data(), r.data()); };
+    const auto store = [&](int first, int count) {
       for (int k = 0; k < kResiduals; ++k) {
         f[k] = r[k].a;
-        for (int c = 0; c < kParameters; ++c) jacobian[c * kResiduals + k] = DerivativeOf(r[k], c);
+        for (int c = 0; c < count; ++c) jacobian[(first + c) * kResiduals + k] = DerivativeOf(r[k], c);
       }
+    };
+    if constexpr (kParameters <= D::kDerivatives) {
+      for (int c = 0; c < kParameters; ++c) p[c] = Variable<D>(x[index[c]], c);
+      if (!evaluate()) return false;
+      store(0, kParameters);
       return true;
+    } else {
+      for (int c = 0; c < kParameters; ++c) p[c] = D(x[index[c]]);
+      return DifferentiateInPasses(
+          kParameters, [&](int c) -> D& { return p[c]; }, evaluate, store);
     }
-    for (int c = 0; c < kParameters; ++c) p[c] = D(x[index[c]]);
-    MarkUnwritten(kResiduals, r.data());
-    return DifferentiateInPasses(
-        kParameters, [&](int c) -> D& { return p[c]; }, [&] { return InvokeFunctor(functor, p.data(), r.data()); },
-        [&](int first, int count) {
-          for (int k = 0; k < kResiduals; ++k) {
-            f[k] = r[k].a;
-            for (int c = 0; c < count; ++c) jacobian[(first + c) * kResiduals + k] = DerivativeOf(r[k], c);
-          }
-        });
   }
   // units: the functors to sum over; null means 0, 1, ..., count - 1.
   double SumOfCosts(ConstVectorView x, Index count, const Index* units) const {

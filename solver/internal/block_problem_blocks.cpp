@@ -11,8 +11,21 @@
 namespace vesta {
 
 namespace {
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void CheckManifold(const Manifold* manifold, int size) {
+  VESTA_CHECK(!manifold || manifold->ambient_size() == size,
+              "a manifold for {} numbers does not fit a block of {} numbers", manifold->ambient_size(), size);
 }
+
+// The number of a block's entries in a step.
+int TangentSize(const Manifold* manifold, bool constant, int size) {
+  if (constant) return 0;
+  return manifold ? manifold->tangent_size() : size;
+}
+
+}  // namespace
 
 const ParameterBlock& BlockProblem::Parameter(int block) const {
   VESTA_CHECK(block >= 0 && block < static_cast<int>(parameters_.size()),
@@ -32,6 +45,7 @@ std::size_t BlockProblem::CheckedTerm(Index residual_block) const {
 
 int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold) {
   VESTA_CHECK(size > 0, "the size of a parameter block is {}; choose 1 or more", size);
+  CheckManifold(manifold.get(), size);
   Changed();
   std::vector<int>& removed = removed_[size];
   int block = static_cast<int>(parameters_.size());
@@ -87,12 +101,11 @@ void BlockProblem::RemoveParameterBlock(int block) {
 
 void BlockProblem::SetManifold(int block, std::shared_ptr<const Manifold> manifold) {
   const int size = Parameter(block).ambient_size;
-  VESTA_CHECK(!manifold || manifold->ambient_size() == size,
-              "a manifold for {} numbers does not fit block {} of {} numbers", manifold->ambient_size(), block, size);
+  CheckManifold(manifold.get(), size);
   Changed();
   const auto k = static_cast<std::size_t>(block);
   manifolds_[k] = std::move(manifold);
-  parameters_[k].tangent_size = constant_[k] ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
+  parameters_[k].tangent_size = TangentSize(manifolds_[k].get(), constant_[k], size);
 }
 
 void BlockProblem::SetConstant(int block, bool constant) {
@@ -100,7 +113,7 @@ void BlockProblem::SetConstant(int block, bool constant) {
   Changed();
   const auto k = static_cast<std::size_t>(block);
   constant_[k] = constant;
-  parameters_[k].tangent_size = constant ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
+  parameters_[k].tangent_size = TangentSize(manifolds_[k].get(), constant, size);
 }
 
 std::size_t BlockProblem::EntryOf(int block, int entry) const {

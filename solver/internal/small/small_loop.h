@@ -62,7 +62,7 @@ class SmallLoop {
       Solve();
       for (int lane = 0; lane < kWidth; ++lane) {
         Lane& state = lanes_[static_cast<std::size_t>(lane)];
-        if (state.phase == Phase::kStart || state.phase == Phase::kTrial) state.phase = Phase::kTrial;
+        if (state.phase == Phase::kStart) state.phase = Phase::kTrial;
         if (state.phase == Phase::kDone) Unload(lane);
       }
     }
@@ -138,7 +138,7 @@ class SmallLoop {
     const double cost = LaneTraits<V>::At(defined_, lane) ? static_cast<double>(Entry(at_trial_.cost, lane))
                                                           : std::numeric_limits<double>::quiet_NaN();
     if (state.phase == Phase::kStart) {
-      state.decisions.SetCosts(cost, cost);
+      state.decisions.Start(cost);
       state.summary.initial_cost = state.summary.final_cost = cost;
       taken_[lane] = 1;
       if (!std::isfinite(cost)) return Stop(state, LmStatus::kNonFinite);

@@ -126,7 +126,8 @@ class SmallRows {
 
   int rows_ = 0;
   SmallArray<D, kRows> duals_;
-  SmallArray < V, kOnePass ? 0 : kRows<0 ? -1 : kRows * N> jacobian_;  // if there are several passes
+  static constexpr int kJacobianSize = kOnePass ? 0 : std::max(kRows * N, -1);
+  SmallArray<V, kJacobianSize> jacobian_;  // if there are several passes
 };
 
 }  // namespace vesta::small_internal
