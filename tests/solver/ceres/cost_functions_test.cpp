@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Automatic and numeric derivatives, priors and checks of derivatives. Adapted from Ceres 2.1's tests autodiff_test.cc,
-// autodiff_cost_function_test.cc, dynamic_autodiff_cost_function_test.cc, numeric_diff_cost_function_test.cc,
-// normal_prior_test.cc and gradient_checker_test.cc in internal/ceres. docs/ceres_tests.md lists the omitted cases.
+// Automatic derivatives, priors and checks of derivatives. Adapted from Ceres 2.1's tests autodiff_test.cc,
+// autodiff_cost_function_test.cc, dynamic_autodiff_cost_function_test.cc, normal_prior_test.cc and
+// gradient_checker_test.cc in internal/ceres. docs/ceres_tests.md lists the omitted cases.
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
 #include <gtest/gtest.h>
@@ -17,6 +17,7 @@
 
 #include "solver/check_problem.h"
 #include "solver/cost_function.h"
+#include "tests/solver/ceres/cost_derivatives.h"
 #include "tests/solver/ceres/twin_problem.h"
 #include "tests/support/random.h"
 
@@ -24,46 +25,6 @@ namespace vesta::test {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using Blocks = std::vector<std::vector<double>>;
-
-struct Derivatives {
-  std::vector<double> residuals;
-  Blocks jacobians;  // row-major; empty for blocks that are not wanted
-};
-
-void ExpectNear(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], tolerance * std::max(1.0, std::abs(b[i]))) << i;
-}
-
-std::vector<int> SizesOf(const CostFunction& cost) { return {cost.block_sizes().begin(), cost.block_sizes().end()}; }
-std::vector<int> SizesOf(const ceres::CostFunction& cost) { return cost.parameter_block_sizes(); }
-
-// wanted: bit b requests the Jacobian of block b. Also checks an evaluation without Jacobians.
-template <class Cost>
-Derivatives Evaluate(const Cost& cost, const Blocks& blocks, unsigned wanted = ~0U) {
-  const std::vector<int> sizes = SizesOf(cost);
-  const auto rows = static_cast<std::size_t>(cost.num_residuals());
-  Derivatives result{std::vector<double>(rows, -1e5), Blocks(sizes.size())};
-  std::vector<const double*> parameters;
-  std::vector<double*> jacobians;
-  for (std::size_t b = 0; b < sizes.size(); ++b) {
-    parameters.push_back(blocks.at(b).data());
-    if ((wanted >> b & 1U) != 0) result.jacobians[b].assign(rows * static_cast<std::size_t>(sizes[b]), -1e5);
-    jacobians.push_back(result.jacobians[b].empty() ? nullptr : result.jacobians[b].data());
-  }
-  EXPECT_TRUE(cost.Evaluate(parameters.data(), result.residuals.data(), jacobians.data()));
-  std::vector<double> alone(rows, -1e5);
-  EXPECT_TRUE(cost.Evaluate(parameters.data(), alone.data(), nullptr));
-  ExpectNear(alone, result.residuals, 1e-14);
-  return result;
-}
-
-void ExpectNear(const Derivatives& a, const Derivatives& b, double tolerance) {
-  ExpectNear(a.residuals, b.residuals, tolerance);
-  ASSERT_EQ(a.jacobians.size(), b.jacobians.size());
-  for (std::size_t k = 0; k < a.jacobians.size(); ++k) ExpectNear(a.jacobians[k], b.jacobians[k], tolerance);
-}
 
 // The derivatives of the functor by dual numbers are those by jets, for every set of wanted blocks.
 template <int kResiduals, int... kSizes, class F>
@@ -276,131 +237,6 @@ TEST(CeresCasesAutoDiff, AgreesWithDynamicAutoDiff) {
     ExpectNear(Evaluate(AutoDiffCost<Dynamic7, 7, 1, 2, 3>(), three, wanted), Evaluate(*theirs7, three, wanted), 0);
   }
   ExpectJets<7, 1, 1, 1, 1, 1, 1>(Dynamic7(), six);
-}
-
-// Two blocks of 5: x^T y, its square, and |y|^2.
-struct Products {
-  template <class T>
-  bool operator()(const T* x, const T* y, T* r) const {
-    r[0] = r[2] = T(0.0);
-    for (int i = 0; i < 5; ++i) r[0] += x[i] * y[i], r[2] += y[i] * y[i];
-    r[1] = r[0] * r[0];
-    return true;
-  }
-};
-struct Transcendental {
-  template <class T>
-  bool operator()(const T* x, const T* y, T* r) const {
-    using std::exp, std::sin;
-    T dot = T(0.0);
-    for (int i = 0; i < 5; ++i) dot += x[i] * y[i];
-    r[0] = sin(dot);
-    r[1] = exp(-dot / T(10.0));
-    return true;
-  }
-};
-
-// Differentiates another cost function numerically. The sizes are known at run time.
-class Wrapped final : public NumericDifferences {
- public:
-  Wrapped(std::shared_ptr<const CostFunction> cost, const DifferenceOptions& options)
-      : NumericDifferences(cost->num_residuals(), SizesOf(*cost), options), cost_(std::move(cost)) {}
-
- protected:
-  bool Residuals(const double* const* p, double* r) const override { return cost_->Evaluate(p, r, nullptr); }
-
- private:
-  std::shared_ptr<const CostFunction> cost_;
-};
-
-template <class F, int kResiduals>
-void ExpectDifferences(const Blocks& at, DifferenceMethod method, double tolerance) {
-  const auto exact = std::make_shared<AutoDiffCost<F, kResiduals, 5, 5>>();
-  const DifferenceOptions options{.method = method};
-  EXPECT_EQ(options.relative_step, ceres::NumericDiffOptions().relative_step_size);
-  EXPECT_EQ(options.least_step, std::sqrt(std::numeric_limits<double>::epsilon())) << "as in Ceres";
-  const NumericDiffCost<F, kResiduals, 5, 5> of_functor(F(), options);
-  const Wrapped of_cost(exact, options);
-  for (const NumericDifferences* cost :
-       {static_cast<const NumericDifferences*>(&of_functor), static_cast<const NumericDifferences*>(&of_cost)}) {
-    for (unsigned wanted = 0; wanted < 4; ++wanted) {
-      ExpectNear(Evaluate<CostFunction>(*cost, at, wanted), Evaluate<CostFunction>(*exact, at, wanted), tolerance);
-    }
-  }
-}
-
-TEST(CeresCasesNumericDiff, CentralAndForwardDifferences) {
-  const Blocks near_zero = {{1e-64, 2, 3, 4, 5}, {9, 9, 5, 5, 1}};
-  ExpectDifferences<Products, 3>(near_zero, DifferenceMethod::kCentral, 3e-9);
-  ExpectDifferences<Products, 3>(near_zero, DifferenceMethod::kForward, 2e-5);
-  const std::vector<double> x = {1, 2, 3, 4, 5}, y = {9, 9, 5, 5, 1}, zero(5);
-  for (const Blocks& at : {Blocks{x, y}, Blocks{{0, 2, 3, 0, 5}, y}, Blocks{{1, 2, 3, 1, 5}, {0, 9, 0, 5, 0}},
-                           Blocks{zero, y}, Blocks{x, zero}, Blocks{zero, zero}}) {
-    ExpectDifferences<Transcendental, 2>(at, DifferenceMethod::kCentral, 2e-7);
-    ExpectDifferences<Transcendental, 2>(at, DifferenceMethod::kForward, 2e-5);
-  }
-}
-
-// The largest error of the derivatives of a cost function of one block, relative to max(1, |exact|).
-template <class Cost>
-double WorstError(const Cost& cost, const CostFunction& exact, const Blocks& at) {
-  const Derivatives found = Evaluate(cost, at), expected = Evaluate(exact, at);
-  double worst = 0;
-  for (std::size_t b = 0; b < expected.jacobians.size(); ++b) {
-    for (std::size_t i = 0; i < expected.jacobians[b].size(); ++i) {
-      const double size = std::max(1.0, std::abs(expected.jacobians[b][i]));
-      worst = std::max(worst, std::abs(found.jacobians[b][i] - expected.jacobians[b][i]) / size);
-    }
-  }
-  return worst;
-}
-
-// Ridders' method has errors up to `tolerance` here and in Ceres. smooth: the functor without noise.
-template <int kResiduals, int... kSizes, class F, class Smooth>
-void ExpectRidders(const F& functor, const Smooth& smooth, const Blocks& at, double step, double tolerance) {
-  const AutoDiffCost<Smooth, kResiduals, kSizes...> exact(smooth);
-  const auto cost = std::make_shared<AutoDiffCost<F, kResiduals, kSizes...>>(functor);
-  const DifferenceOptions options = {.method = DifferenceMethod::kRidders, .ridders_step = step};
-  ceres::NumericDiffOptions their_options;
-  their_options.ridders_relative_initial_step_size = step;
-  const ceres::NumericDiffCostFunction<F, ceres::RIDDERS, kResiduals, kSizes...> theirs(
-      new F(functor), ceres::TAKE_OWNERSHIP, kResiduals, their_options);
-  EXPECT_LE(WorstError<CostFunction>(NumericDiffCost<F, kResiduals, kSizes...>(functor, options), exact, at),
-            tolerance);
-  EXPECT_LE(WorstError<CostFunction>(Wrapped(cost, options), exact, at), tolerance);
-  EXPECT_LE(WorstError(theirs, exact, at), tolerance);
-}
-
-struct Exponential {
-  template <class T>
-  bool operator()(const T* x, T* r) const {
-    using std::exp;
-    r[0] = exp(x[0]);
-    return true;
-  }
-};
-
-// x^2 with noise of this size.
-struct Noisy {
-  double noise;
-  template <class T>
-  bool operator()(const T* x, T* r) const {
-    using std::sin;
-    r[0] = x[0] * x[0] + T(noise) * sin(T(1e12) * x[0]);
-    return true;
-  }
-};
-
-// The first steps are as in Ceres's tests: short for a function that oscillates, long for a function with noise.
-TEST(CeresCasesNumericDiff, Ridders) {
-  ExpectRidders<3, 5, 5>(Products(), Products(), {{1e-64, 2, 3, 4, 5}, {9, 9, 5, 5, 1}}, 1e-2, 1e-11);
-  const std::vector<double> x = {1, 2, 3, 4, 5}, y = {9, 9, 5, 5, 1}, zero(5);
-  for (const Blocks& at : {Blocks{x, y}, Blocks{{0, 2, 3, 0, 5}, y}, Blocks{{1, 2, 3, 1, 5}, {0, 9, 0, 5, 0}},
-                           Blocks{zero, y}, Blocks{x, zero}, Blocks{zero, zero}}) {
-    ExpectRidders<2, 5, 5>(Transcendental(), Transcendental(), at, 1e-3, 1e-10);
-  }
-  for (int k = -3; k <= 3; ++k) ExpectRidders<1, 1>(Exponential(), Exponential(), {{k * std::log(2.0)}}, 1e-2, 1e-10);
-  for (const double at : {0.0, 1.0, 3.0, 4.0, 50.0}) ExpectRidders<1, 1>(Noisy{1e-9}, Noisy{0}, {{at}}, 10, 1e-6);
 }
 
 TEST(CeresCasesNormalPrior, OfEverySize) {
