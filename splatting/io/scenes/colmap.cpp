@@ -205,6 +205,7 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
     scene.notes.push_back(fmt::format("{}/images.txt has {} images, but its header states {}", folder,
                                       model.images.size(), model.stated_images));
   }
+  PhotographFinder finder;
   for (const ColmapImage& image : model.images) {
     View view;
     view.name = WithSlashes(image.name);
@@ -212,7 +213,7 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
       Fail(kBadFile, "{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name),
            scene_folder, image_folder);
     }
-    view.image_path = FindPhotograph((fs::path(scene_folder) / image_folder).string(), view.name);
+    view.image_path = finder.Find((fs::path(scene_folder) / image_folder).string(), view.name);
     view.camera = cameras.at(image.camera_id)->camera;
     view.distortion = cameras.at(image.camera_id)->distortion;
     RotationFromQuaternion(Normalized(image.rotation).data(), view.rotation.data());

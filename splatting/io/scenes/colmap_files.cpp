@@ -104,6 +104,8 @@ class LineReader {
     if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
   }
 
+  // The lines that have not been read.
+  std::string_view rest() const { return rest_; }
   // False at the end of the file.
   bool NextLine() {
     if (!vesta::NextLine(&rest_, &line_)) return false;
@@ -190,8 +192,7 @@ void CheckObservations(const ColmapImage& image, LineReader* in) {
 }
 
 // The number of images in the first comments of images.txt, as COLMAP writes it; 0 without such a comment.
-Index StatedImages(const std::string& path) {
-  const std::string text = ReadFile(path);
+Index StatedImages(std::string_view text) {
   std::string_view rest = text, line;
   constexpr std::string_view kBefore = "# Number of images: ";
   while (NextLine(&rest, &line) && line.starts_with('#')) {
@@ -203,8 +204,10 @@ Index StatedImages(const std::string& path) {
   return 0;
 }
 
-std::vector<ColmapImage> ReadTextImages(const std::string& folder) {
+// stated: receives StatedImages.
+std::vector<ColmapImage> ReadTextImages(const std::string& folder, Index* stated) {
   LineReader in(folder + "/images.txt");
+  *stated = StatedImages(in.rest());
   std::vector<ColmapImage> images;
   while (in.NextRecord()) {
     ColmapImage image;
@@ -335,8 +338,11 @@ void WriteColmapBinary(const ColmapModel& model, const std::string& folder) {
 }
 
 ColmapModel ReadColmapText(const std::string& folder) {
-  return {ReadTextCameras(folder), ReadTextImages(folder), ReadTextPoints(folder),
-          StatedImages(folder + "/images.txt")};
+  ColmapModel model;
+  model.cameras = ReadTextCameras(folder);
+  model.images = ReadTextImages(folder, &model.stated_images);
+  model.points = ReadTextPoints(folder);
+  return model;
 }
 
 void WriteColmapText(const ColmapModel& model, const std::string& folder) {

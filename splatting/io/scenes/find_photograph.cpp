@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <optional>
 #include <string_view>
 
 #include "kernels/core/files.h"
@@ -20,37 +19,41 @@ std::string Lower(std::string text) {
   return text;
 }
 
-bool IsImageExtension(const fs::path& file) {
+bool IsImage(const fs::path& file) {
   constexpr std::array<std::string_view, 6> kExtensions = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"};
   return std::ranges::find(kExtensions, Lower(file.extension().string())) != kExtensions.end();
 }
 
-// The only file in the folder for which fits(file name) holds.
-template <class Fits>
-std::optional<fs::path> OnlyFile(const fs::path& folder, const Fits& fits) {
-  std::optional<fs::path> only;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (!fits(it->path().filename())) continue;
-    if (only) return std::nullopt;
-    only = it->path();
-  }
-  return only;
-}
-
 }  // namespace
 
-std::string FindPhotograph(const std::string& folder, const std::string& name) {
+const PhotographFinder::Listing& PhotographFinder::List(const std::string& folder) {
+  const auto [it, is_new] = listings_.try_emplace(folder);
+  Listing& listing = it->second;
+  if (!is_new) return listing;
+  const auto add = [](Paths& paths, const std::string& key, const std::string& path) {
+    const auto [known, added] = paths.emplace(Lower(key), path);
+    if (!added) known->second.clear();
+  };
+  std::error_code error;
+  for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
+    const fs::path& path = file->path();
+    add(listing.by_name, path.filename().string(), path.string());
+    if (IsImage(path)) add(listing.by_stem, path.stem().string(), path.string());
+  }
+  return listing;
+}
+
+std::string PhotographFinder::Find(const std::string& folder, const std::string& name) {
   const fs::path path = fs::path(folder) / name;
   if (FileExists(path.string())) return path.string();
-  const std::string file = Lower(path.filename().string()), stem = Lower(path.stem().string());
-  auto found = OnlyFile(path.parent_path(), [&](const fs::path& other) { return Lower(other.string()) == file; });
-  if (!found) {
-    found = OnlyFile(path.parent_path(), [&](const fs::path& other) {
-      return IsImageExtension(other) && Lower(other.stem().string()) == stem;
-    });
-  }
-  return found ? found->string() : path.string();
+  const Listing& listing = List(path.parent_path().string());
+  const auto only = [](const Paths& paths, const std::string& key) {
+    const auto found = paths.find(Lower(key));
+    return found == paths.end() ? std::string() : found->second;
+  };
+  std::string found = only(listing.by_name, path.filename().string());
+  if (found.empty()) found = only(listing.by_stem, path.stem().string());
+  return found.empty() ? path.string() : found;
 }
 
 std::string WithSlashes(std::string name) {

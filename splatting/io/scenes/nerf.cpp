@@ -246,16 +246,17 @@ json ReadJson(const std::string& path) {
 struct ImageFolder {
   std::string name;
   bool may_lack_images = false;
+  PhotographFinder finder = {};
 
-  std::string PathOf(const fs::path& scene, const View& view, const FrameValues& values) const {
+  std::string PathOf(const fs::path& scene, const View& view, const FrameValues& values) {
     constexpr const char* kUsual = "images";
     const fs::path file(view.name);
-    if (name == kUsual) return FindPhotograph(scene.string(), view.name);
+    if (name == kUsual) return finder.Find(scene.string(), view.name);
     if (*file.begin() != kUsual) {
       Fail(kBadFile, "{}: --images={}: the image {} is not in images/, which --images replaces", values.where(), name,
            Printable(view.name));
     }
-    return FindPhotograph((scene / name).string(), file.lexically_relative(kUsual).string());
+    return finder.Find((scene / name).string(), file.lexically_relative(kUsual).string());
   }
 };
 
@@ -285,7 +286,7 @@ bool IsBad(const FrameValues& values) {
 }
 
 // Appends the views of the frames top[key] of a transforms file, except frames with is_bad. Adds a note about these.
-void ReadFrames(const json& top, const char* key, const std::string& path, const ImageFolder& images, Scene* scene) {
+void ReadFrames(const json& top, const char* key, const std::string& path, ImageFolder& images, Scene* scene) {
   const fs::path folder = fs::path(path).parent_path();
   Index bad = 0;
   ForEachFrame(top, key, path, [&](const FrameValues& values) {
@@ -299,7 +300,7 @@ void ReadFrames(const json& top, const char* key, const std::string& path, const
     view.mask_path = MaskPath(values, folder);
     ReadPose(values, &view);
     // Focal lengths refer to the image in the file, not in images.name.
-    view.camera = ReadCamera(values, FindPhotograph(folder.string(), view.name), images.may_lack_images);
+    view.camera = ReadCamera(values, images.finder.Find(folder.string(), view.name), images.may_lack_images);
     view.distortion = ReadDistortion(values);
     scene->views.push_back(std::move(view));
   });
@@ -359,7 +360,7 @@ bool IsNerfScene(const std::string& scene_folder) {
 
 Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options) {
   const fs::path folder(scene_folder);
-  const ImageFolder images{options.image_folder, options.allow_missing};
+  ImageFolder images{options.image_folder, options.allow_missing};
   const bool has_train_file = FileExists(scene_folder + "/transforms_train.json");
   Scene scene;
   const auto read_file = [&](const char* name) {
