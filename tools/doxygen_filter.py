@@ -18,7 +18,7 @@ COMMENT = re.compile(r'^((?:[^"/]|"(?:[^"\\]|\\.)*"|/(?!/))*?)//(?!/)(.*)$')
 
 
 def escaped(text):
-    """Escapes Doxygen's markup and all of Markdown's except code, so that a comment is shown as written."""
+    """Escapes the markup of Doxygen and Markdown, except code, so that a comment is shown as written."""
     return re.sub(r"([\\@<>#&%$|*~])", r"\\\1", text)
 
 
@@ -50,7 +50,7 @@ class Scopes:
 
 def converted(lines):
     scopes, out = Scopes(), []
-    column = None  # of the comment after a declaration, which the next line may continue
+    column = None  # of the comment after a declaration; the next line may continue it
     i = 0
     if lines and "SPDX-License-Identifier" in lines[0]:  # the licence does not describe the file
         out.append("//")

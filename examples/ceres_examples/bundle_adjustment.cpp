@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras with one common lens, points, and parameters of which some are constant. Ceres: libmv_bundle_adjuster.cc,
+// Cameras with one common lens, points, and some constant parameters. Ceres: libmv_bundle_adjuster.cc,
 // which reads its scene from a file. Here a scene is generated. Files of the BAL format: `vesta bundle_adjust`.
 #include <algorithm>
 #include <array>

@@ -45,7 +45,7 @@ class BlockEvaluator {
     first_column_.assign(problem_.parameters_.size(), -1);
     Index& columns = result_.jacobian.cols;
     for (const int block : options_.parameter_blocks ? *options_.parameter_blocks : problem_.parameter_blocks()) {
-      const Manifold* const manifold = problem_.manifold(block).get();  // throws if there is no such block
+      const Manifold* const manifold = problem_.manifold(block).get();  // throws for unknown blocks
       VESTA_CHECK(first_column_[At(block)] < 0, "parameter block {} is repeated", block);
       first_column_[At(block)] = columns;
       columns += manifold ? manifold->tangent_size() : problem_.parameter_block_size(block);
@@ -53,7 +53,7 @@ class BlockEvaluator {
     result_.gradient.resize(At(columns));
   }
 
-  // The columns of residual block k, as cells of a dense matrix whose columns ascend like those of the whole Jacobian.
+  // The columns of residual block k, as cells of a dense matrix. Its columns ascend as in the whole Jacobian.
   std::vector<BlockCell> CellsOf(std::size_t k) const {
     std::vector<BlockCell> cells;
     if (!options_.derivatives) return cells;
@@ -81,7 +81,7 @@ class BlockEvaluator {
     Index rows = 0;
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
       first_row_.push_back(rows);
-      const int count = problem_.cost_function(blocks_[k])->num_residuals();  // throws if there is no such block
+      const int count = problem_.cost_function(blocks_[k])->num_residuals();  // throws for unknown blocks
       rows += count;
       if (!options_.derivatives) continue;
       const std::vector<BlockCell> cells = CellsOf(k);
@@ -126,7 +126,7 @@ class BlockEvaluator {
   const BlockProblem::B::ConstVectorView x_;
   const EvaluateOptions& options_;
   std::vector<Index> blocks_;        // the residual blocks
-  std::vector<Index> first_row_;     // of each of them
+  std::vector<Index> first_row_;     // of each residual block
   std::vector<Index> first_column_;  // per parameter block of the problem; -1 if it was not chosen
   BlockEvaluation result_;
 };

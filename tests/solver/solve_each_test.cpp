@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SolveEach: each problem has the result that it has alone, whatever its neighbours and the number of threads.
+// SolveEach: the result of a problem depends neither on its neighbours nor on the number of threads.
 #include "solver/solve_each.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace vesta {
 namespace {
 
-// `count` decays with different parameters and starts, some of which need many iterations.
+// `count` decays with different parameters and starts. Some need many iterations.
 struct Decays {
   explicit Decays(int count) {
     for (int i = 0; i < count; ++i) {

@@ -11,15 +11,15 @@
 
 namespace vesta {
 
-// Squared norms of columns up to this value may be rounding errors. largest: the largest diagonal entry.
+// Columns with a squared norm up to this value may be rounding errors. largest: the largest diagonal entry.
 constexpr double TinyDiagonal(double largest) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   return 256 * kEpsilon * kEpsilon * largest;
 }
 
-// diagonal: entries of H, all finite, the largest of which is > 0. scratch: as long as diagonal. shares(out): sets
-// out[k] to the sum over the rows i of J_ik / (largest entry of row i), accurate to about a factor of the number of
-// columns. It is called at most once, and only if a column may be rounding errors.
+// diagonal: finite entries of H; the largest is > 0. scratch: of the same length. shares(out): sets out[k] to the sum
+// over the rows i of J_ik / (largest entry of row i). An error by a factor of the number of columns is allowed.
+// RaiseDiagonal calls it at most once, and only if a column may be rounding errors.
 template <class S, class Shares>
 void RaiseDiagonal(std::span<S> diagonal, double largest, std::span<S> scratch, const Shares& shares) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();

@@ -66,7 +66,7 @@ void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
       fmt::format("{} of {} photographs that the model names are missing and left out", missing, all));
 }
 
-// FindPhotograph may have found files with other names.
+// PhotographFinder may have found files with other names.
 void NoteOtherNames(Scene* scene) {
   const auto is_other = [](const View& view) {
     return std::filesystem::path(view.image_path).filename() != std::filesystem::path(view.name).filename();
