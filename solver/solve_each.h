@@ -47,7 +47,8 @@ class ProblemOfBatch {
 
 namespace small_internal {
 
-// Throws Error unless the sizes fit a number of problems. Returns this number.
+// Returns the number of problems in a batch. data, x: numbers of data values and start values of the batch. data_each,
+// x_each: numbers per problem. Throws Error unless both belong to the same whole number of problems.
 Index NumProblems(Index data, int data_each, Index x, int x_each);
 
 // The problems begin..end - 1 of a batch, in the lanes of V.

@@ -15,7 +15,8 @@
 
 namespace vesta::app {
 
-// Returns r, g, b, 0..1, at position `of`, 0..1, on the colour scale from black over red to pale yellow.
+// Returns the colour (red, green and blue, each 0..1) at position `of` on a colour scale: black at 0, shades of red in
+// the middle, pale yellow at 1.
 std::array<float, 3> HeatColor(float of);
 
 // Errors of this value or more have the brightest colour. A pixel's error is the mean over channels of |render -
@@ -34,7 +35,8 @@ double FractionWithHalfOfError(const gs::Image& render, const gs::Image& truth);
 struct ViewError {
   std::string name;
   ImageQuality quality;
-  double half_error_fraction = 0;  // FractionWithHalfOfError, unmasked
+  // FractionWithHalfOfError for the unmasked pixels: a fraction of these pixels, and only their errors count.
+  double half_error_fraction = 0;
 };
 
 // The images of a view as JPEG (DataUri).

@@ -55,7 +55,8 @@ struct RunSource {
   std::string scene;
 };
 
-// A splat in the frame of its scene, and the scene. At least the test views of the scene have photographs.
+// The trained model of a run, and the scene of the run. The model has the coordinates of the scene
+// (model/scene_frame.h). At least the test views of the scene have photographs.
 struct PosedSplat {
   const gs::SplatModel* model;
   const gs::Scene* scene;
@@ -87,11 +88,14 @@ struct ReportedView {
 struct Report {
   std::vector<ReportedRun> runs;
   std::vector<ReportedScene> scenes;
-  std::vector<ReportedView> views;  // shown as images: the worst, worst first
-  Index test_views = 0;             // of all test views
+  // The test views that the page shows as images: the ones with the lowest PSNR in any run, lowest first.
+  std::vector<ReportedView> views;
+  // Number of test views that any run has measured. A view that several runs share counts once.
+  Index test_views = 0;
 };
 
-// Measures and renders the test views of all runs. Calls `load` twice per run, in order.
+// Measures the test views of all runs, and renders the worst ones. First calls `load` for each run in order, to measure
+// its test views. Then calls it again for each run with measured views, to render the chosen ones.
 Report GatherReport(std::vector<RunSource> runs, const SplatLoader& load);
 
 // RunSource::scene for a folder and a downscaling factor.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images (frames) for the viewer's page: parses requests, and renders them like the training.
+// Images (frames) for the viewer's page: parses the requests of the page, and renders the requested frames with the
+// same rasteriser as the training.
 #pragma once
 
 #include <array>
@@ -37,9 +38,10 @@ struct FrameRequest {
 //   position       x,y,z of the camera, in the scene's frame
 //   rotation       quaternion w,x,y,z, camera to world, any length but zero; axes x right, y down, z forward
 //   focal          focal length in image heights, 0.05 to 50
-// truth and difference need `photo` and are at most as large as the photograph. removal_cost and coverage need a scene
-// with training views. moved: views of the scene with refined cameras; empty: cameras are not refined. Throws Error
-// (one line with the parameter) for missing or invalid parameters.
+// truth and difference need `photo`. For these kinds, a width or height above the photograph's is reduced to the
+// photograph's. removal_cost and coverage need a scene with training views. moved: views of the scene with refined
+// cameras; empty: cameras are not refined. Throws Error (one line with the parameter) for missing or invalid
+// parameters.
 FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved = {});
 
 // Renders frames. Thread-safe.

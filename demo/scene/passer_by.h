@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paints a person into an image, which moves between photographs and must be masked.
+// Paints a person into a photograph of the demo scene. The person's position differs between photographs, so a training
+// must mask the person.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,9 @@
 
 namespace vesta::demo {
 
-// Position and colours are random and depend only on `stream` (random.h). Returns the mask, of the same size: black at
-// the person and up to 1/60 of the image width around, white elsewhere.
+// stream: a hash (random.h) that determines the position and the colours of the person. Returns a mask with the size of
+// the image. It is black at the person and in a margin of 1/60 of the image width around the person, and white
+// elsewhere.
 gs::Image PaintPasserBy(gs::Image* image, std::uint64_t stream);
 
 }  // namespace vesta::demo

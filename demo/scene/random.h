@@ -8,7 +8,8 @@
 
 namespace vesta::demo {
 
-// A 64-bit hash of a seed or earlier hash, `state`, and an index. Call it once per index.
+// Returns a 64-bit hash of `state` and `index`; `state` is a seed or an earlier hash. For several indices, chain the
+// calls: Hash(Hash(seed, first), second).
 inline std::uint64_t Hash(std::uint64_t state, std::uint64_t index) {
   return MixBits(state + index * 0x9e3779b97f4a7c15ULL);
 }

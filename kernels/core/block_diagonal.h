@@ -54,9 +54,10 @@ class BlockDiagonal {
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) const;
 
   // Replaces every block by its Cholesky factor L, with 1 / L_kk on the diagonal. Must precede Solve. If a diagonal
-  // entry is not positive, its row and column are treated as zero, and Solve returns 0 there. A pivot below 1e-6 (in
-  // double: 1e-13) times its diagonal entry is raised to that value, because a preconditioner must be positive definite
-  // but need not be exact. Returns the number of replaced or raised pivots. Finite input always gives finite output.
+  // entry is not positive and finite, its row and column are treated as zero, and Solve returns 0 there. A pivot below
+  // 1e-6 (in double: 1e-13) times its diagonal entry is raised to that value, because a preconditioner must be positive
+  // definite but need not be exact. Returns the number of such diagonal entries and raised pivots. Finite input always
+  // gives finite output.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
@@ -78,8 +79,8 @@ namespace vesta::device {
 // Largest order of a block. A thread keeps the block in local memory.
 inline constexpr int kMaxBlockOrder = 32;
 
-// All pointers are to GPU memory. values: the NumValues() values of the group. num_replaced: counter that Factorize
-// increases by the number of replaced or raised pivots.
+// All pointers are to GPU memory. values: the NumValues() values of the group. num_replaced: FactorizeBlocks adds to it
+// the group's part of the number that BlockDiagonal::Factorize returns.
 template <class S>
 void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values);
 template <class S>

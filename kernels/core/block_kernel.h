@@ -33,7 +33,9 @@ VESTA_HD inline T ReduceBlock(Block& block, T* lanes, const T& value, const Add&
     if (thread < half) lanes[thread] = add(lanes[thread], lanes[thread + half]);
     block.Sync();
   }
-  return thread == 0 ? lanes[0] : value;  // only thread 0 reads lanes, so the caller may reuse it at once
+  // After the last barrier only thread 0 reads, and only lanes[0]. So each thread may overwrite its own element at
+  // once, as the next call of this function does.
+  return thread == 0 ? lanes[0] : value;
 }
 
 struct AddUp {
@@ -51,8 +53,9 @@ struct LargestOrNaN {
 };
 
 // Each block of threads combines the values term(i) of one chunk of [0, size) with `add` and stores result[block].
-// Chunks have `chunk` indices (ChunkSize), the last one perhaps fewer, so the result does not depend on the GPU. term:
-// VESTA_HD double(Index). add: `add(0, x)` must be x.
+// Chunks have `chunk` indices, the last one perhaps fewer. With chunk = ChunkSize(size), which depends only on `size`,
+// every GPU combines the values in the same order and gets the same result. term: VESTA_HD double(Index). add: `add(0,
+// x)` must be x.
 template <class Term, class Add>
 struct ReduceChunks {
   static constexpr int kThreads = 256;
@@ -74,8 +77,8 @@ struct ReduceChunks {
   }
 };
 
-// Each block of threads computes kSums sums over one chunk of [0, size): result[kSums * block + k] is the sum of term
-// k. term: VESTA_HD void(Index i, double sums[kSums]), which adds the terms of index i to sums.
+// Each block of threads computes kSums sums over one chunk of [0, size) and stores sum k in result[kSums * block + k].
+// term: VESTA_HD void(Index i, double sums[kSums]); adds the kSums values of index i to `sums`, one to each.
 template <int kSums, class Term>
 struct SumChunks {
   static constexpr int kThreads = 256;

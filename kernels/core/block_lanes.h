@@ -25,8 +25,9 @@ inline constexpr S kSmallestPivot = sizeof(S) == sizeof(float) ? S(1e-6) : S(1e-
 }  // namespace block_internal
 
 // Cholesky factorisation of kLanes blocks of order `size`, in place. a: the packed lower triangles (packed.h), replaced
-// by L with 1 / L_kk on the diagonal. Adds each lane's number of replaced or raised pivots to `num_replaced`. root,
-// scale and left are scratch arrays of `size` elements.
+// by L with 1 / L_kk on the diagonal. If a diagonal entry of a block is not positive and finite, its row and column are
+// treated as 0. Pivots below kSmallestPivot are raised to it. Adds the number of these entries and pivots to
+// `num_replaced`, per lane. root, scale and left are scratch arrays of `size` elements.
 //
 // The blocks are first scaled to a unit diagonal. The squared entries of row i of L sum to diagonal entry i. The square
 // of an entry is therefore at most diagonal entry i minus the squares of the entries before it in row i. Clamping to
@@ -54,7 +55,7 @@ VESTA_HD inline void FactorizeLanes(int size, BlockLanes<S, kLanes>* a, BlockLan
       const BlockLanes<S, kLanes> bound = root[j], column = scale[j];
       BlockLanes<S, kLanes>& entry = a[PackedLower(i, j)];
       for (int l = 0; l < kLanes; ++l) {
-        // Clamped between the two products, so that neither can overflow.
+        // The first product may overflow, so it is clamped. The magnitude of the second one is then at most about 1.
         const S half = entry.lane[l] * row.lane[l];
         entry.lane[l] = Min(Max(half, -bound.lane[l]), bound.lane[l]) * column.lane[l];
       }

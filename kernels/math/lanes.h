@@ -140,7 +140,8 @@ inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #endif
 }
 
-// Applies the steps from kLevel on to v[0], ..., v[kCount - 1], kCount <= width. The result is in v[0].
+// Applies the steps kLevel, kLevel + 1, ..., log2(width) - 1 (FoldLanes) to v[0], ..., v[kCount - 1], where kCount <=
+// width / 2^kLevel. Each step halves the number of batches, rounding up. The result is in v[0].
 template <int kLevel, int kCount>
 inline void FoldAll(FloatLanes* v) {
   if constexpr ((1 << kLevel) < static_cast<int>(FloatLanes::size)) {

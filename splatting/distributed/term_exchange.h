@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exchange of gradients between processes, as the bytes of terms (sum_of_views.h).
+// Exchange of gradients between processes, as the bytes of terms. A term is the block-sparse gradient of one view, or
+// the sum of several (sum_of_views.h).
 #pragma once
 
 #include <algorithm>
@@ -108,8 +109,8 @@ class TermExchange {
   }
 
  private:
-  // Description of a partial sum for all processes: the rank that computed it, its views [begin, end), the number of
-  // Gaussians, and its size in bytes.
+  // Description of a partial sum, sent to every process: the rank that computed the sum, its views [begin, end), the
+  // number of Gaussians, and the size of the sum in bytes.
   struct Part {
     Index rank, begin, end, gaussians, bytes;
   };

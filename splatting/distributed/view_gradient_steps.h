@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over terms, which have only the blocks of 16 Gaussians that their views see (sum_of_views.h). All pointers of a
-// loop are in one memory space.
+// Loops over terms. A term is the block-sparse gradient of one view, or the sum of several (sum_of_views.h). It stores
+// a block of 16 neighbouring Gaussians only if one of its views sees a Gaussian of the block. All pointers of a loop
+// are in one memory space.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,7 @@ inline constexpr int kGrad2d = 0, kViews = 1, kFirstAttribute = 2;
 // Common to all terms of an iteration.
 struct Layout {
   splat::ModelLayout model;
-  int attributes;  // number in use
+  int attributes;  // number of attributes per Gaussian at the SH degree of this iteration
 
   VESTA_HD Index Blocks() const { return (model.count + kLanes - 1) / kLanes; }
   // Rows of a block. The first Gaussian of a block has the highest SH degree: models are sorted by descending degree.
@@ -49,8 +50,8 @@ VESTA_HD constexpr Index PackCounts(Index rows) { return (Index{1} << kRowBits) 
 VESTA_HD constexpr Index UnpackBlocks(Index sum) { return sum >> kRowBits; }
 VESTA_HD constexpr Index UnpackRows(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
 
-// counts[b] = PackCounts(rows of block b) if a Gaussian of block b is visible, else 0; also 0 for the number after the
-// last block.
+// counts[b] = PackCounts(rows of block b) if a Gaussian of block b is visible, else 0. Also called for b =
+// layout.Blocks(), one past the last block: it stores 0 there, so that the last exclusive running sum is the total.
 struct CountVisible {
   Layout layout;
   const std::int32_t* rank_of;  // depth rank by Gaussian; -1: not visible
@@ -71,8 +72,8 @@ struct PlaceBlocks {
   VESTA_HD void operator()(Index k) const { places[block[k]] = static_cast<std::uint32_t>(k + 1); }
 };
 
-// counts[b] = PackCounts(rows of block b) if at least one of two terms has block b, else 0; also 0 for the number after
-// the last block.
+// counts[b] = PackCounts(rows of block b) if at least one of two terms has block b, else 0. Also called for b =
+// layout.Blocks(), where it stores 0, as CountVisible does.
 struct CountEither {
   Layout layout;
   const std::uint32_t *left, *right;  // by block, from PlaceBlocks; 0: not in the term
@@ -84,7 +85,9 @@ struct CountEither {
   }
 };
 
-// counts: as above, by block number; sums: their exclusive running sums.
+// Writes the arrays `block` and `begin` of a new term (Arrays), with an entry for each block b whose count is not 0.
+// counts: from CountVisible or CountEither; sums: their exclusive running sums, which give the position of the entry
+// and the first row of the block.
 struct ListBlocks {
   const Index *counts, *sums;
   std::uint32_t *block, *begin;

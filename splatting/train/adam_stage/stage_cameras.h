@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refines cameras and exposures of the training views during the Adam stage. Each time Adam has processed a view, its
-// camera takes a step, with a gradient from the rendering passes for the Gaussians. A shared lens takes a step each
-// time 16 of its views have been processed, or all of them if it has fewer (cameras/training/camera_steps.h). Only
-// rendering passes run in the memory of backend B.
+// Refines cameras and exposures of the training views during the Adam stage. Each time Adam processes a view, the
+// camera of this view takes a step. The gradient of the step is computed from intermediate results of the gradient of
+// the Gaussians (cameras/derivatives/seen_view.h). Views with equal given cameras share a lens. A refined
+// lens takes a step after 16 of its views have been processed, or after the number of its views, if that is less
+// (cameras/training/camera_steps.h). Images and their derivatives are computed in the memory of backend B (host or
+// GPU), steps on the host.
 #pragma once
 
 #include <cstdint>
@@ -24,13 +26,14 @@ namespace vesta::gs {
 // State for checkpoints. RunState has the current cameras.
 struct StageCamerasState {
   std::vector<CameraStepState> views;
-  std::vector<LensSystem> lenses;           // since the last step of each lens
+  std::vector<LensSystem> lenses;           // per lens: sum over the views processed since its last step
   std::uint64_t seen = 0;                   // views processed, with repetition
   std::optional<CameraChoice> chosen = {};  // the decision of kAuto, once made
 
   template <class Archive>
   void Visit(Archive& archive) {
-    int choice = chosen ? static_cast<int>(*chosen) : kNone;  // an optional cannot be read from arbitrary bytes
+    // Stored as an int: std::optional has a bool inside, and bytes of a damaged file could give it an invalid value.
+    int choice = chosen ? static_cast<int>(*chosen) : kNone;
     archive(views, lenses, seen, choice);
     if constexpr (Archive::kReads) chosen = choice == kNone ? std::nullopt : std::optional(CameraChoice{choice});
   }
@@ -57,7 +60,7 @@ class StageCameras {
   // Call before the views of an iteration.
   void BeginIteration(const StageCamerasState& state) { seen_before_ = state.seen; }
   // Moves the camera of the view that was just processed. If a device has too little memory to measure the view's
-  // curvature, uses the last one; before the first one, the camera does not move.
+  // curvature, uses the latest measured curvature of this view. Without any, the camera does not move.
   template <class B>
   void Step(const StageSpan& span, const ProcessedView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
@@ -73,7 +76,9 @@ class StageCameras {
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
-    RescaleCurvature(pixels, &own);  // it may come from an image of another size: half size, or before a rollback
+    // The curvature may be from an image of another size: of half size, or of full size if a rollback has led back to
+    // half-size images.
+    RescaleCurvature(pixels, &own);
     if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Call after the views of an iteration. Takes the lens steps that are due and, after each pass over all views, fixes
@@ -87,8 +92,8 @@ class StageCameras {
       if (!targets->empty()) targets->SetCamera(view, now);
     }
   }
-  // Applies the inverse of the found exposure to the view's photograph in the targets. Call it only before the
-  // photograph is used: it is slow, and most moves do not change the exposure.
+  // Applies the inverse of the found exposure to the view's photograph in the targets, if this exposure has changed
+  // since the last call. Call it just before the photograph is used, not after each change: it processes all pixels.
   template <class B>
   void Develop(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     if (!session_.cameras().Develop(view)) return;

@@ -9,8 +9,9 @@
 
 namespace vesta::gs {
 
-// Default length of the Adam stage in views: 76 times the number of training views, at least 4,000
-// (docs/decisions/training-length.md).
+// Default length of the Adam stage as a number of processed views: 76 times the number of training views, at least
+// 4,000 (docs/decisions/training-length.md). An iteration processes batch_size views, so the number of iterations is
+// this number divided by batch_size (NumIterations).
 double IterationsFor(Index training_views);
 
 // Fills in AdamOptions::iterations and sh_degree if empty. If there is a time limit but no number of iterations, only
@@ -22,10 +23,13 @@ TrainOptions FitToScene(TrainOptions options, Index training_views);
 struct ResolvedPlan {
   explicit ResolvedPlan(const TrainOptions& options) : max_gaussians(options.density.max_gaussians), lm(options.lm) {}
 
-  // Memory in MiB besides the stages: program, photographs and copies of them.
+  // Memory in MiB that does not belong to a stage (memory_plan.h predicts the stages): the process with the scene,
+  // before the training; photographs that are still to be loaded; copies of photographs for camera refinement.
   double held_mib = 0;
   Index max_gaussians;  // density.max_gaussians, or fewer if memory is limited
-  LmStageOptions lm;    // as it runs; 0 iterations: skipped
+  // Options with which the LM stage runs. They may differ from TrainOptions::lm, for example if memory is limited. With
+  // 0 iterations, the stage is skipped.
+  LmStageOptions lm;
   LmPlan lm_memory;
 };
 
