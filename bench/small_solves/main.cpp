@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures solves of small problems on one thread: curve fits (30 residuals, 3 parameters) and camera poses (100
 // residuals, 6 parameters). Compares SmallSolver and SolveEach with ceres::TinySolver, with Ceres (DENSE_QR; one cost
-// function for all readings, or one per reading), and with ResidualBlocks, BlockProblem and the bridge. Each solver
-// gets the same problems and tolerances. The solvers alternate. Times are medians over the rounds of the CPU time,
-// which other programs disturb less than the wall-clock time.
+// function for all readings, or one per reading), with ResidualBlocks (in the same two ways), BlockProblem and the
+// bridge. Each solver gets the same problems and tolerances. The solvers alternate. Times are medians over the rounds
+// of the CPU time, which other programs disturb less than the wall-clock time.
 //
 //   small_solves [--rounds N] [--batch N] [--json FILE]
 #include <ceres/autodiff_cost_function.h>
@@ -120,7 +120,15 @@ void SolveBridge(const Problems<F>& problems, std::size_t i, double* x) {
 }
 
 template <class F>
-void SolveResidualBlocks(const Problems<F>& problems, std::size_t i, double* x) {
+void SolveOneFunctor(const Problems<F>& problems, std::size_t i, double* x) {
+  static const F f;
+  std::vector<ProblemOfBatch<F>> functors{ProblemOfBatch<F>(f, problems.data_of(i))};
+  ResidualBlocks<ProblemOfBatch<F>, CpuBackend<double>> problem(F::kParameters, std::move(functors));
+  SolveLm(problem, std::span<double>(x, F::kParameters), Tight());
+}
+
+template <class F>
+void SolveFunctors(const Problems<F>& problems, std::size_t i, double* x) {
   std::vector<OneReading<F>> readings;
   readings.reserve(F::kReadings);
   for (int k = 0; k < F::kReadings; ++k) readings.push_back({problems.data_of(i) + k * (F::kData / F::kReadings)});
@@ -204,8 +212,9 @@ void MeasureAll(Report& report, int rounds, int batch) {
                           [](const auto& all, std::size_t i, double* x) { SolveCeres<F>(all, i, false, x); }),
               OneByOne<F>("Ceres, a cost a reading",
                           [](const auto& all, std::size_t i, double* x) { SolveCeres<F>(all, i, true, x); }),
-              OneByOne<F>("ResidualBlocks", SolveResidualBlocks<F>), OneByOne<F>("BlockProblem", SolveBlockProblem<F>),
-              OneByOne<F>("bridge", SolveBridge<F>)});
+              OneByOne<F>("ResidualBlocks, one functor", SolveOneFunctor<F>),
+              OneByOne<F>("ResidualBlocks, a functor a reading", SolveFunctors<F>),
+              OneByOne<F>("BlockProblem", SolveBlockProblem<F>), OneByOne<F>("bridge", SolveBridge<F>)});
   Measure<F>(report, problems, static_cast<std::size_t>(batch), std::max(3, rounds / 4),
              {tiny, small, {"SolveEach", [](const Problems<F>& all, std::size_t, std::vector<double>& x) {
                               SolveEach(F(), std::span<const double>(all.data), std::span<double>(x), Tight());
