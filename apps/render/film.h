@@ -50,7 +50,8 @@ class Film {
 // A .png file name for each view: View::name with "_" for "/", and with ".png" instead of its extension.
 // files_of(name): all files that the caller will write for this name, beginning with the name itself. No two views get
 // the same file. If two views would, all names keep their extension ("a.jpg.png"). If two still would ("a/b.jpg" and
-// "a_b.jpg"), each view after the first gets a number.
+// "a_b.jpg"), the first of them in `views` keeps its name ("a_b.jpg.png"). Each later one gets the first free number
+// from 2 on ("a_b.jpg_2.png").
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views,
                                    const std::function<std::vector<std::string>(const std::string&)>& files_of);
 

@@ -32,7 +32,8 @@ struct ImageQuality {
 ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
 // Converts the quality of a whole image to the quality of its unmasked part. part: fraction of unmasked pixels, in (0,
-// 1]. All masked pixels must have zero error, so that only the number of pixels that divides the sums changes.
+// 1]. Requires equal rendered and true values at masked pixels. Keeps the sums of squared errors and of 1 - SSIM, but
+// divides them by the number of unmasked pixels instead of all pixels.
 ImageQuality QualityOfMaskedImage(const ImageQuality& whole, double part);
 
 // Measures the quality of views from quantised copies of rendered image and truth. Keeps its memory for the next view.

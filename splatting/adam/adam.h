@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Adam optimiser (Kingma and Ba 2015) for a model in the memory of backend B, with a learning rate for each class
-// of parameter. In block mode, the second moments are joint for the eleven geometric parameters of a Gaussian: mean,
-// log-scales, quaternion and opacity (adam_formula.h).
+// of parameter. A Gaussian has eleven geometric parameters: mean, log-scales, quaternion and opacity. In block mode,
+// Adam updates them in a basis of each Gaussian's own: the approximate eigenvectors of the running mean of g g^T, where
+// g is the gradient of the eleven parameters. The second moments then belong to the directions of this basis
+// (adam_formula.h).
 #pragma once
 
 #include <utility>
@@ -61,8 +63,8 @@ class Adam {
   void Rearrange(const splat::ModelLayout& from, const splat::ModelLayout& to, Span<const std::uint32_t, Space> source,
                  Span<const std::uint8_t, Space> kept) {
     if (first_.empty()) return;
-    // Rearrange the bases first: they are the largest arrays. If a copy of the bases fits, copies of the moments fit
-    // too, unless the model grows.
+    // The bases are the largest arrays, so they come first. If memory is too small, this copy fails before any array
+    // has changed. If the copy of the bases fits, copies of the moments fit too, unless the model grows.
     if (rule_.has_blocks()) bases_.Rearrange(source, kept);
     for (Vector* moments : {&first_, &second_}) {
       Vector gathered;

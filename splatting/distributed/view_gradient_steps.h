@@ -44,7 +44,8 @@ struct Arrays {
   const float* rows;
 };
 
-// Packs a block and a number of rows into one integer. Running sums of these integers count blocks and rows at once.
+// Packs two counts into one integer: one block in the bits above kRowBits, and its number of rows in the lower bits. A
+// running sum of these integers counts blocks and rows at once. The Unpack functions return the two counts of a sum.
 inline constexpr int kRowBits = 40;
 VESTA_HD constexpr Index PackCounts(Index rows) { return (Index{1} << kRowBits) + rows; }
 VESTA_HD constexpr Index UnpackBlocks(Index sum) { return sum >> kRowBits; }

@@ -24,9 +24,10 @@ Orbit OrbitOf(const Scene& scene, const Camera& camera, int frames);
 
 // A path for forward-facing scenes that stays among their cameras (as in Mildenhall et al. 2019, "Local light field
 // fusion"): two turns in the plane perpendicular to the mean viewing direction, while moving forward and back once.
-// Along each axis, it reaches as far from the mean camera as the nearest nine tenths of the cameras. Every view looks
-// at the point at the scene's median depth in front of the mean camera. frames: number of views, at least 1; the last
-// one does not repeat the first. Throws Error for a scene without views, or if the views face different directions.
+// Its reach along an axis is the 90th percentile of the cameras' distances from the mean camera along this axis.
+// Forward and back, the reach is at most half of the scene's median depth. Every view looks at the point at the scene's
+// median depth in front of the mean camera. frames: number of views, at least 1; the last one does not repeat the
+// first. Throws Error for a scene without views, or if the views face different directions.
 std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames);
 
 struct Tour {

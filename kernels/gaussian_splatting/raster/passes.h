@@ -2,9 +2,9 @@
 // The raster passes over one tile on the CPU: image, tangent, adjoint, Gram sums, and visit counts. Formulas and
 // symbols: pixel_steps.h, splat_sums.h.
 //
-// Adjoint and Gram passes need S, the sum of the weighted colours behind a splat. It is the final colour of the pixel
-// minus the weighted colours up to and including the splat. These passes therefore also visit the splats front to back,
-// and they store no data per pixel and splat.
+// Adjoint and Gram passes need the colour behind a splat: the sum of the weighted colours of all later splats and the
+// background. It is the final colour of the pixel minus the weighted colours up to and including the splat. These
+// passes therefore also visit the splats front to back, and they store no data per pixel and splat.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
@@ -159,7 +159,7 @@ struct AdjointPass {
   using L = Lanes<V>;
   SplatTangent<S>* sums;              // [pairs] of all tiles, indexed like TileLists::ranks
   alignas(64) S u[3][kTilePixels];    // cotangent of the image
-  alignas(64) S behind[kTilePixels];  // u . S
+  alignas(64) S behind[kTilePixels];  // u . colour behind the last visited splat
 
   struct State {
     V c[3];
@@ -183,7 +183,7 @@ struct GramPass {
   using L = Lanes<V>;
   SplatGram<S>* sums;
   alignas(64) S omega[3][kTilePixels];   // curvature of the loss with respect to each colour
-  alignas(64) S behind[3][kTilePixels];  // S
+  alignas(64) S behind[3][kTilePixels];  // colour behind the last visited splat
 
   struct State {
     V c[3];

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels that a splat covers in each row of a tile, and the values of the splat that are constant along a row. The
-// same template is used in three ways. On the host, their results are bit-identical:
+// The pixels that a splat covers in each row of a tile, and the values of the splat that are constant along a row. One
+// template serves the CPU's two traversals and the GPU's passes. Compiled for the CPU, all three compute the same bits:
 //
 //   traverse_splats.h   the SIMD lanes are 16 rows of one splat
 //   traverse_rows.h     the SIMD lanes are 16 splats in one row
-//   tile_block.h        a GPU thread computes one row of one splat
+//   tile_block.h        scalars: a GPU thread computes the row of its pixel, for one splat at a time
 #pragma once
 
 #include <cmath>
@@ -94,7 +94,8 @@ struct RowSpan : RowPosition<V> {
             static_cast<int>(Clamp(end, S(first - 1), S(last))) + 1};
   }
 
-  // One bit per lane: 1 if vector k of the lane's row has a covered pixel. 0 if the span contains no pixel centre.
+  // Returns one bit per lane: 1 if the lane's row has a covered pixel in vector k, the pixels from k * kWidth to
+  // (k + 1) * kWidth - 1. A span between two neighbouring pixel centres covers no pixel, so its bit is 0.
   VESTA_HD std::uint32_t TouchesVector(int k) const {
     const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
     return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));

@@ -13,8 +13,9 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// For rank r < count: copies the splat to its rank, and sets rank_of. keys: from ProjectKernels::project. indices: 0 ..
-// count - 1. Both arrays are sorted by key, so invisible Gaussians come last.
+// For rank r < count: copies the splat to its rank, and sets rank_of. keys: the depth keys from
+// ProjectKernels::project, in ascending order. indices: the permutation that sorts them, so Gaussian indices[r] has the
+// key keys[r]. Invisible Gaussians have the largest key, kInvisible, and come last.
 template <class S>
 struct GatherSorted {
   const std::uint32_t *keys, *indices;

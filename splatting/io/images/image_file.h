@@ -16,7 +16,8 @@ namespace vesta::gs {
 // or a WebP. The first bytes, not the name, determine the format. Samples of 16 bits keep their precision. Pixels that
 // are not opaque are composited over `background` and masked. Orientation (ExifOrientation) and colour profiles are
 // ignored, as in COLMAP. Throws Error naming the file if it is missing, damaged, truncated or unsupported (CMYK JPEG,
-// other TIFF samples, animation). work_bytes: unless null, receives the memory for reading, without the result.
+// other TIFF samples, animation). work_bytes: unless null, receives the bytes of the decoded samples. This memory is
+// needed in addition to the result, until the samples are converted to the result.
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
                 double* work_bytes = nullptr);
 
@@ -39,7 +40,8 @@ void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std:
 // mirrored. 1 if missing or unreadable. Source: CIPA DC-008 (EXIF 2.32), tag 274, in APP1.
 int ExifOrientation(std::string_view jpeg);
 
-// Turns an image upright if its orientation swaps its sides (5 to 8). Returns others unchanged.
+// Returns the upright image for orientations 5 to 8: exchanges width and height, and also undoes the mirroring of 5 and
+// 7. Returns the image unchanged for orientations 1 to 4.
 Image RotatedUpright(const Image& image, int orientation);
 
 }  // namespace vesta::gs

@@ -74,7 +74,8 @@ class SavedStage {
   Stage first_stage() const { return checkpoint_ ? checkpoint_->run.stage : Stage::kAdam; }
   int first_iteration() const { return checkpoint_ ? checkpoint_->iteration() : 0; }
   const std::string& path() const { return checkpoint_->path; }  // requires a checkpoint
-  // Seconds before the state was saved: of the training without evaluations; of evaluations.
+  // Time until the state was saved, in seconds: seconds() without evaluations, eval_seconds() of evaluations alone.
+  // Both are 0 without a checkpoint.
   double seconds() const { return checkpoint_ ? checkpoint_->run.seconds : 0; }
   double eval_seconds() const { return checkpoint_ ? checkpoint_->run.eval_seconds : 0; }
 

@@ -39,7 +39,7 @@ struct TrainResult {
   SplatModel model;
   std::vector<ViewUnknowns> cameras;  // of the training views relative to the given cameras; empty without refinement
   CameraChanges camera_changes;
-  std::vector<HistoryRow> history;                            // not empty; ends with the model
+  std::vector<HistoryRow> history;                            // not empty; the last row evaluates `model`
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // since the start or resume
   bool stopped = false;                                       // early, by the callback or the time limit
   bool saved = false;                                         // a checkpoint was written
