@@ -15,12 +15,13 @@ bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option) {
   // refine and prune add no Gaussians and keep the SH degree and rendering; refine also removes none.
   if (option.name.starts_with("pruning.") && command.command != kPrune) return false;
   return !option.name.starts_with("density.") && option.name != "train.sh_degree" &&
-         option.name != "train.background" && option.name != "train.eps2d";
+         option.name != "train.background" && option.name != "train.eps2d" && option.name != "train.antialias";
 }
 
 namespace {
 
 constexpr schema::Choice<Device> kDevices[] = {{Device::kAuto, "auto"}, {Device::kCpu, "cpu"}, {Device::kCuda, "cuda"}};
+constexpr schema::Choice<bool> kYesOrNo[] = {{true, "true"}, {false, "false"}};
 constexpr schema::Choice<gs::RefineMethod> kMethods[] = {
     {gs::RefineMethod::kViews, "views"}, {gs::RefineMethod::kLm, "lm"}, {gs::RefineMethod::kBoth, "both"}};
 constexpr schema::Choice<Align> kAligns[] = {
@@ -124,6 +125,11 @@ const std::vector<FlagRow>& ProgramFlags() {
         {splat::kMinEps2d, splat::kMaxEps2d},
         "2D dilation: variance of the low-pass filter of each Gaussian in the image, in pixels^2; auto: the value that "
         "SPLAT records, else 0.3"},
+       kRefines | kViews},
+      {kInput,
+       kRefines | kViews,
+       {"antialias", &O::antialias, kYesOrNo,
+        "reduce the opacity of Gaussians as the 2D dilation enlarges them; auto: as SPLAT records"},
        kRefines | kViews},
 
       {kQuality,

@@ -86,6 +86,7 @@ struct Flags {
   bool fixed_model = false;
   std::optional<std::array<double, 3>> background;  // empty: from the splat file
   std::optional<double> eps2d;                      // empty: from the splat file
+  std::optional<bool> antialias;                    // empty: from the splat file
   int downscale = 1;
   // Loading of scenes (apps/inputs/scene_and_splat.h).
   std::string images = "images", test_list;

@@ -103,6 +103,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
     return loaded;
   });
   options.background = ToDouble(posed.model.background), options.eps2d = posed.model.eps2d;
+  options.antialias = posed.model.antialiased;
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   const std::string note = change(settings.options, posed);

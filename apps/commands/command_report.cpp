@@ -60,8 +60,8 @@ class FinishedRuns {
     }
     gs::LoadSceneOptions how = SceneOptions(flags, options);
     UseSplatRendering(model_, &how);
-    const std::string key = fmt::format("{} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
-                                        how.eps2d, flag_texts, how.hold_out);
+    const std::string key = fmt::format("{} {} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
+                                        how.eps2d, how.antialiased, flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {
       scene_.reset();  // before the next scene is loaded
       scene_ = gs::LoadScene(run.scene, how);

@@ -100,10 +100,11 @@ gs::SplatModel LoadSplat(const std::string& path) {
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model) {
   if (flags.background) model->background = ToFloat(*flags.background);
   if (flags.eps2d) model->eps2d = *flags.eps2d;
+  if (flags.antialias) model->antialiased = *flags.antialias;
 }
 
 void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options) {
-  options->background = model.background, options->eps2d = model.eps2d;
+  options->background = model.background, options->eps2d = model.eps2d, options->antialiased = model.antialiased;
 }
 
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,

@@ -33,17 +33,18 @@ void PrintScene(const gs::Scene& scene);
 
 // The inputs of refine, prune, eval and render.
 struct PosedModel {
-  gs::SplatModel model;  // in the scene's frame; keeps its background and eps2d
+  gs::SplatModel model;  // in the scene's frame; keeps its background, eps2d and antialiasing
   gs::Scene scene;
 };
 
 // Reads a splat and prints notes.
 gs::SplatModel LoadSplat(const std::string& path);
-// Replaces the background and eps2d of the splat by --background and --eps2d, if given.
+// Replaces the background, eps2d and antialiasing of the splat by --background, --eps2d and --antialias, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
-// Sets the background and eps2d for loading the scene to those of the splat.
+// Sets the background, eps2d and antialiasing for loading the scene to those of the splat.
 void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
-// Reads the files. UseRenderingFlags sets the background and eps2d of the splat, which replace those in `options`.
+// Reads the files. UseRenderingFlags changes the splat, whose background, eps2d and antialiasing replace those in
+// `options`.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);
 // For the arguments SPLAT and SCENE of eval, render or view.

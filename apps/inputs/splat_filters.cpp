@@ -65,7 +65,7 @@ gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, Run
   if (flags.scene.empty()) return gs::FindFloaters(model, nullptr);
   gs::LoadSceneOptions options;
   UseSceneFlags(flags, 0, &options);
-  options.eps2d = model.eps2d;
+  options.eps2d = model.eps2d, options.antialiased = model.antialiased;
   const gs::Scene scene = gs::LoadScene(flags.scene, options);
   files->ReadsScene(flags.scene, scene);
   files->Check();

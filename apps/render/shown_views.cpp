@@ -47,7 +47,7 @@ gs::Camera Covered(const gs::Camera& camera, gs::ImageSize size) {
   const double across = static_cast<double>(size.width) / camera.width;
   const double down = static_cast<double>(size.height) / camera.height;
   const double scale = std::max(across, down);
-  gs::Camera covered{size.width, size.height, camera.lens.Scaled(scale, scale), camera.eps2d};
+  gs::Camera covered{size.width, size.height, camera.lens.Scaled(scale, scale), camera.eps2d, camera.antialiased};
   covered.lens.cx += 0.5 * (size.width - scale * camera.width);
   covered.lens.cy += 0.5 * (size.height - scale * camera.height);
   return covered;

@@ -171,7 +171,7 @@ gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& op
   UseSceneFlags(flags, options.memory.budget_gib, &scene);
   scene.downscale = options.downscale;
   scene.background = ToFloat(options.background);
-  scene.eps2d = options.eps2d;
+  scene.eps2d = options.eps2d, scene.antialiased = options.antialias;
   scene.random_points.seed = options.seed;
   scene.hold_out = options.target_psnr > 0;
   return scene;

@@ -16,8 +16,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Options that determine the model, its images, or the saved state.
-constexpr const char* kFixed[] = {"adam.second_moment", "adam.batch_size", "cameras.refine",   "train.sh_degree",
-                                  "train.downscale",    "train.eps2d",     "train.background", "train.seed"};
+constexpr const char* kFixed[] = {"adam.second_moment", "adam.batch_size",  "cameras.refine",
+                                  "train.sh_degree",    "train.downscale",  "train.eps2d",
+                                  "train.antialias",    "train.background", "train.seed"};
 
 bool IsFixed(const std::string& name, gs::Stage stage) {
   for (const char* fixed : kFixed) {

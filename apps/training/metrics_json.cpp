@@ -167,6 +167,7 @@ std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEv
   json["train"] = ToJson(evaluation.train);
   json["cost"] = evaluation.cost;
   json["eps2d"] = model.eps2d;
+  json["antialiased"] = model.antialiased;
   AddModel(model, &json);
   json["device"] = facts.device;
   json["threads"] = facts.threads;

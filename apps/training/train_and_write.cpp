@@ -45,7 +45,12 @@ void RemarkOnOrigin(const gs::SplatModel& model, Remarks* remarks) {
       o[0], o[1], o[2]));
 }
 
-void NoteEps2d(const gs::SplatModel& model, Remarks* remarks) {
+void NoteFilter(const gs::SplatModel& model, Remarks* remarks) {
+  if (model.antialiased) {
+    remarks->push_back(
+        "the splat is trained with --antialias; viewers that do not read this from its file show it too opaque (see "
+        "the guide)");
+  }
   if (model.eps2d == splat::kEps2d) return;
   remarks->push_back(fmt::format(
       "the splat is trained with --eps2d={} pixels^2, but other viewers use {} and show it worse (see the guide)",
@@ -224,7 +229,7 @@ void LogIteration(const gs::TrainProgress& p) {
 std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat) {
   Remarks remarks;
   RemarkOnOrigin(result.model, &remarks);
-  NoteEps2d(result.model, &remarks);
+  NoteFilter(result.model, &remarks);
   RemarkOnMemory(job.settings.options.memory, result.memory, &remarks);
   RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
   return remarks;

@@ -107,8 +107,13 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   if (request.kind == FrameKind::kTruth) return truth;
   const splat::Model<float> kernel_model = gs::ToKernelModel(model);
   splat::PosedCamera posed = gs::ToPosedCamera(request.view, gs::NearPlane(scene_));
-  // Free cameras of the page and a splat in training have no eps2d.
-  posed.eps2d = scene_.views.empty() ? model.eps2d : scene_.views.front().camera.eps2d;
+  // Free cameras of the page and a splat in training have no eps2d and are not antialiased.
+  if (scene_.views.empty()) {
+    posed.eps2d = model.eps2d, posed.antialiased = model.antialiased;
+  } else {
+    const gs::Camera& filtered = scene_.views.front().camera;
+    posed.eps2d = filtered.eps2d, posed.antialiased = filtered.antialiased;
+  }
   splats_.Build(kernel_model, posed, background_.data(), workspace_);
   switch (request.kind) {
     case FrameKind::kCount:

@@ -19,7 +19,7 @@ Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
   workload.name = "photographs";
   workload.model = gs::ReadSplatPly(ply);
   gs::LoadSceneOptions loading;
-  loading.eps2d = workload.model.eps2d;
+  loading.eps2d = workload.model.eps2d, loading.antialiased = workload.model.antialiased;
   const gs::Scene scene = gs::LoadScene(scene_path, loading);
   workload.extent = scene.extent;
   for (const gs::View& view : scene.views) {

@@ -141,7 +141,7 @@ Row MeasureSplats(Communicator& ranks, const Arguments& arguments) {
   gs::LoadSceneOptions loading;
   loading.downscale = Whole(arguments, "downscale", "1");
   const gs::SplatModel model = gs::ReadSplatPly(arguments.positional[2]);
-  loading.eps2d = model.eps2d;
+  loading.eps2d = model.eps2d, loading.antialiased = model.antialiased;
   const gs::Scene scene = gs::LoadScene(arguments.positional[1], loading);
   using Cpu = CpuBackend<float>;
   std::vector<const gs::View*> views = gs::TrainingViews(scene.views);

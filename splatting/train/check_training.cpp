@@ -77,12 +77,18 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
   }
 }
 
-// A splat is rendered with a single eps2d.
-void CheckEps2d(const Scene& scene, const TrainOptions& options) {
+// A splat is rendered with a single low-pass filter.
+void CheckFilter(const Scene& scene, const TrainOptions& options) {
   for (const View& view : scene.views) {
-    if (view.camera.eps2d == options.eps2d) continue;
-    Fail(kBadArgument, "train.eps2d={}: the camera of view {} has {}; load the scene with LoadSceneOptions::eps2d",
-         options.eps2d, view.name, view.camera.eps2d);
+    if (view.camera.eps2d != options.eps2d) {
+      Fail(kBadArgument, "train.eps2d={}: the camera of view {} has {}; load the scene with LoadSceneOptions::eps2d",
+           options.eps2d, view.name, view.camera.eps2d);
+    }
+    if (view.camera.antialiased != options.antialias) {
+      Fail(kBadArgument,
+           "train.antialias={}: the camera of view {} has {}; load the scene with LoadSceneOptions::antialiased",
+           options.antialias, view.name, view.camera.antialiased);
+    }
   }
 }
 
@@ -149,7 +155,7 @@ void CheckProcesses(const Scene& scene, const TrainOptions& options, const Stage
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
                    const ProcessGroup& processes) {
   CheckViews(scene);
-  CheckEps2d(scene, options);
+  CheckFilter(scene, options);
   CheckTarget(scene, options);
   CheckCameras(scene, options, processes);
   CheckProcesses(scene, options, stages, processes);

@@ -96,6 +96,7 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
        std::vector<Case>{{"--set=adam.second_moment=diagonal", {"adam.second_moment=block", "diagonal"}},
                          {"--seed=5", {"train.seed=0", "5"}},
                          {"--eps2d=0.1", {"train.eps2d=0.3", "0.1"}},
+                         {"--antialias", {"train.antialias=false", "true"}},
                          {"--set=adam.batch_size=2", {"adam.batch_size=1", "2"}},
                          {"--iterations=200", {"--iterations=200"}},
                          {"--preset=paper", {"--preset=paper"}}}) {

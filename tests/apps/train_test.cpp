@@ -147,6 +147,22 @@ TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
   EXPECT_NE(json::parse(ReadBytes(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
 }
 
+TEST_F(TinyTraining, AntialiasingTravelsWithTheModel) {
+  ASSERT_EQ(Train(out_, {"--iterations=20", "--lm_iterations=0", "--antialias"}).status, 0);
+  EXPECT_TRUE(gs::ReadSplatPly(Ply(out_)).antialiased);
+  ExpectEvalReproduces(out_);
+  const std::string file = folder_ / "opaque.json", refined = folder_ / "refined";
+  ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--antialias=false", "--json", file}).status, 0);
+  EXPECT_NE(json::parse(ReadBytes(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
+  for (const bool keeps : {true, false}) {
+    std::vector<std::string> words = {"refine", Ply(out_), scene_, "--out=" + refined, "--iterations=10"};
+    if (!keeps) words.push_back("--antialias=false");
+    ASSERT_EQ(RunProgram(words).status, 0);
+    EXPECT_EQ(gs::ReadSplatPly(Ply(refined)).antialiased, keeps);
+    ExpectEvalReproduces(refined);
+  }
+}
+
 TEST_F(TinyTraining, Eps2dTravelsWithTheModel) {
   const ProgramOutput output = Train(out_, {"--iterations=20", "--lm_iterations=0", "--eps2d=0.05"});
   EXPECT_THAT(output.out, HasSubstr("other viewers use 0.3"));

@@ -9,7 +9,7 @@
 
 namespace vesta::splat {
 
-inline constexpr int kDeviceMathOutputs = 66;
+inline constexpr int kDeviceMathOutputs = 68;
 
 // x: mean, log-scale, quaternion and opacity logit of a Gaussian, as in layout.h. dx: a direction. out: projection,
 // opacity, view direction and SH basis with their derivatives along dx; then the adjoint of the projection, a colour,
@@ -24,7 +24,7 @@ VESTA_HD inline void EvaluateAll(const CameraConstants<S, Pinhole<S>>& camera, c
 
   ProjectionState<Pinhole<S>, D> dual_state;
   const SplatShape<D> moved = Project(camera, dual + kMean, dual + kLogScale, dual + kQuaternion, dual_state);
-  put(moved.u), put(moved.v), put(moved.r), put(moved.s), put(moved.beta);
+  put(moved.u), put(moved.v), put(moved.r), put(moved.s), put(moved.beta), put(moved.compensation);
   put(Sigmoid(dual[kOpacity]));
   D dual_view[3], dual_basis[16];
   ViewDirection(camera.centre, dual + kMean, dual_view);
@@ -35,8 +35,9 @@ VESTA_HD inline void EvaluateAll(const CameraConstants<S, Pinhole<S>>& camera, c
   ProjectionState<Pinhole<S>, S> state;
   const SplatShape<S> shape = Project(camera, x + kMean, x + kLogScale, x + kQuaternion, state);
   const SplatShape<S> tangent = {moved.u.v, moved.v.v, moved.r.v, moved.s.v, moved.beta.v};
-  S w[kLambda], log_scale_bar[3], quaternion_bar[4], mean_bar[3];
+  S w[kSplatShape], log_scale_bar[3], quaternion_bar[4], mean_bar[3];
   WhitenTangent(shape, tangent, w);
+  w[kLambda] = moved.compensation.v;
   ProjectAdjoint(camera, x + kQuaternion, state, shape, w, mean_bar, log_scale_bar, quaternion_bar);
   for (const S value : mean_bar) *out++ = value;
   for (const S value : log_scale_bar) *out++ = value;

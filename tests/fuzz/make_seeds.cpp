@@ -56,7 +56,7 @@ void SplatSeeds(const ScratchFolder& scratch, const std::string& corpus) {
     for (Index i = 0; i < model.count; ++i) model.attribute(splat::kQuaternion)[i] = 1;
     model.has_background = degree == 1;
     if (degree == 2) model.origin = {1, 2, 3};
-    if (degree == 3) model.eps2d = 0.1;
+    if (degree == 3) model.eps2d = 0.1, model.antialiased = true;
     const std::string name = "degree" + std::to_string(degree);
     gs::WriteSplatPly(corpus + "/splat_ply/" + name + ".ply", model);
     gs::WriteCompressedPly(corpus + "/compressed_ply/" + name + ".ply", model);

@@ -27,7 +27,7 @@ void PromiseItSurvives(const gs::SplatModel& model, const std::string& copy,
   PromiseSplat(again);
   Promise(again.count == model.count && again.sh_degree == model.sh_degree, "writing and reading changes the splat");
   Promise(again.background == model.background && again.has_background == model.has_background &&
-              again.origin == model.origin && again.eps2d == model.eps2d,
+              again.origin == model.origin && again.eps2d == model.eps2d && again.antialiased == model.antialiased,
           "writing and reading changes its origin or rendering");
 }
 

@@ -11,7 +11,8 @@ namespace {
 
 bool Same(const gs::SplatModel& a, const gs::SplatModel& b) {
   return a.sh_degree == b.sh_degree && a.count == b.count && a.has_background == b.has_background &&
-         a.background == b.background && a.origin == b.origin && a.eps2d == b.eps2d && a.data.size() == b.data.size() &&
+         a.background == b.background && a.origin == b.origin && a.eps2d == b.eps2d && a.antialiased == b.antialiased &&
+         a.data.size() == b.data.size() &&
          std::memcmp(a.data.data(), b.data.data(), a.data.size() * sizeof(float)) == 0;
 }
 

@@ -26,6 +26,7 @@ splat::PosedCamera RandomView(Random& random, int width, int height) {
   view.near = 0.01;
   Random of_filter = random;  // a copy: later random values do not change
   view.eps2d = of_filter.LogUniform(0.03, 1);
+  view.antialiased = of_filter.Uniform(0, 1) < 0.5;
   return view;
 }
 

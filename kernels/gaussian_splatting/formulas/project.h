@@ -21,6 +21,7 @@ struct CameraConstants {
   L lens;
   S near;
   S eps2d, eps2d_squared;
+  bool antialiased;
   S width, height;           // of the image
   S u_lo, u_hi, v_lo, v_hi;  // guard band (kGuardBand)
 };
@@ -54,6 +55,7 @@ inline CameraConstants<S, L> ConstantsOf(const PosedCamera& camera) {
   c.lens = L(camera.lens, camera.width, camera.height);
   c.near = static_cast<S>(camera.near);
   SetEps2d(camera.eps2d, c);
+  c.antialiased = camera.antialiased;
   c.u_lo = static_cast<S>(-kGuardBand * camera.width), c.u_hi = static_cast<S>((1 + kGuardBand) * camera.width);
   c.v_lo = static_cast<S>(-kGuardBand * camera.height), c.v_hi = static_cast<S>((1 + kGuardBand) * camera.height);
   c.width = static_cast<S>(camera.width), c.height = static_cast<S>(camera.height);
@@ -76,12 +78,18 @@ struct ProjectionState {
   T scale[3];                        // standard deviations
   T M0[3], M1[3];                    // rows of M
   T B, C, det;                       // screen covariance: xy, yy, determinant
+  T det_undilated;                   // determinant without the 2D dilation
 };
 
 // Mean and shape of a splat in whitened form: u, v, r, s, beta of Splat (types.h).
+//
+// compensation is the factor of the opacity in antialiased views, and 1 in others. The 2D dilation enlarges a splat by
+// sqrt(det) / sqrt(det_undilated); this factor keeps its integral over the image (Yu et al. 2024, Mip-Splatting, eq.
+// 10, with the dilation as the filter; gsplat calls it antialiased).
 template <class T>
 struct SplatShape {
   T u, v, r, s, beta;
+  T compensation = T(1);
 };
 
 // S is the scalar type of the camera's constants. For depths z <= 0, the result may be infinite or NaN. The caller must
@@ -116,6 +124,10 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, a sum of positive terms. In float A C - B^2 would lose all digits for very
   // elongated Gaussians.
   state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(eps2d, mm + nn, T(camera.eps2d_squared)))));
+  if (camera.antialiased) {
+    state.det_undilated = Fma(c0, c0, Fma(c1, c1, c2 * c2));
+    shape.compensation = sqrt(state.det_undilated / state.det);
+  }
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
   shape.beta = -state.B / state.C;
@@ -154,7 +166,8 @@ VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, co
 }
 
 // Adjoint of Project followed by WhitenTangent: computes mean_bar[3], log_scale_bar[3] and quaternion_bar[4] from the
-// components w_bar[0], ..., w_bar[4]. state, shape: from Project.
+// components w_bar[0], ..., w_bar[4], and in an antialiased view also from w_bar[kLambda], because the compensation
+// depends on the shape. state, shape: from Project.
 template <class S, class L, class T>
 VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T quaternion[4],
                                     const ProjectionState<L, T>& state, const SplatShape<T>& shape, const T* w_bar,
@@ -167,7 +180,11 @@ VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T
   const T kappa = two_ln2 * w_bar[kKappa] / sqrt(state.det);
   const T B_bar = -kappa;
   const T C_bar = (T(0.5f) * (rho_bar - sigma_bar) + kappa * state.B) / state.C;
-  const T det_bar = T(-0.5f) * rho_bar / state.det;
+  T det_bar = T(-0.5f) * rho_bar / state.det, two_undilated(0);
+  if (camera.antialiased) {  // log compensation = (log det_undilated - log det) / 2
+    det_bar = Fma(T(-0.5f), w_bar[kLambda] / state.det, det_bar);
+    two_undilated = w_bar[kLambda] / state.det_undilated;
+  }
 
   const T *m = state.M0, *n = state.M1;
   const T c[3] = {m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]};
@@ -176,8 +193,12 @@ VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T
   T A_bar[9];
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    const T M0_bar = Fma(two_det, n[i] * c[j] - n[j] * c[i] + eps2d * m[k], B_bar * n[k]);
-    const T M1_bar = Fma(two_det, c[i] * m[j] - c[j] * m[i] + eps2d * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
+    const T cross0 = n[i] * c[j] - n[j] * c[i], cross1 = c[i] * m[j] - c[j] * m[i];  // of d |m x n|^2 / 2
+    T M0_bar = Fma(two_det, cross0 + eps2d * m[k], B_bar * n[k]);
+    T M1_bar = Fma(two_det, cross1 + eps2d * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
+    if (camera.antialiased) {
+      M0_bar = Fma(two_undilated, cross0, M0_bar), M1_bar = Fma(two_undilated, cross1, M1_bar);
+    }
     const T along0 = M0_bar * m[k], along1 = M1_bar * n[k];
     log_scale_bar[k] = along0 + along1;
     const T axis[3] = {state.A[k], state.A[3 + k], state.A[6 + k]};

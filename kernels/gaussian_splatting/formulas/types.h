@@ -37,7 +37,7 @@ template <class S>
 struct alignas(16) Splat {
   S u, v;  // projected mean, pixels
   S r, s, beta;
-  S log2_opacity;  // after the sigmoid
+  S log2_opacity;  // after the sigmoid and the compensation of antialiased views
   S support;       // alpha >= 1/255 where p^2 + q^2 <= log2(255 opacity); slightly larger, only for skipping pixels
   S color[3];      // after the clamp at 0
   S inv_r;         // 1 / r
@@ -116,6 +116,8 @@ struct PosedCamera {
   int width, height;  // image size, pixels
   double near;
   double eps2d = kEps2d;  // variance added to both screen axes, pixels squared
+  // Whether the opacity of a splat is reduced as eps2d enlarges it (SplatShape::compensation in project.h).
+  bool antialiased = false;
 };
 
 }  // namespace vesta::splat

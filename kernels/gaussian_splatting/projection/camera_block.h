@@ -104,7 +104,6 @@ VESTA_HD void CameraTangentRange(const Model<S>& model, const CameraConstants<S,
     V w[kSplatTangent];
     TangentOfSplat<Degree>(
         camera, moved, log_scale, turned, colored, [&](int a) { return D(load(kSh + a)); }, w);
-    w[kLambda] = V(0);
     ScatterRecords<kSplatTangent>(
         block, rank_of, [&](std::int32_t rank) { return tangents[rank].w; }, w);
   }

@@ -2,7 +2,8 @@
 // Derivatives of a splat with respect to the lens of its view.
 //
 // A change of the focal length scales the projected mean about the principal point, and the screen covariance without
-// the 2D dilation. Colours and depths do not change. The derivative therefore depends only on the splat. For Gaussians
+// the 2D dilation, and in antialiased views it changes the opacity. Colours and depths do not change. The derivative
+// therefore depends only on the splat. For Gaussians
 // far outside the image, the projection uses the derivative of the lens at a clamped point (IsInRange in lens.h). Here,
 // this point is treated as constant.
 #pragma once
@@ -24,10 +25,10 @@ struct LensTangent {
   }
 };
 
-// Derivatives of a splat with respect to the lens. w[k]: the first kLambda components of the splat tangent
+// Derivatives of a splat with respect to the lens. w[k]: the first kSplatShape components of the splat tangent
 // (SplatTangent in types.h) for a unit change of lens parameter k. The other components are zero.
 struct LensRows {
-  double w[kLensTangent][kLambda] = {};
+  double w[kLensTangent][kSplatShape] = {};
 
   template <class S>
   VESTA_HD LensRows(const Splat<S>& splat, const PosedCamera& camera) {
@@ -42,9 +43,12 @@ struct LensRows {
       const SplatShape<double> d = {du, dv, shape.r * (dC / C - d_det / det) / 2, -shape.s * dC / (2 * C),
                                     (B * dC / C - dB) / C};
       WhitenTangent(shape, d, w[k]);
+      return d_det / det;
     };
-    set(0, shape.u - lens.cx, 0, 2 * (A - camera.eps2d), B, 0);
-    set(1, 0, shape.v - lens.cy, 0, B, 2 * (C - camera.eps2d));
+    // A focal length scales the determinant without the dilation by its square.
+    const double fx = set(0, shape.u - lens.cx, 0, 2 * (A - camera.eps2d), B, 0);
+    const double fy = set(1, 0, shape.v - lens.cy, 0, B, 2 * (C - camera.eps2d));
+    if (camera.antialiased) w[0][kLambda] = 1 - fx / 2, w[1][kLambda] = 1 - fy / 2;
     set(2, lens.fx, 0, 0, 0, 0);
     set(3, 0, lens.fy, 0, 0, 0);
   }
@@ -53,7 +57,7 @@ struct LensRows {
   template <class S>
   VESTA_HD SplatTangent<S> Tangent(const LensTangent& delta) const {
     SplatTangent<S> tangent = {};
-    for (int i = 0; i < kLambda; ++i) {
+    for (int i = 0; i < kSplatShape; ++i) {
       double sum = 0;
       for (int k = 0; k < kLensTangent; ++k) sum += w[k][i] * delta.v[k];
       tangent.w[i] = static_cast<S>(sum);
@@ -64,7 +68,7 @@ struct LensRows {
   template <class S>
   VESTA_HD void AddCotangent(const SplatTangent<S>& cotangent, double* sum) const {
     for (int k = 0; k < kLensTangent; ++k) {
-      for (int i = 0; i < kLambda; ++i) sum[k] += w[k][i] * static_cast<double>(cotangent.w[i]);
+      for (int i = 0; i < kSplatShape; ++i) sum[k] += w[k][i] * static_cast<double>(cotangent.w[i]);
     }
   }
 };

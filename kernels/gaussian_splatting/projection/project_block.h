@@ -164,13 +164,13 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
     const ProjectedBlock<V, L> b(camera, load);
     const SplatShape<V>& shape = b.shape;
     // Slightly enlarged. This is harmless, because raster passes use the support only to skip pixels.
-    const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
+    const V opacity = b.opacity * shape.compensation, log2_opacity = Log2(Max(opacity, floor_opacity));
     const V support =
         V(static_cast<S>(1.0001)) * (log2_opacity - V(static_cast<S>(kLog2AlphaFloor))) + V(static_cast<S>(1e-3));
     const V reach_x = sqrt(support * (V(1) / (shape.r * shape.r) + Square(shape.beta / shape.s)));
     const V reach_y = sqrt(support) / shape.s;
     // Comparisons with NaN are false, so non-finite Gaussians are skipped.
-    const auto seen = (b.state.t[2] > V(camera.near)) & (b.opacity >= floor_opacity) & (shape.u + reach_x > V(0)) &
+    const auto seen = (b.state.t[2] > V(camera.near)) & (opacity >= floor_opacity) & (shape.u + reach_x > V(0)) &
                       (shape.u - reach_x < width) & (shape.v + reach_y > V(0)) & (shape.v - reach_y < height) &
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
                       (b.state.det < largest_det) & (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) &
@@ -217,9 +217,9 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& c
   }
 }
 
-// Computes the tangents of the splats, except kLambda, from the parameters and their derivatives. colored: the mean
-// from which the viewing direction of the colour is computed. If the camera rotates, the derivatives of `colored` and
-// `mean` differ. sh: as in ShColor.
+// Computes the tangents of the splats from the parameters and their derivatives, for constant opacities. colored: the
+// mean from which the viewing direction of the colour is computed. If the camera rotates, the derivatives of `colored`
+// and `mean` differ. sh: as in ShColor.
 template <int Degree, class S, class L, class V, class Sh>
 VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
                              const Dual<V> quaternion[4], const Dual<V> colored[3], const Sh& sh, V w[kSplatTangent]) {
@@ -229,6 +229,7 @@ VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> 
   const SplatShape<V> shape = {dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a};
   const SplatShape<V> d_shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
   WhitenTangent(shape, d_shape, w);
+  w[kLambda] = camera.antialiased ? dual.compensation.v / dual.compensation.a : V(0);
   D dir[3], basis[ShCoefficients(Degree)], color[3];
   ViewDirection(camera.centre, colored, dir);
   ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
@@ -254,7 +255,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S, L>& c
     TangentOfSplat<Degree>(
         camera, mean, log_scale, quaternion, mean, [&](int a) { return load(kSh + a); }, w);
     const V opacity = Sigmoid(block.Load(model.x + at(kOpacity)));
-    w[kLambda] = (V(1) - opacity) * block.Load(dx + at(kOpacity));
+    w[kLambda] = Fma(V(1) - opacity, block.Load(dx + at(kOpacity)), w[kLambda]);
     ScatterRecords<kSplatTangent>(
         block, rank_of, [&](std::int32_t rank) { return tangents[rank].w; }, w);
   }
@@ -359,9 +360,9 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& came
     for (auto& row : K) {
       for (V& value : row) value = V(0);
     }
-    for (int row = 0; row < kLambda; ++row) {
-      V unit[kLambda];
-      for (int k = 0; k < kLambda; ++k) unit[k] = V(static_cast<S>(k == row ? 1 : 0));
+    for (int row = 0; row < (camera.antialiased ? kSplatShape : kLambda); ++row) {
+      V unit[kSplatShape];
+      for (int k = 0; k < kSplatShape; ++k) unit[k] = V(static_cast<S>(k == row ? 1 : 0));
       ProjectAdjoint(camera, b.quaternion, b.state, b.shape, unit, &K[row][kMean], &K[row][kLogScale],
                      &K[row][kQuaternion]);
     }

@@ -16,7 +16,7 @@ splat::PosedCamera ToPosedCamera(const View& view, double near) {
   camera.lens = view.camera.lens;
   camera.width = view.camera.width, camera.height = view.camera.height;
   camera.near = near;
-  camera.eps2d = view.camera.eps2d;
+  camera.eps2d = view.camera.eps2d, camera.antialiased = view.camera.antialiased;
   return camera;
 }
 

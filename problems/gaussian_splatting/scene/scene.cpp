@@ -15,7 +15,7 @@ namespace vesta::gs {
 Camera ResizeCamera(const Camera& camera, int width, int height) {
   const double across = static_cast<double>(width) / camera.width;
   const double down = static_cast<double>(height) / camera.height;
-  return {width, height, camera.lens.Scaled(across, down), camera.eps2d};
+  return {width, height, camera.lens.Scaled(across, down), camera.eps2d, camera.antialiased};
 }
 
 std::shared_ptr<const Image> View::Photograph() const {

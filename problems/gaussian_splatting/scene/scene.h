@@ -26,6 +26,9 @@ struct Camera {
   // 2D dilation: variance added to both axes of a projected Gaussian, in pixels squared at any image size; the same for
   // all cameras of a scene (LoadSceneOptions). A splat must be rendered with the value of its training.
   double eps2d = splat::kEps2d;
+  // Whether opacities are compensated for the dilation (SplatShape in project.h). As for eps2d, the same for all
+  // cameras, and rendered as trained.
+  bool antialiased = false;
 
   double pixels() const { return ImageSize{width, height}.pixels(); }
   bool operator==(const Camera&) const = default;

@@ -117,7 +117,9 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   // Images of NeRF scenes have no background: they are composited over the training background.
   const bool alpha_is_mask = !FindColmapModel(path).empty();
   LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes, &scene);
-  for (View& view : scene.views) view.camera.eps2d = options.eps2d;
+  for (View& view : scene.views) {
+    view.camera.eps2d = options.eps2d, view.camera.antialiased = options.antialiased;
+  }
   return scene;
 }
 

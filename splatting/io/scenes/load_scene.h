@@ -34,6 +34,7 @@ struct LoadSceneOptions {
   double photographs_bytes = std::numeric_limits<double>::infinity();
   RandomPoints random_points;    // for scenes without points
   double eps2d = splat::kEps2d;  // Camera::eps2d
+  bool antialiased = false;      // Camera::antialiased
   bool hold_out = false;         // hold out some training views (HoldOut)
 };
 

@@ -61,7 +61,8 @@ Writer WriterFor(const std::string& path) {
   Fail(kBadArgument, "{}: unknown extension; use .ply, .compressed.ply or .spz", path);
 }
 
-constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kEps2d = "vesta eps2d";
+constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kEps2d = "vesta eps2d",
+                           kAntialiased = "SplatRenderMode: mip";
 
 // Reads the numbers after a comment with this beginning; each must satisfy is_valid. Returns false without such a
 // comment.
@@ -132,6 +133,7 @@ std::vector<std::string> SplatComments(const SplatModel& model) {
   std::vector<std::string> comments;
   const auto& [r, g, b] = model.background;
   const auto& [x, y, z] = model.origin;
+  if (model.antialiased) comments.emplace_back(kAntialiased);
   if (model.has_background) comments.push_back(fmt::format("{} {} {} {}", kBackground, r, g, b));
   if (model.origin != std::array<double, 3>{}) comments.push_back(fmt::format("{} {} {} {}", kOrigin, x, y, z));
   VESTA_CHECK(splat::IsValidEps2d(model.eps2d), "a splat with eps2d of {} pixels^2", model.eps2d);
@@ -151,6 +153,7 @@ void ReadSplatComments(const std::string& path, const std::vector<std::string>& 
   const std::string what = fmt::format("a number in {}..{}", splat::kMinEps2d, splat::kMaxEps2d);
   ReadComment(path, comments, kEps2d, what.c_str(), &splat::IsValidEps2d, &eps2d);
   model->eps2d = eps2d[0];
+  model->antialiased = std::ranges::find(comments, kAntialiased) != comments.end();
 }
 
 }  // namespace vesta::gs

@@ -33,6 +33,7 @@ void CheckSplatExtension(const std::string& path);
 
 // Comment lines of a splat:
 // "vesta background R G B": the background colour in training;
+// "SplatRenderMode: mip": trained with compensated opacities (SplatModel::antialiased);
 // "vesta eps2d H": the 2D dilation in pixels^2 for rendering, unless it is the default;
 // "vesta origin X Y Z": the world point that is the origin of the means, unless it is zero.
 std::vector<std::string> SplatComments(const SplatModel& model);

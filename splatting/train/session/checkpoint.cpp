@@ -18,7 +18,7 @@ namespace {
 // File format: these eight bytes, the version, RunState, the state of the stage, and the CRC-32 of all.
 constexpr std::string_view kMagic = "vestaTRN";
 // Increase when a Visit function of the saved state changes.
-constexpr std::uint32_t kVersion = 13;
+constexpr std::uint32_t kVersion = 14;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
   if (bytes.empty()) return before;  // for a null pointer zlib returns the initial checksum
@@ -54,7 +54,8 @@ std::uint64_t FingerprintOf(const Scene& scene) {
     ViewRole role = view.role;
     auto rotation = view.rotation;
     auto translation = view.translation;
-    writer(name, camera.width, camera.height, camera.lens, camera.eps2d, role, rotation, translation);
+    writer(name, camera.width, camera.height, camera.lens, camera.eps2d, camera.antialiased, role, rotation,
+           translation);
     if (!view.bent) continue;
     LensCamera bent = *view.bent;
     Distortion& of_lens = bent.distortion;

@@ -20,6 +20,10 @@ schema::Table<TrainOptions> OwnFields() {
        {splat::kMinEps2d, splat::kMaxEps2d},
        "2D dilation: variance of the low-pass filter of each Gaussian in the image, in pixels^2; other viewers use 0.3",
        "eps2d"},
+      {"train.antialias", &O::antialias,
+       "reduce the opacity of Gaussians as the 2D dilation enlarges them, so that the splat also suits images of other "
+       "sizes; viewers must support it",
+       "antialias"},
       {"train.background", &O::background, {0, 1}, "background colour, each channel from 0 to 1", "background"},
       {"train.time_limit",
        &O::time_limit,

@@ -24,6 +24,7 @@ struct TrainOptions : StageOptions {
   int downscale = 1;
   // 2D dilation, pixels^2. Must equal Camera::eps2d of the scene.
   double eps2d = splat::kEps2d;
+  bool antialias = false;  // must equal Camera::antialiased of the scene
   std::uint64_t seed = 0;
   double time_limit = 0;  // seconds from the start of the process; 0: none
   // Target PSNR of the held-out views (ViewRole::kHeldOut), dB; 0: none. An evaluation that reaches it ends the
@@ -61,7 +62,7 @@ TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMet
 inline void SetRenderSettings(const TrainOptions& options, SplatModel* model) {
   for (std::size_t c = 0; c < 3; ++c) model->background[c] = static_cast<float>(options.background[c]);
   model->has_background = true;
-  model->eps2d = options.eps2d;
+  model->eps2d = options.eps2d, model->antialiased = options.antialias;
 }
 
 }  // namespace vesta::gs

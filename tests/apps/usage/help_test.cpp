@@ -109,7 +109,7 @@ TEST(Help, ListsFewFlagsAndWithAllEveryOption) {
     for (const auto& field : gs::TrainFields()) {
       const bool is_of_refine = !field.name.starts_with("density.") && !field.name.starts_with("pruning.") &&
                                 field.name != "train.sh_degree" && field.name != "train.background" &&
-                                field.name != "train.eps2d";
+                                field.name != "train.eps2d" && field.name != "train.antialias";
       const std::string line = "\n  " + field.name + "=" + field.Placeholder();
       EXPECT_EQ(all.out.find(line) != std::string::npos, command != "refine" || is_of_refine) << line;
     }

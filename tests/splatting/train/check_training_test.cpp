@@ -52,6 +52,9 @@ TEST(CheckTraining, TheFilterIsThatOfTheScene) {
               ThrowsError(kBadArgument, "train.eps2d=0.1", "0.3", "LoadSceneOptions::eps2d"));
   for (View& view : scene.views) view.camera.eps2d = 0.1;
   EXPECT_EQ(Train(scene, options, {}, {}).model.eps2d, 0.1);
+  options.antialias = true;
+  EXPECT_THAT([&] { Train(scene, options, {}, {}); },
+              ThrowsError(kBadArgument, "train.antialias=true", "LoadSceneOptions::antialiased"));
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ TEST_P(Projection, AdjointAgreesWithJets) {
   for (int trial = 0; trial < kTrials; ++trial) {
     SCOPED_TRACE(trial);
     Make(trial);
-    double expected[kLambda][kParameters], K[kLambda][kParameters];
+    double expected[kSplatShape][kParameters], K[kSplatShape][kParameters];
     JetRows(camera_, p_, expected);
     AdjointRows(camera_, p_, K);
     ExpectRowsNear(K, expected);
@@ -110,17 +110,17 @@ TEST_P(Projection, DualAgreesWithJets) {
   for (int trial = 0; trial < kTrials; ++trial) {
     SCOPED_TRACE(trial);
     Make(trial);
-    double expected[kLambda][kParameters], K[kLambda][kParameters];
+    double expected[kSplatShape][kParameters], K[kSplatShape][kParameters];
     JetRows(camera_, p_, expected);
     for (int i = 0; i < kParameters; ++i) {
       D duals[kParameters];
       for (int k = 0; k < kParameters; ++k) duals[k] = D(p_[k], k == i ? 1.0 : 0.0);
       ProjectionState<Pinhole<double>, D> state;
       const SplatShape<D> dual = Project(camera_, duals + kMean, duals + kLogScale, duals + kQuaternion, state);
-      double w[kLambda];
-      WhitenTangent<double>({dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a},
-                            {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v}, w);
-      for (int row = 0; row < kLambda; ++row) K[row][i] = w[row];
+      double w[kSplatShape];
+      TangentOf(
+          dual, [](const D& x) { return x.v; }, w);
+      for (int row = 0; row < kSplatShape; ++row) K[row][i] = w[row];
     }
     ExpectRowsNear(K, expected);
   }
@@ -137,7 +137,7 @@ TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
     const SplatShape<double> shape = Project(camera_, p_ + kMean, p_ + kLogScale, p_ + kQuaternion, state);
     const double condition = state.C * conic.c.a;
     if (condition > 100) continue;
-    double K[kLambda][kParameters];
+    double K[kSplatShape][kParameters];
     AdjointRows(camera_, p_, K);
     test::Random random(static_cast<std::uint64_t>(trial));
     for (int n = 0; n < 5; ++n) {
@@ -169,7 +169,7 @@ TEST(ProjectionOnTheClamp, TangentAndAdjointTakeTheSameSide) {
   ASSERT_EQ(camera.lens.x_hi, 1);
   for (const double sign : {-1.0, 1.0}) {
     const double p[kParameters] = {sign, -sign, 1, -1, -2, -3, 1, 0.4, -0.3, 0.2};
-    double expected[kLambda][kParameters], K[kLambda][kParameters];
+    double expected[kSplatShape][kParameters], K[kSplatShape][kParameters];
     JetRows(camera, p, expected);
     AdjointRows(camera, p, K);
     ExpectRowsNear(K, expected);

@@ -118,7 +118,7 @@ TYPED_TEST(Lenses, AdjointOfTheProjectionAgreesWithJets) {
   for (int trial = 0; trial < this->kTrials; ++trial) {
     SCOPED_TRACE(trial);
     this->Make(trial);
-    double K[kLambda][kParameters], expected[kLambda][kParameters];
+    double K[kSplatShape][kParameters], expected[kSplatShape][kParameters];
     JetRows(this->camera_, this->p_, expected);
     AdjointRows(this->camera_, this->p_, K);
     ExpectRowsNear(K, expected);
@@ -144,10 +144,11 @@ TYPED_TEST(Lenses, DerivativeByTheLensAgreesWithJets) {
     splat.u = jet.u.a, splat.v = jet.v.a, splat.r = jet.r.a, splat.s = jet.s.a, splat.beta = jet.beta.a;
     const LensRows rows(splat, this->view_);
     for (int k = 0; k < kLensTangent; ++k) {
-      double w[kLambda];
-      WhitenTangent<double>({splat.u, splat.v, splat.r, splat.s, splat.beta},
-                            {jet.u.v[k], jet.v.v[k], jet.r.v[k], jet.s.v[k], jet.beta.v[k]}, w);
-      for (int i = 0; i < kLambda; ++i) EXPECT_NEAR(rows.w[k][i], w[i], 1e-9 * (1 + std::abs(w[i]))) << k << ", " << i;
+      double w[kSplatShape];
+      TangentOf(
+          jet, [k](const Jet& x) { return x.v[k]; }, w);
+      for (int i = 0; i < kSplatShape; ++i)
+        EXPECT_NEAR(rows.w[k][i], w[i], 1e-9 * (1 + std::abs(w[i]))) << k << ", " << i;
     }
   }
 }

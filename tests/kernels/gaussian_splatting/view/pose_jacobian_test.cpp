@@ -30,6 +30,7 @@ void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
   CameraConstants<Jet, Pinhole<double>> camera{};
   camera.lens = Pinhole<double>(scene.view.lens, scene.view.width, scene.view.height);
   SetEps2d(scene.view.eps2d, camera);
+  camera.antialiased = scene.view.antialiased;
   Jet turn[9];
   const Jet omega[3] = {Jet(0, 0), Jet(0, 1), Jet(0, 2)};
   ceres::AngleAxisToRotationMatrix(omega, ceres::RowMajorAdapter3x3(turn));
@@ -54,10 +55,10 @@ void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
   ShBasis<3>(dir[0], dir[1], dir[2], basis);
   ShColor<3>(
       basis, [&](int a) { return Jet(scene.At(kSh + a, i)); }, color);
-  const SplatShape<double> shape = {jet.u.a, jet.v.a, jet.r.a, jet.s.a, jet.beta.a};
   for (int k = 0; k < kPoseTangent; ++k) {
     double w[kSplatTangent] = {};
-    WhitenTangent(shape, {jet.u.v[k], jet.v.v[k], jet.r.v[k], jet.s.v[k], jet.beta.v[k]}, w);
+    TangentOf(
+        jet, [k](const Jet& x) { return x.v[k]; }, w);
     for (int c = 0; c < 3; ++c) w[kColor + c] = color[c].a > 0 ? color[c].v[k] : 0;
     for (int row = 0; row < kSplatTangent; ++row) K[row][k] = w[row];
   }

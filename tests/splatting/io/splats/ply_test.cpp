@@ -15,6 +15,7 @@ TEST(SplatPly, RoundTripIsExactForEveryDegree) {
     model.has_background = degree % 2 == 1;
     if (model.has_background) model.background = {0.613f, 1.0f / 3, 0};
     if (degree > 1) model.eps2d = 1.0 / 7;
+    model.antialiased = degree > 0;
     WriteSplatPly(folder / "a.ply", model);
     const SplatModel again = ReadSplatPly(folder / "a.ply");
     EXPECT_EQ(again.sh_degree, degree);
@@ -23,6 +24,7 @@ TEST(SplatPly, RoundTripIsExactForEveryDegree) {
     EXPECT_EQ(again.has_background, model.has_background);
     EXPECT_EQ(again.background, model.background);
     EXPECT_EQ(again.eps2d, model.eps2d);
+    EXPECT_EQ(again.antialiased, model.antialiased);
     WriteSplatPly(folder / "b.ply", again);
     EXPECT_EQ(ReadBytes(folder / "a.ply"), ReadBytes(folder / "b.ply"));
   }
