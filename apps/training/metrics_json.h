@@ -32,11 +32,11 @@ struct RunFacts {
 // and lm_end from the last rows of the stages. Numbers that are not finite become null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
-// Text for `vesta eval --json`: "test", "train", "cost" (the training loss), "eps2d", "gaussians", "parameters",
-// "device" and "threads". If `aligned` is not null, the text also has "aligned": {"psnr", "ssim", "moved_degrees",
-// "moved_pixels", "not_found", "views": [{"name", "status", "psnr", "ssim", "degrees", "pixels"}]}. If exposures were
-// fitted, "aligned" and each view also have "right_half" and "right_half_exposed", each {"psnr", "ssim"}, and each view
-// has "gain" and "offset".
+// Text for `vesta eval --json`: "test", "train", "cost" (the training loss), "eps2d", "antialiased", "gaussians",
+// "parameters", "device" and "threads". If `aligned` is not null, the text also has "aligned": {"psnr", "ssim",
+// "moved_degrees", "moved_pixels", "not_found", "views": [{"name", "status", "psnr", "ssim", "degrees", "pixels"}]}. If
+// exposures were fitted, "aligned" and each view also have "right_half" and "right_half_exposed", each {"psnr",
+// "ssim"}, and each view has "gain" and "offset".
 std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEvaluation* aligned,
                            const gs::SplatModel& model, const RunFacts& facts);
 
