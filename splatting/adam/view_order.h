@@ -35,6 +35,9 @@ class ViewOrder {
     return run.order[views - 1 - at];
   }
 
+  // Number of calls of Next.
+  std::size_t drawn() const { return drawn_; }
+
   // Saves or reads the number of views drawn; the order follows from the seed.
   template <class Archive>
   void Visit(Archive& archive) {

@@ -15,11 +15,11 @@ struct SplatBackend<CudaBackend<float>> {
   using Workspace = splat::DeviceViewWorkspace;
   using Loss = DevicePhotometricLoss;
   using QualityMeter = DeviceImageQualityMeter;
-  // The photograph of a view, three planes.
+  // The photograph of a view, three planes, or its transparency.
   using Truth = DeviceBuffer<float>;
   static Truth MakeTruth(HostSpan<const float> truth) {
     Truth copy;
-    CopyTruth(truth, copy);
+    if (truth.size() > 0) CopyTruth(truth, copy);
     return copy;
   }
   using Mask = DeviceBuffer<std::uint8_t>;

@@ -45,6 +45,17 @@ void ClearMasked(const Mask& mask, typename B::VectorView image) {
                              ClearMaskedPixels<typename B::Scalar>{mask.data(), image.data(), mask.size()});
 }
 
+// Writes the photograph of the target, which must have transparency, over the background `to` instead of `from`.
+template <class B>
+void ComposeOver(const TargetView<B>& target, const double from[3], const double to[3],
+                 typename B::VectorView composed) {
+  using S = typename B::Scalar;
+  ChangeBackground<S> change{
+      target.truth.data(), target.transparency.data(), {}, composed.data(), target.transparency.size()};
+  for (int c = 0; c < 3; ++c) change.change[c] = static_cast<S>(to[c] - from[c]);
+  ForEach<typename B::Space>(change.plane, kMaskGrain, change);
+}
+
 // The functions of kernels/image/photometric_loss.h with the mask of the view. They replace the excluded pixels of
 // `rendered`. Images are three planes; `gradient` is with respect to `rendered`.
 template <class B>
@@ -53,11 +64,12 @@ PhotometricValue EvaluateLoss(typename SplatBackend<B>::Loss& loss, const Target
   FillMasked<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
   return loss.Evaluate(rendered, target.truth, target.shape());
 }
+// truth: the photograph of the target, or another image in its place.
 template <class B>
-void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
-                  typename B::VectorView gradient) {
-  FillMasked<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
-  loss.Gradient(rendered, target.truth, target.shape(), gradient);
+void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::ConstVectorView truth,
+                  typename B::VectorView rendered, typename B::VectorView gradient) {
+  FillMasked<B>(target.mask, truth, rendered);
+  loss.Gradient(rendered, truth, target.shape(), gradient);
   ClearMasked<B>(target.mask, gradient);
 }
 // `linearization` represents W, not M W M: call ClearMasked before and after each product with W. Only

@@ -40,8 +40,9 @@ struct SplatBackend<CpuBackend<S>> {
 template <class B>
 struct TargetView {
   splat::PosedCamera camera;
-  typename SplatBackend<B>::Truth truth;     // 3 planes
-  typename SplatBackend<B>::Mask mask = {};  // included pixels; empty: all
+  typename SplatBackend<B>::Truth truth;              // 3 planes
+  typename SplatBackend<B>::Mask mask = {};           // included pixels; empty: all
+  typename SplatBackend<B>::Truth transparency = {};  // one plane, Image::transparency; empty: opaque
 
   ImageShape shape() const { return {camera.width, camera.height}; }
 };

@@ -28,6 +28,9 @@ SplatModel CopyOf(const splat::Model<float>& model);
 inline HostSpan<const float> ValuesOf(const Image& image) {
   return {image.rgb.data(), static_cast<Index>(image.rgb.size())};
 }
+inline HostSpan<const float> TransparencyOf(const Image& image) {
+  return {image.transparency.data(), static_cast<Index>(image.transparency.size())};
+}
 inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
   return {image.mask.data(), static_cast<Index>(image.mask.size())};
 }
@@ -43,7 +46,8 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
     const std::shared_ptr<const Image> photograph = view->Photograph();
     if (std::is_same_v<typename B::Space, Host> && view->stored) photographs->push_back(photograph);
     targets.push_back({ToPosedCamera(*view, near), SplatBackend<B>::MakeTruth(ValuesOf(*photograph)),
-                       SplatBackend<B>::MakeMask(MaskOf(*photograph))});
+                       SplatBackend<B>::MakeMask(MaskOf(*photograph)),
+                       SplatBackend<B>::MakeTruth(TransparencyOf(*photograph))});
   }
   return targets;
 }

@@ -62,7 +62,9 @@ std::size_t UnmaskedPixels(const Image& image) {
   return image.num_pixels() - static_cast<std::size_t>(left_out);
 }
 
-double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
+double BytesOf(const Image& image) {
+  return static_cast<double>(sizeof(float) * (image.rgb.size() + image.transparency.size()) + image.mask.size());
+}
 
 double UnmaskedFraction(const Image& image) {
   if (image.mask.empty()) return 1;
@@ -75,15 +77,15 @@ Image ResizeArea(const Image& image, int width, int height) {
   const std::vector<Cover> columns = Covers(image.width, width), rows = Covers(image.height, height);
   Image result(width, height);
   std::vector<float> mean_row(static_cast<std::size_t>(image.width));
-  for (int c = 0; c < 3; ++c) {
+  const auto shrink = [&](const float* from, float* to) {
     for (int y = 0; y < height; ++y) {
       const Cover& row = rows[static_cast<std::size_t>(y)];
       std::fill(mean_row.begin(), mean_row.end(), 0.0f);
       for (std::size_t k = 0; k < row.shares.size(); ++k) {
-        const float* source = image.plane(c) + (static_cast<std::size_t>(row.first) + k) * mean_row.size();
+        const float* source = from + (static_cast<std::size_t>(row.first) + k) * mean_row.size();
         for (std::size_t x = 0; x < mean_row.size(); ++x) mean_row[x] += row.shares[k] * source[x];
       }
-      float* target = result.plane(c) + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+      float* target = to + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
       for (int x = 0; x < width; ++x) {
         const Cover& column = columns[static_cast<std::size_t>(x)];
         float sum = 0;
@@ -93,6 +95,11 @@ Image ResizeArea(const Image& image, int width, int height) {
         target[x] = sum;
       }
     }
+  };
+  for (int c = 0; c < 3; ++c) shrink(image.plane(c), result.plane(c));
+  if (!image.transparency.empty()) {
+    result.transparency.resize(result.num_pixels());
+    shrink(image.transparency.data(), result.transparency.data());
   }
   result.mask = ResizeMask(image, columns, rows);
   return result;

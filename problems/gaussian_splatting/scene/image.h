@@ -20,6 +20,8 @@ struct Image {
   std::vector<float> rgb;
   // One byte per pixel: 0 excludes the pixel from the loss and the metrics. Empty: none.
   std::vector<std::uint8_t> mask;
+  // For each pixel, the share of the background in its colour: 1 - alpha. Empty: none has any.
+  std::vector<float> transparency;
 
   Image() = default;
   Image(int w, int h) : width(w), height(h), rgb(3 * num_pixels()) {}
@@ -33,7 +35,7 @@ struct Image {
 std::size_t UnmaskedPixels(const Image& image);
 double UnmaskedFraction(const Image& image);
 
-// Pixel values and mask, bytes.
+// Pixel values, mask and transparency, bytes.
 double BytesOf(const Image& image);
 
 // Bytes per pixel, without mask.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functors that change masked pixels (model/masked_loss.h), on host and device.
+// Functors that change masked or transparent pixels (model/masked_loss.h), on host and device.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +32,19 @@ struct ClearMaskedPixels {
   VESTA_HD void operator()(Index i) const {
     if (mask[i] != 0) return;
     for (int c = 0; c < 3; ++c) image[c * plane + i] = S(0);
+  }
+};
+
+// Stores pixel i of `from` over another background. change: the new background minus the old one.
+template <class S>
+struct ChangeBackground {
+  const S *from, *transparency;
+  S change[3];
+  S* image;
+  Index plane;
+
+  VESTA_HD void operator()(Index i) const {
+    for (int c = 0; c < 3; ++c) image[c * plane + i] = from[c * plane + i] + change[c] * transparency[i];
   }
 };
 

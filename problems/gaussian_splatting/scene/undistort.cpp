@@ -39,14 +39,19 @@ struct Neighbors {
 
 }  // namespace
 
-std::array<float, 3> SampleCubic(const Image& image, double u, double v) {
-  std::array<float, 3> result;
+// Red, green, blue and transparency.
+using Sample = std::array<float, 4>;
+
+Sample SampleCubic(const Image& image, double u, double v) {
+  Sample result{};
   const Neighbors columns(u, image.width), rows(v, image.height);
-  for (int c = 0; c < 3; ++c) {
+  const std::size_t planes = image.transparency.empty() ? 3 : 4;
+  for (std::size_t c = 0; c < planes; ++c) {
+    const float* plane = c < 3 ? image.plane(static_cast<int>(c)) : image.transparency.data();
     // Columns first, so that four columns are processed at a time.
     std::array<float, 4> down{};
     for (std::size_t j = 0; j < 4; ++j) {
-      const float* row = image.plane(c) + rows.index[j] * static_cast<std::size_t>(image.width);
+      const float* row = plane + rows.index[j] * static_cast<std::size_t>(image.width);
       if (columns.are_inside) {
         const float* from = row + columns.index[0];
         for (std::size_t i = 0; i < 4; ++i) down[i] += rows.weight[j] * from[i];
@@ -56,7 +61,7 @@ std::array<float, 3> SampleCubic(const Image& image, double u, double v) {
     }
     float color = 0;
     for (std::size_t i = 0; i < 4; ++i) color += columns.weight[i] * down[i];
-    result[static_cast<std::size_t>(c)] = color;
+    result[c] = color;
   }
   return result;
 }
@@ -201,6 +206,7 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
   constexpr int kMostSamples = 8;  // per pixel and direction
   Image result(pinhole.width, pinhole.height);
   if (!image.mask.empty()) result.mask.assign(result.num_pixels(), 1);
+  if (!image.transparency.empty()) result.transparency.resize(result.num_pixels());
   const splat::Lens &from = camera.lens, &to = pinhole.lens;
   ParallelFor(pinhole.height, 8, [&](Index row) {
     for (int column = 0; column < pinhole.width; ++column) {
@@ -212,25 +218,25 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
       // A lens that hardly shrinks the image needs no antialiasing and stays sharp.
       constexpr double kHardly = 1.25;
       const int samples = reach <= kHardly ? 1 : static_cast<int>(std::ceil(std::min<double>(reach, kMostSamples)));
-      std::array<float, 3> sum{};
+      Sample sum{};
       bool counts = true;
       for (int b = 0; b < samples; ++b) {
         for (int a = 0; a < samples; ++a) {
           const double across = (a + 0.5) / samples - 0.5, down = (b + 0.5) / samples - 0.5;
           const Point at = Distort(lens, x + across / to.fx, y + down / to.fy);
           const double u = from.fx * at[0] + from.cx, v = from.fy * at[1] + from.cy;
-          const std::array<float, 3> color = SampleCubic(image, u, v);
+          const Sample color = SampleCubic(image, u, v);
           counts = counts && IsUnmaskedAround(image, u, v);
-          for (std::size_t c = 0; c < 3; ++c) sum[c] += color[c];
+          for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += color[c];
         }
       }
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(pinhole.width) + static_cast<std::size_t>(column);
       if (!counts && !result.mask.empty()) result.mask[pixel] = 0;
       const float share = 1.0f / static_cast<float>(samples * samples);
-      for (int c = 0; c < 3; ++c) {
-        result.plane(c)[pixel] = std::clamp(share * sum[static_cast<std::size_t>(c)], 0.0f, 1.0f);
-      }
+      const auto mean = [&](std::size_t c) { return std::clamp(share * sum[c], 0.0f, 1.0f); };
+      for (std::size_t c = 0; c < 3; ++c) result.plane(static_cast<int>(c))[pixel] = mean(c);
+      if (!result.transparency.empty()) result.transparency[pixel] = mean(3);
     }
   });
   return result;

@@ -38,11 +38,14 @@ Image PlanesOf(const InterleavedImage& source, const std::array<float, 3>& backg
   }
   if (!has_alpha) return image;
   // At soft edges, colours are mixed with the background: only opaque pixels are used.
-  image.mask.resize(pixels);
+  image.mask.resize(pixels), image.transparency.resize(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
-    image.mask[i] = Value<Sample>(bytes, i * samples + colors) == 1 ? 1 : 0;
+    image.transparency[i] = 1 - Value<Sample>(bytes, i * samples + colors);
+    image.mask[i] = image.transparency[i] == 0 ? 1 : 0;
   }
-  if (std::ranges::find(image.mask, std::uint8_t{0}) == image.mask.end()) image.mask = std::vector<std::uint8_t>();
+  if (std::ranges::find(image.mask, std::uint8_t{0}) == image.mask.end()) {
+    image.mask = std::vector<std::uint8_t>(), image.transparency = std::vector<float>();
+  }
   return image;
 }
 

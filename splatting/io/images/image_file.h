@@ -14,10 +14,11 @@ namespace vesta::gs {
 
 // Reads a JPEG (grey or colour), a PNG (any colour type, 8 or 16 bits), a TIFF (grey or RGB, 8 or 16 bits, first page)
 // or a WebP. The first bytes, not the name, determine the format. Samples of 16 bits keep their precision. Pixels that
-// are not opaque are composited over `background` and masked. Orientation (ExifOrientation) and colour profiles are
-// ignored, as in COLMAP. Throws Error naming the file if it is missing, damaged, truncated or unsupported (CMYK JPEG,
-// other TIFF samples, animation). work_bytes: unless null, receives the bytes of the decoded samples. This memory is
-// needed in addition to the result, until the samples are converted to the result.
+// are not opaque are composited over `background` and masked; Image::transparency has their share of it. Orientation
+// (ExifOrientation) and colour profiles are ignored, as in COLMAP. Throws Error naming the file if it is missing,
+// damaged, truncated or unsupported (CMYK JPEG, other TIFF samples, animation). work_bytes: unless null, receives the
+// bytes of the decoded samples. This memory is needed in addition to the result, until the samples are converted to the
+// result.
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
                 double* work_bytes = nullptr);
 

@@ -81,7 +81,7 @@ CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& 
 // Upper bound of the temporary memory. Decoding holds the samples (four of two bytes) and the planes. Rotating,
 // resampling and masks hold two sets of planes.
 double MostWorkBytes(const View& view, const CameraSteps& steps, const PhotographRule& rule) {
-  constexpr double kMostSampleBytes = 8, kMaskedBytes = kImageBytes + 1;
+  constexpr double kMostSampleBytes = 8, kMaskedBytes = kImageBytes + sizeof(float) + 1;
   const double in_file = steps.in_file.pixels(), undistorted = steps.undistorted.pixels(),
                result = steps.downscaled.pixels();
   double most = (kMaskedBytes + kMostSampleBytes) * in_file;
@@ -131,7 +131,11 @@ ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule) {
     image = std::move(made);
   };
   const CameraSteps steps = StepsFrom(view, {image.width, image.height}, rule);
-  if (!rule.alpha_is_mask) image.mask = std::vector<std::uint8_t>();
+  if (rule.alpha_is_mask) {
+    image.transparency = std::vector<float>();
+  } else {
+    image.mask = std::vector<std::uint8_t>();
+  }
   if (!view.mask_path.empty()) {
     const double bytes = ApplyMask(view.mask_path, &image);
     most_bytes = std::max(most_bytes, bytes + BytesOf(image));
@@ -154,8 +158,9 @@ PredictedPhotograph PredictPhotograph(const View& view, const PhotographRule& ru
   const CameraSteps steps = StepsFrom(view, size, rule);
   const Camera& camera = steps.downscaled;
   const bool may_have_mask = rule.alpha_is_mask || !view.mask_path.empty();
+  const double alpha_bytes = rule.alpha_is_mask ? 0 : sizeof(float);
   return {.camera = camera,
-          .bytes = (kImageBytes + (may_have_mask ? 1 : 0)) * camera.pixels(),
+          .bytes = (kImageBytes + (may_have_mask ? 1 : 0) + alpha_bytes) * camera.pixels(),
           .work_bytes = MostWorkBytes(view, steps, rule)};
 }
 

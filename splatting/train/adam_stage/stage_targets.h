@@ -105,6 +105,7 @@ class StageTargets {
   void SetTruth(std::size_t i, const Image& image) {
     targets_[i].truth = SplatBackend<B>::MakeTruth(ValuesOf(image));
     targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(image));
+    targets_[i].transparency = SplatBackend<B>::MakeTruth(TransparencyOf(image));
   }
   void ReadStored(std::size_t i) {
     Release();  // frees memory for the next one

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "kernels/core/profile.h"
+#include "kernels/core/random.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "splatting/distributed/sum_of_views.h"
 #include "splatting/distributed/term_exchange.h"
@@ -32,17 +34,25 @@ struct ViewPasses {
   typename SplatBackend<B>::SplatView view;
   typename SplatBackend<B>::Workspace workspace;
   typename B::Vector image, image_gradient;
+  typename B::Vector composed;          // the photograph over the background of the pass, if it has transparency
   SumOfViews<typename B::Space> views;  // sums the gradients of an iteration's views
 
-  // Renders the view and adds the gradient of its cost to `gradient`. loss.Value() then returns the cost.
-  void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* background,
-                   float* gradient) {
+  // Renders the view over a background and adds the gradient of its cost to `gradient`. loss.Value() then returns the
+  // cost. own_background: that of the photographs.
+  void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* own_background,
+                   const double* background, float* gradient) {
     const ImageShape shape = target.shape();
     image.ResizeForOverwrite(shape.NumValues());
     image_gradient.ResizeForOverwrite(shape.NumValues());
     view.Build(x, target.camera, background, workspace);
     view.Render(image.data());
-    LossGradient(loss, target, image.view(), image_gradient.view());
+    typename B::ConstVectorView truth(target.truth);
+    if (background != own_background) {
+      composed.ResizeForOverwrite(shape.NumValues());
+      ComposeOver(target, own_background, background, composed.view());
+      truth = composed.view();
+    }
+    LossGradient(loss, target, truth, image.view(), image_gradient.view());
     view.AddJT(x, image.data(), image_gradient.data(), gradient, workspace);
   }
 };
@@ -133,6 +143,7 @@ class StageViews {
 
  private:
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+  static constexpr std::uint64_t kBackgrounds = 0x6261636b;  // the stream of random numbers
 
   // The passes over the views of the next iteration. Stores the summed gradient in the model, moves the cameras and
   // returns the mean cost per pixel and channel. Ranks divide the views; each gets the whole sum.
@@ -182,7 +193,15 @@ class StageViews {
   }
 
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
-    passes().AddGradient(x, target, options_.background.data(), gradient);
+    passes().AddGradient(x, target, options_.background.data(), options_.background.data(), gradient);
+  }
+  // With a fixed background, opaque Gaussians of its colour would grow around a cut-out object.
+  void AddGradientOverRandom(std::size_t drawn, const splat::Model<float>& x, const TargetView<B>& target,
+                             float* gradient) {
+    CounterRandom random(options_.seed, kBackgrounds, drawn);
+    double background[3];
+    for (double& channel : background) channel = random.Uniform();
+    passes().AddGradient(x, target, options_.background.data(), background, gradient);
   }
   void AddView(int k, std::size_t view, const splat::Model<float>& x, const StageSpan& span, float* gradient,
                AdamStageState<B>* state) {
@@ -190,7 +209,11 @@ class StageViews {
     const TargetView<B>& target = targets()[view];
     const ImageShape shape = target.shape();
     const auto values = static_cast<double>(shape.NumValues());
-    AddGradient(x, target, gradient);
+    if (options_.random_background && target.transparency.size() > 0) {
+      AddGradientOverRandom(state->order.drawn(), x, target, gradient);
+    } else {
+      AddGradient(x, target, gradient);
+    }
     if (cameras_.moves(span, state->cameras)) MoveCamera(span, view, x, state);
     const double share = HalfSizeGradScale(shape.width, full_.camera(view).width);
     const density::Grad2dView grad2d_view =

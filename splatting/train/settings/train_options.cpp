@@ -25,6 +25,8 @@ schema::Table<TrainOptions> OwnFields() {
        "sizes; viewers must support it",
        "antialias"},
       {"train.background", &O::background, {0, 1}, "background colour, each channel from 0 to 1", "background"},
+      {"train.random_background", &O::random_background,
+       "train cut-out objects (photographs with alpha, in NeRF scenes) over a random colour in each iteration"},
       {"train.time_limit",
        &O::time_limit,
        {0, 1e9},

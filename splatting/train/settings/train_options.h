@@ -20,6 +20,8 @@ struct TrainOptions : StageOptions {
   LearningRates lr;
   std::optional<int> sh_degree;  // empty: from the number of training views (DefaultShDegree)
   std::array<double, 3> background{0, 0, 0};
+  // Whether Adam renders each view whose photograph has an alpha channel (in NeRF scenes) over a random background.
+  bool random_background = true;
   // Divisor of the image width and height, for the code that loads the scene.
   int downscale = 1;
   // 2D dilation, pixels^2. Must equal Camera::eps2d of the scene.
