@@ -39,11 +39,8 @@ struct Neighbors {
 
 }  // namespace
 
-// Red, green, blue and transparency.
-using Sample = std::array<float, 4>;
-
-Sample SampleCubic(const Image& image, double u, double v) {
-  Sample result{};
+std::array<float, 4> SampleCubic(const Image& image, double u, double v) {
+  std::array<float, 4> result{};
   const Neighbors columns(u, image.width), rows(v, image.height);
   const std::size_t planes = image.transparency.empty() ? 3 : 4;
   for (std::size_t c = 0; c < planes; ++c) {
@@ -218,14 +215,14 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
       // A lens that hardly shrinks the image needs no antialiasing and stays sharp.
       constexpr double kHardly = 1.25;
       const int samples = reach <= kHardly ? 1 : static_cast<int>(std::ceil(std::min<double>(reach, kMostSamples)));
-      Sample sum{};
+      std::array<float, 4> sum{};
       bool counts = true;
       for (int b = 0; b < samples; ++b) {
         for (int a = 0; a < samples; ++a) {
           const double across = (a + 0.5) / samples - 0.5, down = (b + 0.5) / samples - 0.5;
           const Point at = Distort(lens, x + across / to.fx, y + down / to.fy);
           const double u = from.fx * at[0] + from.cx, v = from.fy * at[1] + from.cy;
-          const Sample color = SampleCubic(image, u, v);
+          const std::array<float, 4> color = SampleCubic(image, u, v);
           counts = counts && IsUnmaskedAround(image, u, v);
           for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += color[c];
         }

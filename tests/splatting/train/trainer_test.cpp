@@ -27,6 +27,45 @@ void ExpectUsable(const SplatModel& model) {
   for (const float value : model.data) ASSERT_TRUE(std::isfinite(value));
 }
 
+// Cut-out photographs, rendered over black, and their alpha.
+Scene CutOutScene() {
+  Scene scene = TrainingScene();
+  const SplatModel object = test::RandomModel(60, 1, 7);
+  Renderer over_black({0, 0, 0}, NearPlane(scene)), over_white({1, 1, 1}, NearPlane(scene));
+  for (View& view : scene.views) {
+    view.image = over_black.Render(object, view);
+    const Image white = over_white.Render(object, view);
+    for (std::size_t i = 0; i < white.num_pixels(); ++i) {
+      view.image.transparency.push_back(white.plane(0)[i] - view.image.plane(0)[i]);
+    }
+  }
+  return scene;
+}
+
+// Over white, the photographs are those over black plus the transparency.
+double PsnrOverWhite(const SplatModel& model, Scene scene) {
+  for (View& view : scene.views) {
+    for (int c = 0; c < 3; ++c) {
+      for (std::size_t i = 0; i < view.image.num_pixels(); ++i) view.image.plane(c)[i] += view.image.transparency[i];
+    }
+  }
+  return Renderer({1, 1, 1}, NearPlane(scene)).Evaluate(model, scene).test.psnr;
+}
+
+TEST(RandomBackground, KeepsCutOutObjectsTransparent) {
+  const Scene scene = CutOutScene();
+  TrainOptions options = ShortTraining(250, 0);
+  const TrainResult random = Train(scene, options, {}, {});
+  options.random_background = false;
+  const TrainResult fixed = Train(scene, options, {}, {});
+  EXPECT_GT(PsnrOverWhite(random.model, scene), PsnrOverWhite(fixed.model, scene) + 3);
+  // Photographs without transparency have one background.
+  options.random_background = true;
+  Scene opaque = scene;
+  for (View& view : opaque.views) view.image.transparency.clear();
+  EXPECT_EQ(Train(opaque, options, {}, {}).model.data, fixed.model.data);
+}
+
 // One training, shared by several tests.
 class FullTraining : public testing::Test {
  protected:

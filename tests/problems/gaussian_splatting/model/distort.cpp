@@ -78,7 +78,7 @@ Image DistortImage(const Image& image, const Camera& pinhole, const Camera& came
     for (int column = 0; column < camera.width; ++column) {
       const auto at = PinholePixel(pinhole, camera, lens, column + 0.5, static_cast<double>(row) + 0.5);
       if (!at) continue;
-      const std::array<float, 3> color = SampleCubic(image, (*at)[0], (*at)[1]);
+      const std::array<float, 4> color = SampleCubic(image, (*at)[0], (*at)[1]);
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(column);
       for (int c = 0; c < 3; ++c) {

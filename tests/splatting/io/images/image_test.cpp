@@ -41,6 +41,9 @@ TEST(Png, AlphaIsCompositedOverTheBackground) {
       LoadBytes(EncodePng({2, 1, PNG_COLOR_TYPE_RGBA, 8, false, {255, 0, 255, 51, 9, 9, 9, 0}}), background);
   const std::vector<float> expected{0.2f + 0.8f * 0.5f, 0.5f, 0.8f, 1.0f, 0.2f, 0.0f};
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(rgba.rgb[i], expected[i], 1e-6f);
+  ASSERT_EQ(rgba.transparency.size(), 2u);
+  EXPECT_NEAR(rgba.transparency[0], 0.8f, 1e-6f);
+  EXPECT_EQ(rgba.transparency[1], 1.0f);
   const Image deep =
       LoadBytes(EncodePng({1, 1, PNG_COLOR_TYPE_GRAY_ALPHA, 16, false, {0xff, 0xff, 0x33, 0x33}}), background);
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(deep.rgb[c], 0.2f + 0.8f * background[c], 1e-6f);

@@ -136,6 +136,9 @@ TEST_F(LoadSceneTest, AlphaOfANerfSceneIsCompositedOverTheBackground) {
   EXPECT_EQ(scene.views[2].image.plane(1)[7], 0);
   for (int c = 0; c < 3; ++c)
     EXPECT_EQ(scene.views[3].image.plane(c)[7], options.background[static_cast<std::size_t>(c)]);
+  EXPECT_TRUE(scene.views[2].image.transparency.empty());
+  EXPECT_EQ(scene.views[3].image.transparency, std::vector<float>(60 * 40, 1));
+  EXPECT_TRUE(scene.views[3].image.mask.empty());
 }
 
 TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
