@@ -32,7 +32,7 @@ std::string Count(const gs::TrainProgress& p) {
 
 std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
   std::string line = fmt::format("{:<4} {}  training loss {:.5f}", gs::StageName(p.stage), Count(p), p.cost);
-  if (p.psnr > 0) line += "  PSNR " + Figure(p.psnr, 2);
+  if (p.psnr > 0) line += "  training PSNR " + Figure(p.psnr, 2);
   line += fmt::format("  {} Gaussians  {} left", p.gaussians, FormatDuration(seconds_left));
   if (!p.note.empty()) line += fmt::format("  {}", p.note);
   return line;
@@ -46,7 +46,7 @@ std::string FormatBar(const gs::TrainProgress& p, double seconds_left) {
   std::string line =
       fmt::format("{:<4} {:>3.0f} %  {} left  [{}{}]  {}", gs::StageName(p.stage), std::floor(100 * part),
                   FormatDuration(seconds_left), std::string(filled, '#'), std::string(kWidth - filled, '.'), Count(p));
-  if (p.psnr > 0) line += "  PSNR " + Figure(p.psnr, 2);
+  if (p.psnr > 0) line += "  training PSNR " + Figure(p.psnr, 2);
   line += fmt::format("  {} Gaussians", p.gaussians);
   if (!p.note.empty()) line += fmt::format("  {}", p.note);
   return line;
@@ -106,6 +106,7 @@ double TimeLeft::Observe(const gs::TrainProgress& p) {
     stage_ = p.stage;
   }
   latest_seconds_ = p.seconds;
+  if (std::isfinite(p.seconds_left)) return p.seconds_left;
   const int done = p.iteration - start_iteration_;
   if (done == 0) return NAN;
   return (p.seconds - start_seconds_) / done * (p.iterations - p.iteration);

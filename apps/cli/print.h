@@ -38,7 +38,7 @@ std::string Gain(double difference, int digits);
 // "[...]".
 std::string OneLine(std::string_view text);
 
-// Estimates the remaining time of a training stage from its mean time per iteration.
+// The remaining time of a training stage: as the stage predicts it, otherwise from its mean time per iteration.
 class TimeLeft {
  public:
   // Call it after each iteration. Returns the remaining seconds of the stage; NaN at first.

@@ -29,7 +29,7 @@ std::string_view ViewerPage() {
       <dt>stage</dt><dd id="stage"></dd>
       <dt>time left</dt><dd id="left"></dd>
       <dt>training loss</dt><dd id="cost"></dd>
-      <dt>PSNR</dt><dd id="psnr"></dd>
+      <dt>training PSNR</dt><dd id="psnr"></dd>
     </dl>
     <p id="note" class="mute"></p>
     <div class="buttons">

@@ -147,7 +147,8 @@ class AdamStage {
   }
   void Report() {
     session_.Report({Stage::kAdam, state_->iteration, planner_.ExpectedIterations(Progress()), session_.Seconds(),
-                     state_->mean_cost, session_.history().training_psnr(), state_->model.count(), ""});
+                     state_->mean_cost, session_.history().training_psnr(), state_->model.count(), "",
+                     planner_.SecondsLeft(Progress())});
   }
   void Save() { session_.interim().SaveWhereDue(Stage::kAdam, state_->iteration, Writer()); }
   WriteState Writer() {

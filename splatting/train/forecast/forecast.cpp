@@ -100,14 +100,28 @@ RemainingWork StagePlanner::Ahead(const StageProgress& now) const {
   return ForecastStage(timer_, growth_, session_.schedule(), now, session_.IterationsPerEpoch());
 }
 
+double StagePlanner::SecondsOf(const StageProgress& now, const RemainingWork& ahead) const {
+  const double rows = std::ceil((1 - now.span.after) * session_.options().adam.evaluations);
+  const double row =
+      EvaluationSeconds() * ahead.full_seconds / timer_.Seconds(false, static_cast<double>(now.gaussians));
+  return (session_.schedule().iterations() - now.iteration) * ahead.seconds + ahead.change_seconds + rows * row;
+}
+
+double StagePlanner::SecondsLeft(const StageProgress& now) {
+  constexpr double kEvery = 0.2;
+  if (now.span.is_last()) return 0;
+  const double at = session_.clock().Total();
+  if (timer_.is_known() && !(at - left_at_ < kEvery && left_ > 0)) {
+    left_ = SecondsOf(now, Ahead(now)), left_at_ = at;
+    if (session_.options().time_limit > 0) left_ = std::min(left_, session_.options().time_limit - at);
+  }
+  return left_ - (at - left_at_);
+}
+
 Prediction StagePlanner::MakeForecast(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess,
                                       double mib) const {
   const TrainOptions& options = session_.options();
-  const double rows = std::ceil((1 - now.span.after) * options.adam.evaluations);
-  const double row =
-      EvaluationSeconds() * ahead.full_seconds / timer_.Seconds(false, static_cast<double>(now.gaussians));
-  const double left =
-      (session_.schedule().iterations() - now.iteration) * ahead.seconds + ahead.change_seconds + rows * row;
+  const double left = SecondsOf(now, ahead);
   const double total = session_.clock().Total();
   const double seconds = options.time_limit > 0 ? std::min(options.time_limit, total + left) : total + left;
   return {is_first_guess, total, seconds, mib, ahead.gaussians};

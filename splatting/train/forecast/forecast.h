@@ -176,12 +176,16 @@ class StagePlanner {
   ForecastKind NextForecast(bool grows);
   // Requires timer().is_known().
   RemainingWork Ahead(const StageProgress& now) const;
+  // Predicted seconds to the end of the stage, with evaluations; NaN while unknown. Predicts anew five times a second.
+  double SecondsLeft(const StageProgress& now);
   // ahead: from Ahead(now). mib: predicted peak memory in MiB.
   Prediction MakeForecast(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess, double mib) const;
 
  private:
   // Further iterations within the time limit; a huge number without one.
   double IterationsInTime(const StageProgress& now) const;
+  // Seconds to the end of the stage, with evaluations, whatever the time limit.
+  double SecondsOf(const StageProgress& now, const RemainingWork& ahead) const;
   // Training time per pixel; 0: unknown.
   double SecondsPerPixel() const { return worked_pixels_ > 0 ? worked_seconds_ / worked_pixels_ : 0; }
 
@@ -192,6 +196,7 @@ class StagePlanner {
   bool has_guessed_ = false, has_forecast_ = false;
   bool is_warm_ = false;
   double worked_seconds_ = 0, worked_pixels_ = 0;
+  double left_ = std::numeric_limits<double>::quiet_NaN(), left_at_ = 0;  // latest prediction, and when it was made
 };
 
 }  // namespace vesta::gs

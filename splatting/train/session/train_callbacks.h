@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct TrainProgress {
   double psnr = 0;  // of the training views, latest value
   Index gaussians = 0;
   std::string note;  // LM: damping, gain ratio, PCG iterations, rejection of the step
+  // Predicted seconds to the end of the stage, with evaluations; NaN: not predicted.
+  double seconds_left = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct CheckpointOptions {

@@ -55,8 +55,9 @@ TEST(ProgressLine, IsABarOnATerminal) {
   const std::string text = OnTerminal(120);
   if (text.empty()) GTEST_SKIP() << "no pseudo-terminal on this machine";
   EXPECT_THAT(text, HasSubstr("\radam   0 %  ? left  [......"));
-  EXPECT_THAT(text,
-              HasSubstr("adam  25 %  1:15 left  [######..................]   25/100  PSNR 21.50  12345 Gaussians"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("adam  25 %  1:15 left  [######..................]   25/100  training PSNR 21.50  12345 Gaussians"));
   EXPECT_THAT(text, HasSubstr("adam 100 %  0:00 left  [########################]"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << "one line, ended once";
 }
@@ -82,7 +83,8 @@ TEST(ProgressLine, IsPlainLinesInAFile) {
   std::rewind(file);
   text.resize(std::fread(text.data(), 1, text.size(), file));
   std::fclose(file);
-  EXPECT_THAT(text, HasSubstr("adam  50/100  training loss 0.12500  PSNR 21.50  12345 Gaussians  0:50 left\n"));
+  EXPECT_THAT(text,
+              HasSubstr("adam  50/100  training loss 0.12500  training PSNR 21.50  12345 Gaussians  0:50 left\n"));
   EXPECT_THAT(text, Not(HasSubstr("\r")));
   EXPECT_THAT(text, Not(HasSubstr("[")));
 }
@@ -100,6 +102,9 @@ TEST(TimeLeft, FollowsFromWhatHasBeenSeenOfTheStage) {
   TimeLeft left;
   EXPECT_TRUE(std::isnan(left.Observe(At(gs::Stage::kAdam, 1, 100))));
   EXPECT_DOUBLE_EQ(left.Observe(At(gs::Stage::kAdam, 3, 104)), 2 * 7);
+  gs::TrainProgress predicted = At(gs::Stage::kAdam, 4, 106);
+  predicted.seconds_left = 40;
+  EXPECT_DOUBLE_EQ(left.Observe(predicted), 40);
   EXPECT_DOUBLE_EQ(left.Observe(At(gs::Stage::kAdam, 10, 118)), 0);
   EXPECT_DOUBLE_EQ(left.Observe(At(gs::Stage::kLm, 1, 123)), 5 * 9);
 }
