@@ -20,6 +20,7 @@
 #include "apps/report/report.h"
 #include "apps/training/checkpointing.h"
 #include "apps/training/metrics_json.h"
+#include "apps/training/standstill.h"
 #include "apps/training/training_results.h"
 #include "apps/viewer/viewer.h"
 #include "kernels/core/check.h"
@@ -232,6 +233,8 @@ std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& 
   NoteFilter(result.model, &remarks);
   RemarkOnMemory(job.settings.options.memory, result.memory, &remarks);
   RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
+  const std::string standstill = StandstillNote(job.scene, result.history, job.settings.options.cameras.refine);
+  if (!standstill.empty()) remarks.push_back(standstill);
   return remarks;
 }
 
