@@ -27,6 +27,7 @@ constexpr double kTerminalInterval = 0.2, kLogInterval = 10.0;  // seconds
 
 // "1800/4000", padded to its final width.
 std::string Count(const gs::TrainProgress& p) {
+  if (p.iterations == 0) return fmt::format("{}", p.iteration);
   return fmt::format("{:>{}}/{}", p.iteration, fmt::formatted_size("{}", p.iterations), p.iterations);
 }
 
@@ -41,7 +42,7 @@ std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
 // The most important numbers come first: narrow terminals cut off the rest.
 std::string FormatBar(const gs::TrainProgress& p, double seconds_left) {
   constexpr std::size_t kWidth = 24;
-  const double part = p.iterations > 0 ? std::clamp(static_cast<double>(p.iteration) / p.iterations, 0.0, 1.0) : 1.0;
+  const double part = p.iterations > 0 ? std::clamp(static_cast<double>(p.iteration) / p.iterations, 0.0, 1.0) : 0.0;
   const auto filled = static_cast<std::size_t>(part * kWidth);
   std::string line =
       fmt::format("{:<4} {:>3.0f} %  {} left  [{}{}]  {}", gs::StageName(p.stage), std::floor(100 * part),
@@ -108,17 +109,17 @@ double TimeLeft::Observe(const gs::TrainProgress& p) {
   latest_seconds_ = p.seconds;
   if (std::isfinite(p.seconds_left)) return p.seconds_left;
   const int done = p.iteration - start_iteration_;
-  if (done == 0) return NAN;
+  if (done == 0 || p.iterations == 0) return NAN;
   return (p.seconds - start_seconds_) / done * (p.iterations - p.iteration);
 }
 
 ProgressLine::ProgressLine(std::FILE* out) : out_(out), is_terminal_(::isatty(::fileno(out)) == 1) {}
 
 bool ProgressLine::IsDue(const gs::TrainProgress& p) const {
-  if (p.iteration >= p.iterations) return true;
+  if (p.iterations > 0 && p.iteration >= p.iterations) return true;
   const double since = p.seconds - printed_.seconds;
   if (is_terminal_) return since >= kTerminalInterval;
-  const auto twentieth = [&](int iteration) { return 20 * static_cast<Index>(iteration) / p.iterations; };
+  const auto twentieth = [&](int iteration) { return 20 * static_cast<Index>(iteration) / std::max(p.iterations, 1); };
   return since >= kLogInterval || twentieth(p.iteration) > twentieth(printed_.iteration);
 }
 

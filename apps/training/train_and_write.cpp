@@ -86,7 +86,7 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
                  : ""));
 }
 
-// The last row of each stage; the first row if there is only an LM stage.
+// The given model of refine and prune, and the last row of each stage.
 void PrintTable(const gs::TrainResult& result) {
   constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>13} {:>10} {:>10} {:>10} {:>10}\n";
   Print(kRow, "stage", "iteration", "seconds", "gaussians", "training loss", "train PSNR", "train SSIM", "test PSNR",
@@ -96,14 +96,15 @@ void PrintTable(const gs::TrainResult& result) {
     const bool is_last_of_stage = i + 1 == result.history.size() || result.history[i + 1].stage != row.stage;
     const bool is_given_model = i == 0 && row.stage == gs::Stage::kLm;
     if (!is_given_model && !is_last_of_stage) continue;
-    Print(kRow, gs::StageName(row.stage), row.iteration, Figure(row.seconds, 1), row.gaussians, Figure(row.cost, 6),
-          Figure(row.train.psnr, 3), Figure(row.train.ssim, 4), Figure(row.test.psnr, 3), Figure(row.test.ssim, 4));
+    Print(kRow, is_given_model ? "given" : gs::StageName(row.stage), row.iteration, Figure(row.seconds, 1),
+          row.gaussians, Figure(row.cost, 6), Figure(row.train.psnr, 3), Figure(row.train.ssim, 4),
+          Figure(row.test.psnr, 3), Figure(row.test.ssim, 4));
   }
 }
 
-// Improvement of an existing model.
-void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
-  Print("refined: training loss {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
+// Change of an existing model. done: "refined" or "pruned".
+void PrintGain(const char* done, const gs::HistoryRow& before, const gs::HistoryRow& after) {
+  Print("{}: training loss {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n", done,
         Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
         Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
 }
@@ -162,7 +163,10 @@ void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const s
   PrintTable(result);
   Print("{}", cameras);
   if (result.history.front().stage == gs::Stage::kLm) {  // an existing model
-    if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
+    if (result.history.size() > 1) {
+      PrintGain(job.line.command->command == kPrune ? "pruned" : "refined", result.history.front(),
+                result.history.back());
+    }
     Print("{}", WarningOfScene(result.history.front().train.psnr));
   } else if (!result.stopped) {
     Print("{}", WarningOfTraining(job.scene, result.history.back().train.psnr));

@@ -74,6 +74,7 @@ StageSpan StagePlanner::NextSpan(const StageProgress& now) const {
 }
 
 int StagePlanner::ExpectedIterations(const StageProgress& now) const {
+  if (session_.time().is_limited() && !timer_.is_known() && !now.span.is_last()) return 0;
   const double left = now.span.is_last()
                           ? 0
                           : std::min<double>(session_.schedule().iterations() - now.iteration, IterationsInTime(now));

@@ -164,7 +164,7 @@ class StagePlanner {
 
   // Span of the next iteration; longer if the time limit leaves fewer iterations.
   StageSpan NextSpan(const StageProgress& now) const;
-  // Predicted total of iterations.
+  // Predicted total of iterations; 0: unknown, because a time limit applies and no iteration is timed yet.
   int ExpectedIterations(const StageProgress& now) const;
   // Predicted seconds of the next evaluation; 0: unknown.
   double EvaluationSeconds() const { return session_.history().SecondsAhead(SecondsPerPixel()); }

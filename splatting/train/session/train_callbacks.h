@@ -19,7 +19,7 @@ namespace vesta::gs {
 // Reported after every iteration of either stage.
 struct TrainProgress {
   Stage stage = Stage::kAdam;
-  int iteration = 0, iterations = 0;  // done; expected in total
+  int iteration = 0, iterations = 0;  // done; expected in total, or 0 while unknown
   double seconds = 0;                 // without evaluations
   double cost = 0;  // running mean of the views' costs (Adam), cost over all training views (LM); per pixel and channel
   double psnr = 0;  // of the training views, latest value

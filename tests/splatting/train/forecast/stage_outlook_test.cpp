@@ -65,8 +65,11 @@ TEST(StagePlanner, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
   OutlookOf of{options, 50};
   StagePlanner& outlook = of.outlook;
   const StageProgress half{20, {19.0 / 40, 0.5}, 100};
-  EXPECT_EQ(outlook.ExpectedIterations(half), 1000) << "before any iteration has been timed";
+  EXPECT_EQ(outlook.ExpectedIterations(half), 0) << "before any iteration has been timed";
+  EXPECT_TRUE(std::isnan(outlook.SecondsLeft(half)));
   Observe(outlook, 1);
+  EXPECT_GT(outlook.SecondsLeft(half), 0);
+  EXPECT_LE(outlook.SecondsLeft(half), 150);
   // Evaluation takes half the time per pixel of training; 14,400 pixels are evaluated.
   EXPECT_GT(outlook.ExpectedIterations(half), 20 + 85);
   EXPECT_LT(outlook.ExpectedIterations(half), 20 + 95);
