@@ -38,7 +38,7 @@ struct ViewPasses {
   SumOfViews<typename B::Space> views;  // sums the gradients of an iteration's views
 
   // Renders the view over a background and adds the gradient of its cost to `gradient`. loss.Value() then returns the
-  // cost. own_background: that of the photographs.
+  // cost. own_background: the background of the photographs.
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* own_background,
                    const double* background, float* gradient) {
     const ImageShape shape = target.shape();
@@ -195,7 +195,7 @@ class StageViews {
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
     passes().AddGradient(x, target, options_.background.data(), options_.background.data(), gradient);
   }
-  // With a fixed background, opaque Gaussians of its colour would grow around a cut-out object.
+  // Opaque Gaussians of a fixed background's colour would grow around a cut-out object.
   void AddGradientOverRandom(std::size_t drawn, const splat::Model<float>& x, const TargetView<B>& target,
                              float* gradient) {
     CounterRandom random(options_.seed, kBackgrounds, drawn);

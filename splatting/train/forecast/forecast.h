@@ -176,7 +176,7 @@ class StagePlanner {
   ForecastKind NextForecast(bool grows);
   // Requires timer().is_known().
   RemainingWork Ahead(const StageProgress& now) const;
-  // Predicted seconds to the end of the stage, with evaluations; NaN while unknown. Predicts anew five times a second.
+  // Predicted seconds to the end of the stage, with evaluations; NaN while unknown. Predicts again five times a second.
   double SecondsLeft(const StageProgress& now);
   // ahead: from Ahead(now). mib: predicted peak memory in MiB.
   Prediction MakeForecast(const StageProgress& now, const RemainingWork& ahead, bool is_first_guess, double mib) const;
