@@ -95,8 +95,8 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PosedC
   g.u = view.lens.fx * t[0] / t[2] + view.lens.cx, g.v = view.lens.fy * t[1] / t[2] + view.lens.cy;
   g.opacity = 1.0 / (1.0 + exp(-p[kOpacity]));
   if (view.antialiased) {
-    const T dilation(view.eps2d), x = screen[0][0] - dilation, y = screen[1][1] - dilation;
-    g.opacity *= sqrt((x * y - screen[0][1] * screen[0][1]) / det);
+    const T xx = screen[0][0] - T(view.eps2d), yy = screen[1][1] - T(view.eps2d);
+    g.opacity *= sqrt((xx * yy - screen[0][1] * screen[0][1]) / det);
   }
 
   T direction[3], basis[16];
