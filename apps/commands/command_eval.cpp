@@ -65,7 +65,7 @@ int RunEval(const CommandLine& line) {
   if (aligned) PrintAligned(*aligned);
   Print("training loss {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count,
         posed.model.sh_degree);
-  Print("{}", WarningOfScene(evaluation.train.psnr));
+  if (evaluation.train.views > 0) Print("{}", WarningOfScene(evaluation.train.psnr));
   if (!flags.json.empty()) {
     WriteFileAtomically(
         flags.json, EvaluationJson(evaluation, aligned ? &*aligned : nullptr, posed.model, {.threads = NumThreads()}));

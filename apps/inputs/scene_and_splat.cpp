@@ -120,6 +120,7 @@ PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, co
 
 PosedModel LoadPosedModel(const CommandLine& line) {
   gs::LoadSceneOptions options;
+  options.may_lack_training = true;
   options.downscale = line.flags.downscale;
   UseSceneFlags(line.flags, 0, &options);
   return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags, options);

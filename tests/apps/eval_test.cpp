@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // vesta eval --align fits the test cameras before it measures.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -110,6 +112,20 @@ TEST_F(AlignedEval, SaysWhichViewsItCouldNotFit) {
   EXPECT_THAT(none.out, AllOf(HasSubstr("\naligned    0        -        -\n"), Not(HasSubstr("moved by"))));
   EXPECT_TRUE(Numbers()["aligned"]["psnr"].is_null());
   EXPECT_TRUE(Numbers()["aligned"]["moved_pixels"].is_null());
+}
+
+TEST_F(AlignedEval, AllViewsMayBeTestViews) {
+  Write(1);
+  ASSERT_EQ(Eval({"--test_every=0"}).status, 0);
+  const json all_training = Numbers();
+  const ProgramOutput output = Eval({"--test_every=1"});
+  ASSERT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr(fmt::format("\ntest    {:4}", kTinyViews)));
+  EXPECT_EQ(Numbers()["test"]["psnr"], all_training["train"]["psnr"]);
+  const std::string renders = folder_ / "all";
+  ASSERT_EQ(RunProgram({"render", splat_, scene_, "--test_every=1", "--out=" + renders}).status, 0);
+  EXPECT_TRUE(std::filesystem::exists(renders + "/003.png"));
+  EXPECT_NE(RunProgram({"train", scene_, "--test_every=1", "--out=" + (folder_ / "none")}).status, 0);
 }
 
 }  // namespace

@@ -105,11 +105,12 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   if (!options.test_views.list.empty()) scene.files.push_back(options.test_views.list);
   LeaveOutMissing(path, options.allow_missing, &scene);
   const bool chosen = options.test_views.every || !options.test_views.list.empty();
-  if (std::ranges::all_of(scene.views, [](const View& view) { return view.is_test(); })) {
+  const bool has_training = NumTrainingViews(scene) > 0;
+  if (!has_training && !options.may_lack_training) {
     Fail(kBadArgument, "{}: no training view is left, since {} for testing; add images, or set --test_every", path,
          chosen ? "all are" : "every 8th from the first is");
   }
-  if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
+  if (has_training && (chosen || scene.views.size() < named)) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
   NoteOtherNames(&scene);
   FindMasks(path, &scene);

@@ -32,10 +32,11 @@ struct LoadSceneOptions {
   TestViews test_views;                      // default: every 8th by name, or as defined in a NeRF scene
   // Memory for decoded photographs. If they need more, they are decoded on demand (photograph_store.h).
   double photographs_bytes = std::numeric_limits<double>::infinity();
-  RandomPoints random_points;    // for scenes without points
-  double eps2d = splat::kEps2d;  // Camera::eps2d
-  bool antialiased = false;      // Camera::antialiased
-  bool hold_out = false;         // hold out some training views (HoldOut)
+  RandomPoints random_points;      // for scenes without points
+  double eps2d = splat::kEps2d;    // Camera::eps2d
+  bool antialiased = false;        // Camera::antialiased
+  bool hold_out = false;           // hold out some training views (HoldOut)
+  bool may_lack_training = false;  // all views may be test views
 };
 
 // Detects the kind of scene in `path`, reads it, and decodes all images in parallel. COLMAP scenes have sparse/0 or
