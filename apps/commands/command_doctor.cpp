@@ -66,7 +66,7 @@ void PrintWhatItTakes(const gs::Scene& scene, const TrainSettings& settings, Dev
   const gs::TrainOptions fitted = gs::FitToScene(settings.options, gs::NumTrainingViews(scene));
   Print("A training run with --preset={} takes {} iterations", settings.preset, fitted.adam.iterations.value_or(0));
   if (const std::optional<gs::Prediction> foreseen = Foresee(scene, settings.options, device)) {
-    Print(": about {} on this machine, {:.0f} MiB of memory, at most about {:.0f} Gaussians (first estimate)",
+    Print(": about {} on this machine, {:.0f} MiB of memory, {:.0f} Gaussians at the end (first estimate)",
           FormatDuration(foreseen->seconds), foreseen->mib, foreseen->gaussians);
   }
   Print("\n");

@@ -279,7 +279,7 @@ gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm
   };
   callbacks.predicted = [line, has_lm](const gs::Prediction& p) {
     line->Finish();
-    Print("{}: {} {}, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "first estimate" : "estimate",
+    Print("{}: {} {}, {:.0f} MiB, {:.0f} Gaussians at the end\n", p.is_first_guess ? "first estimate" : "estimate",
           FormatDuration(p.seconds), has_lm ? "until LM" : "in total", p.mib, p.gaussians);
     std::fflush(stdout);
   };
