@@ -82,7 +82,9 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kInput,
        kTrain,
        {"resume", &O::resume, schema::Words{"DIR"},
-        "continue the training whose checkpoint is in this folder; SCENE and --out are then optional"}},
+        "continue the training whose checkpoint is in this folder, with its SCENE and options unless given; --out is "
+        "then by "
+        "default this folder"}},
       {kInput,
        kReport,
        {"scene", &O::scene, schema::Words{"SCENE"},
@@ -242,14 +244,15 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kOutput,
        kTrain,
        {"checkpoint_every", &O::checkpoint_every, schema::Words{"N|MINUTESm"},
-        "save the state for --resume every N iterations, or every so many minutes (10m), and on Ctrl-C; without this "
-        "flag, "
-        "never"}},
+        "save the state for --resume every N Adam iterations and after each LM iteration, or every so many minutes "
+        "(10m), "
+        "and on Ctrl-C; without this flag, never"}},
       {kOutput,
        kTrain,
        {"snapshot_every", &O::snapshot_every, schema::Words{"N|MINUTESm"},
-        "write an intermediate splat to DIR/snapshot_*.ply every N iterations, or every so many minutes (10m); without "
-        "this flag, never"},
+        "write an intermediate splat to DIR/snapshot_*.ply every N Adam iterations and after each LM iteration, or "
+        "every "
+        "so many minutes (10m); without this flag, never"},
        kTrain},
       {kOutput, kTrains, {"report", &O::report, "do not write DIR/report.html"}, kTrains},
 
@@ -288,7 +291,9 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kOther,
        kOptions,
        {"config", &O::config, schema::Words{"FILE"},
-        "read options from a metrics.json or from the output of `vesta config`; flags override it"}},
+        "read options from a metrics.json or from the output of `vesta config`; they override --preset; other flags "
+        "and "
+        "--set override them"}},
       {kOther,
        kTrains | kRender | kConvert | kReport | kBundleAdjust,
        {"quiet", &O::quiet, "print only errors"},

@@ -32,7 +32,9 @@ const schema::Table<AdamOptions>& AdamFields() {
        {1e-6, 1},
        "learning rates at the end of the Adam stage, as a fraction of those at its start"},
       {"averaging_fraction", &O::averaging_fraction, kPart,
-       "last fraction of the Adam stage whose parameters are averaged to give the result; 0: no averaging"},
+       "last fraction of the Adam stage, but only after the last densification, whose parameters are averaged to give "
+       "the "
+       "result (the latest count most); 0: no averaging"},
       {"half_resolution_until", &O::half_resolution_until, kPart,
        "fraction of the Adam stage that trains on images at half resolution"},
       {"sh_degree_interval", &O::sh_degree_interval, kPart,

@@ -10,7 +10,8 @@ const schema::Table<PruningOptions>& PruningFields() {
   // After the last pruning, the model needs some iterations to recover.
   constexpr schema::Range kBeforeTheEnd{0, 0.99};
   static const schema::Table<O> fields = {
-      {"unseen", &O::prune_unseen, "remove Gaussians that the training views hardly show"},
+      {"unseen", &O::prune_unseen,
+       "remove large Gaussians that lie almost wholly outside all training images, at pruning.begin and pruning.end"},
       {"aic_weight",
        &O::aic_weight,
        {0, 1e9},

@@ -108,7 +108,9 @@ const schema::Table<LmStageOptions>& LmStageFields() {
       {"preconditioner_damping", &O::preconditioner_damping, kPreconditionerDampings,
        "factor of the damping matrix inside the preconditioner: lambda as in the system, or always 1"},
       {"damping", &O::damping, kDampings,
-       "diagonal matrix that lambda multiplies in the damping: 1 / (learning rate)^2 of each parameter, or diag(JtJ)"},
+       "diagonal matrix that lambda multiplies in the damping: about proportional to 1 / (lr.*)^2 of each parameter, "
+       "in the "
+       "scale of diag(JtJ), or diag(JtJ) itself"},
       {"damping_update", &O::damping_update, kStepRules,
        "rule that changes lambda after each step: as Ceres, as the 3DGS-LM paper, or as its code"},
       {"initial_lambda", &O::initial_lambda, kPositive, "lambda, the LM damping, in the first iteration"},
@@ -139,9 +141,9 @@ const schema::Table<LmStageOptions>& LmStageFields() {
        "for products with the Jacobian J, keep the projected Gaussians of all views, or the entries of J in 32 or 16 "
        "bits (most memory), or render the views again for each product (least memory)"},
       {"loss_linearization", &O::loss_linearization, kPixelLinearizations,
-       "least-squares form of |error|: squares weighted by 1/|error|, residuals sqrt(|error|), the Huber loss, or "
-       "plain "
-       "squares"},
+       "least-squares form of |error|: squares weighted by 1/|error|, or residuals sqrt(|error|); huber, l2: the LM "
+       "loss "
+       "itself has the Huber loss or plain squares instead of |error|"},
       {"huber_threshold",
        &O::huber_threshold,
        {1e-6, 1e6},

@@ -125,8 +125,11 @@ const schema::Table<CameraOptions>& CameraFields() {
   using O = CameraOptions;
   static const schema::Table<O> fields = {
       {"refine", &O::refine, kCameraChoices,
-       "camera parameters of the training views to optimise during training; all: also focal lengths and principal "
-       "points; auto: poses, if held-out views improve",
+       "camera parameters of the training views to optimise during training; exposure: a gain and an offset per image "
+       "and "
+       "channel; all: also focal lengths and principal points; auto: poses, if that improves training views held out "
+       "at "
+       "first",
        "refine_cameras"},
   };
   return fields;

@@ -30,7 +30,8 @@ schema::Table<TrainOptions> OwnFields() {
       {"train.time_limit",
        &O::time_limit,
        {0, 1e9},
-       "end after X seconds, with loading and evaluation, and scale the schedule to fit; 0: no limit",
+       "end after X seconds, with loading and evaluation: the schedule is shortened or, if --iterations is auto, "
+       "lengthened to fit; 0: no limit",
        "time_limit"},
       {"train.target_psnr",
        &O::target_psnr,
