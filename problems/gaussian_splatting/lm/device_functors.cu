@@ -16,6 +16,7 @@ VESTA_DEVICE_FOR_EACH(gs::RowGathering<std::uint32_t>, "gather rows")
 VESTA_DEVICE_FOR_EACH(gs::NumberGathering, "gather counts")
 VESTA_DEVICE_FOR_EACH(gs::MeasureUnit, "units of length")
 VESTA_DEVICE_FOR_EACH(gs::FillMaskedPixels<float>, "fill masked pixels")
+VESTA_DEVICE_FOR_EACH(gs::ChangeBackground<float>, "change the background")
 VESTA_DEVICE_FOR_EACH(gs::ClearMaskedPixels<float>, "clear masked pixels")
 
 }  // namespace vesta

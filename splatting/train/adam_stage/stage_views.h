@@ -37,6 +37,11 @@ struct ViewPasses {
   typename B::Vector composed;          // the photograph over the background of the pass, if it has transparency
   SumOfViews<typename B::Space> views;  // sums the gradients of an iteration's views
 
+  // With one background for the photograph and the rendered view.
+  void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* background,
+                   float* gradient) {
+    AddGradient(x, target, background, background, gradient);
+  }
   // Renders the view over a background and adds the gradient of its cost to `gradient`. loss.Value() then returns the
   // cost. own_background: the background of the photographs.
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* own_background,
@@ -193,7 +198,7 @@ class StageViews {
   }
 
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
-    passes().AddGradient(x, target, options_.background.data(), options_.background.data(), gradient);
+    passes().AddGradient(x, target, options_.background.data(), gradient);
   }
   // Opaque Gaussians of a fixed background's colour would grow around a cut-out object.
   void AddGradientOverRandom(std::size_t drawn, const splat::Model<float>& x, const TargetView<B>& target,

@@ -12,6 +12,7 @@
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "tests/kernels/gaussian_splatting/image_derivative.h"
+#include "tests/kernels/gaussian_splatting/projection_rows.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/any_threads.h"
 #include "tests/support/cpu_isas.h"
@@ -23,19 +24,19 @@ namespace {
 using test::RenderedView;
 using test::Scene;
 using test::SceneOptions;
-using Jet = ceres::Jet<double, kPoseTangent>;
+using PoseJet = ceres::Jet<double, kPoseTangent>;
 
 // The nine splat values of Gaussian i by the pose: projects with exp(xi) applied to the view's pose.
-void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
-  CameraConstants<Jet, Pinhole<double>> camera{};
+void PoseJetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
+  CameraConstants<PoseJet, Pinhole<double>> camera{};
   camera.lens = Pinhole<double>(scene.view.lens, scene.view.width, scene.view.height);
   SetEps2d(scene.view.eps2d, camera);
   camera.antialiased = scene.view.antialiased;
-  Jet turn[9];
-  const Jet omega[3] = {Jet(0, 0), Jet(0, 1), Jet(0, 2)};
+  PoseJet turn[9];
+  const PoseJet omega[3] = {PoseJet(0, 0), PoseJet(0, 1), PoseJet(0, 2)};
   ceres::AngleAxisToRotationMatrix(omega, ceres::RowMajorAdapter3x3(turn));
   for (int r = 0; r < 3; ++r) {
-    camera.T[r] = Jet(0, 3 + r);
+    camera.T[r] = PoseJet(0, 3 + r);
     for (int k = 0; k < 3; ++k) {
       camera.T[r] += turn[3 * r + k] * scene.view.T[k];
       for (int c = 0; c < 3; ++c) camera.R[3 * r + c] += turn[3 * r + k] * scene.view.R[3 * k + c];
@@ -44,21 +45,21 @@ void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
   for (int c = 0; c < 3; ++c) {
     for (int r = 0; r < 3; ++r) camera.centre[c] -= camera.R[3 * r + c] * camera.T[r];
   }
-  Jet mean[3], log_scale[3], quaternion[4], dir[3], basis[16], color[3];
+  PoseJet mean[3], log_scale[3], quaternion[4], dir[3], basis[16], color[3];
   for (int k = 0; k < 3; ++k) {
-    mean[k] = Jet(scene.At(kMean + k, i)), log_scale[k] = Jet(scene.At(kLogScale + k, i));
+    mean[k] = PoseJet(scene.At(kMean + k, i)), log_scale[k] = PoseJet(scene.At(kLogScale + k, i));
   }
-  for (int k = 0; k < 4; ++k) quaternion[k] = Jet(scene.At(kQuaternion + k, i));
-  ProjectionState<Pinhole<double>, Jet> state;
-  const SplatShape<Jet> jet = Project(camera, mean, log_scale, quaternion, state);
+  for (int k = 0; k < 4; ++k) quaternion[k] = PoseJet(scene.At(kQuaternion + k, i));
+  ProjectionState<Pinhole<double>, PoseJet> state;
+  const SplatShape<PoseJet> jet = Project(camera, mean, log_scale, quaternion, state);
   ViewDirection(camera.centre, mean, dir);
   ShBasis<3>(dir[0], dir[1], dir[2], basis);
   ShColor<3>(
-      basis, [&](int a) { return Jet(scene.At(kSh + a, i)); }, color);
+      basis, [&](int a) { return PoseJet(scene.At(kSh + a, i)); }, color);
   for (int k = 0; k < kPoseTangent; ++k) {
     double w[kSplatTangent] = {};
     TangentOf(
-        jet, [k](const Jet& x) { return x.v[k]; }, w);
+        jet, [k](const PoseJet& x) { return x.v[k]; }, w);
     for (int c = 0; c < 3; ++c) w[kColor + c] = color[c].a > 0 ? color[c].v[k] : 0;
     for (int row = 0; row < kSplatTangent; ++row) K[row][k] = w[row];
   }
@@ -86,7 +87,7 @@ TEST(PoseOfASplat, TangentAgreesWithJetsOfTheMovedCamera) {
   for (int i = 0; i < scene.count; ++i) {
     if (rank_of[i] < 0) continue;
     double K[kSplatTangent][kPoseTangent];
-    JetRows(scene, i, K);
+    PoseJetRows(scene, i, K);
     for (int row = 0; row < kSplatTangent; ++row) {
       const double scale = 1e-3 + std::abs(*std::max_element(K[row], K[row] + kPoseTangent, [](double a, double b) {
                              return std::abs(a) < std::abs(b);
