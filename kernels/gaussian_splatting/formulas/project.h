@@ -78,7 +78,8 @@ struct ProjectionState {
   T scale[3];                        // standard deviations
   T M0[3], M1[3];                    // rows of M
   T B, C, det;                       // screen covariance: xy, yy, determinant
-  T det_undilated;                   // determinant without the 2D dilation
+  // In antialiased views: the determinant without the 2D dilation, and the difference of the two.
+  T det_undilated, det_of_dilation;
 };
 
 // Mean and shape of a splat in whitened form: u, v, r, s, beta of Splat (types.h).
@@ -126,7 +127,9 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(eps2d, mm + nn, T(camera.eps2d_squared)))));
   if (camera.antialiased) {
     state.det_undilated = Fma(c0, c0, Fma(c1, c1, c2 * c2));
-    shape.compensation = sqrt(state.det_undilated / state.det);
+    state.det_of_dilation = Fma(eps2d, mm + nn, T(camera.eps2d_squared));
+    // sqrt(det_undilated / det), in a form whose derivative does not cancel for large Gaussians.
+    shape.compensation = T(1) / sqrt(T(1) + state.det_of_dilation / state.det_undilated);
   }
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
@@ -180,10 +183,12 @@ VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T
   const T kappa = two_ln2 * w_bar[kKappa] / sqrt(state.det);
   const T B_bar = -kappa;
   const T C_bar = (T(0.5f) * (rho_bar - sigma_bar) + kappa * state.B) / state.C;
-  T det_bar = T(-0.5f) * rho_bar / state.det, two_undilated(0);
-  if (camera.antialiased) {  // log compensation = (log det_undilated - log det) / 2
-    det_bar = Fma(T(-0.5f), w_bar[kLambda] / state.det, det_bar);
-    two_undilated = w_bar[kLambda] / state.det_undilated;
+  const T det_bar = T(-0.5f) * rho_bar / state.det;
+  T dilation_bar(0), product_bar(0);  // twice the cotangents of det_of_dilation and det_undilated in the compensation
+  if (camera.antialiased) {           // log compensation = -log(1 + det_of_dilation / det_undilated) / 2
+    dilation_bar = -w_bar[kLambda] / state.det;
+    product_bar = -dilation_bar * (state.det_of_dilation / state.det_undilated);
+    dilation_bar = dilation_bar * T(camera.eps2d);
   }
 
   const T *m = state.M0, *n = state.M1;
@@ -197,7 +202,8 @@ VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T
     T M0_bar = Fma(two_det, cross0 + eps2d * m[k], B_bar * n[k]);
     T M1_bar = Fma(two_det, cross1 + eps2d * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
     if (camera.antialiased) {
-      M0_bar = Fma(two_undilated, cross0, M0_bar), M1_bar = Fma(two_undilated, cross1, M1_bar);
+      M0_bar = Fma(product_bar, cross0, Fma(dilation_bar, m[k], M0_bar));
+      M1_bar = Fma(product_bar, cross1, Fma(dilation_bar, n[k], M1_bar));
     }
     const T along0 = M0_bar * m[k], along1 = M1_bar * n[k];
     log_scale_bar[k] = along0 + along1;
