@@ -11,9 +11,9 @@
 
 namespace vesta::gs {
 
-// The colour and transparency (r, g, b, t) at (u, v), in pixels; pixel (i, j) has its centre at (i + 0.5, j + 0.5). Catmull-Rom cubic
-// interpolation: it passes through the pixels and is exact where colours change linearly. Not clamped to 0..1. The
-// border pixel is repeated beyond the border.
+// The colour and transparency (r, g, b, t) at (u, v), in pixels; pixel (i, j) has its centre at (i + 0.5, j + 0.5).
+// Catmull-Rom cubic interpolation: it passes through the pixels and is exact where colours change linearly. Not clamped
+// to 0..1. The border pixel is repeated beyond the border.
 std::array<float, 4> SampleCubic(const Image& image, double u, double v);
 
 // True if (u, v) is in the image and Image::mask includes the four pixels around it, which have nearly all the weight
