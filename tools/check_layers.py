@@ -70,7 +70,7 @@ def app_rooms():
         "doctor": "",
         "report": "cli inputs settings",
         "viewer": "cli inputs report",
-        "training": "cli device doctor inputs settings report viewer",
+        "training": "cli device inputs settings report viewer",
         "commands": "cli device inputs settings usage render doctor report viewer training",
     }
     return {"apps/" + room: ["apps/" + below for below in lower.split()] + base for room, lower in rooms.items()}

@@ -31,10 +31,16 @@ ViewDiagnostics DiagnosticsOf(const gs::Image& image);
 // Mean absolute difference of two thumbnails over pixels and channels, 0..1.
 double ThumbnailDistance(const ViewDiagnostics& a, const ViewDiagnostics& b);
 
+// Estimates the exposure of each view relative to the median view, in stops: factors of two of light, which is
+// luma^2.2. For each point inside the image, the light of its pixel is divided by the light of the point's colour. The
+// point's colour is the mean over its photographs, so the content of the image has no influence. The exposure is the
+// median of these ratios. It is 0 if the lower and the upper quartile differ in sign, as when foreground hides the
+// points, and NaN with fewer than 20 points.
+std::vector<double> ExposureStops(const gs::Scene& scene);
+
 // One line per warning, the most serious kind first. A kind that affects many views names five of them and the number
 // of the others. Warns about few views, few points, views that see few points, views with equal poses, and photographs
-// that are nearly identical, of one colour, blurred, of another exposure, or saturated, and about exposures that differ
-// between all views. Throws Error if a photograph
+// that are nearly identical, of one colour, blurred, of another exposure, or saturated. Throws Error if a photograph
 // cannot be read. Good photographs can cause warnings too.
 std::vector<std::string> SceneWarnings(const gs::Scene& scene);
 

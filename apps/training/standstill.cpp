@@ -7,25 +7,19 @@
 #include <algorithm>
 #include <iterator>
 
-#include "apps/doctor/exposures.h"
-
 namespace vesta::app {
 namespace {
 
 std::vector<std::string> ReasonsFor(const gs::Scene& scene, gs::CameraChoice refined) {
-  constexpr double kSpread = 0.2;  // stops
   constexpr Index kFewViews = 30;
   std::vector<std::string> reasons;
-  const double spread = ExposureSpread(ExposuresOf(scene));
-  const bool fits_exposures = refined == gs::CameraChoice::kPoseAndExposure || refined == gs::CameraChoice::kAll;
-  if (spread > kSpread && !fits_exposures) {
-    reasons.push_back(
-        fmt::format("exposures differ by {:.0f} % (try --refine_cameras=pose+exposure)", LightPercent(spread)));
-  }
-  const auto views = std::ranges::count_if(scene.views, [](const gs::View& view) { return !view.is_test(); });
+  const Index views = gs::NumTrainingViews(scene);
   if (views < kFewViews) reasons.push_back(fmt::format("only {} training views (more photographs help most)", views));
   if (refined == gs::CameraChoice::kNone) {
     reasons.emplace_back("inaccurate cameras (--refine_cameras=auto measures whether refining them helps)");
+  }
+  if (refined != gs::CameraChoice::kPoseAndExposure && refined != gs::CameraChoice::kAll) {
+    reasons.emplace_back("exposures that differ (--refine_cameras=pose+exposure fits them)");
   }
   return reasons;
 }
@@ -49,7 +43,7 @@ std::string StandstillNote(const gs::Scene& scene, const std::vector<gs::History
       "({:.2f} "
       "to {:.2f} dB): the splat fits only the training views{}{}",
       before.test.psnr, before.iteration, now.test.psnr, before.train.psnr, now.train.psnr,
-      reasons.empty() ? "" : ". Likely reasons: ", fmt::join(reasons, "; "));
+      reasons.empty() ? "" : ". Possible reasons: ", fmt::join(reasons, "; "));
 }
 
 }  // namespace vesta::app

@@ -12,8 +12,8 @@
 namespace vesta::app {
 
 // One line if the test PSNR stood still in the second half of Adam's history, while the training PSNR rose; else empty.
-// The line has the likely reasons: exposures that differ, few views, cameras that are not refined, and the flags that
-// help. Throws Error if a photograph cannot be read.
+// The line has the possible reasons: few views, and cameras or exposures that are not refined, with the flags that
+// help.
 std::string StandstillNote(const gs::Scene& scene, const std::vector<gs::HistoryRow>& history,
                            gs::CameraChoice refined);
 

@@ -236,9 +236,9 @@ std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& 
   RemarkOnOrigin(result.model, &remarks);
   NoteFilter(result.model, &remarks);
   RemarkOnMemory(job.settings.options.memory, result.memory, &remarks);
-  RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
   const std::string standstill = StandstillNote(job.scene, result.history, job.settings.options.cameras.refine);
   if (!standstill.empty()) remarks.push_back(standstill);
+  RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
   return remarks;
 }
 

@@ -160,7 +160,7 @@ void CheckArguments(const CommandLine& line) {
 }
 
 // Flags of options that only the help with --all lists.
-constexpr std::string_view kRareFlags[] = {"eps2d"};
+constexpr std::string_view kRareFlags[] = {"antialias", "eps2d"};
 
 }  // namespace
 

@@ -6,7 +6,6 @@
 
 #include <cmath>
 
-#include "apps/doctor/exposures.h"
 #include "apps/doctor/scene_warnings.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
@@ -114,20 +113,6 @@ TEST(SceneWarnings, ExposureThatDiffers) {
   EXPECT_THAT(SceneWarnings(scene),
               ElementsAre(testing::MatchesRegex("01.png: 1.[5-9] stops darker than the others"),
                           testing::MatchesRegex("08.png: 1.[1-6] stops lighter than the others")));
-}
-
-// No view differs much from the median, but the views differ from each other.
-TEST(SceneWarnings, ExposuresThatDifferALittle) {
-  gs::Scene scene = SoundScene();
-  for (std::size_t i = 0; i < 12; ++i) {
-    const float gain = i % 2 == 0 ? 0.9f : 1.1f;
-    Change(&scene.views[i].image, [gain](float) { return gain * 0.5f; });
-  }
-  const double stops = 2.2 * std::log2(1.1 / 0.9);
-  EXPECT_NEAR(ExposureSpread(ExposuresOf(scene)), stops, 1e-5);
-  EXPECT_NEAR(LightPercent(stops), 100 * (std::pow(1.1 / 0.9, 2.2) - 1), 1e-9);
-  scene.views.resize(4);
-  EXPECT_EQ(ExposureSpread(ExposuresOf(scene)), 0);
 }
 
 TEST(SceneWarnings, OfOneColorAndBurnt) {

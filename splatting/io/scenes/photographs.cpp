@@ -78,17 +78,21 @@ CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& 
   return steps;
 }
 
+// Most bytes per pixel of Image::transparency.
+double AlphaBytes(const PhotographRule& rule) { return rule.alpha_is_mask ? 0 : sizeof(float); }
+
 // Upper bound of the temporary memory. Decoding holds the samples (four of two bytes) and the planes. Rotating,
 // resampling and masks hold two sets of planes.
 double MostWorkBytes(const View& view, const CameraSteps& steps, const PhotographRule& rule) {
-  constexpr double kMostSampleBytes = 8, kMaskedBytes = kImageBytes + sizeof(float) + 1;
+  constexpr double kMostSampleBytes = 8;
+  const double masked_bytes = kImageBytes + 1 + AlphaBytes(rule);
   const double in_file = steps.in_file.pixels(), undistorted = steps.undistorted.pixels(),
                result = steps.downscaled.pixels();
-  double most = (kMaskedBytes + kMostSampleBytes) * in_file;
-  most = std::max(most, 2 * kMaskedBytes * in_file);
-  if (!view.mask_path.empty()) most = std::max(most, (2 * kMaskedBytes + kMostSampleBytes) * in_file);
-  if (!view.distortion.is_none()) most = std::max(most, kMaskedBytes * (in_file + undistorted));
-  if (rule.downscale > 1) most = std::max(most, kMaskedBytes * (undistorted + result));
+  double most = (masked_bytes + kMostSampleBytes) * in_file;
+  most = std::max(most, 2 * masked_bytes * in_file);
+  if (!view.mask_path.empty()) most = std::max(most, (2 * masked_bytes + kMostSampleBytes) * in_file);
+  if (!view.distortion.is_none()) most = std::max(most, masked_bytes * (in_file + undistorted));
+  if (rule.downscale > 1) most = std::max(most, masked_bytes * (undistorted + result));
   return most - kImageBytes * result;
 }
 
@@ -158,9 +162,8 @@ PredictedPhotograph PredictPhotograph(const View& view, const PhotographRule& ru
   const CameraSteps steps = StepsFrom(view, size, rule);
   const Camera& camera = steps.downscaled;
   const bool may_have_mask = rule.alpha_is_mask || !view.mask_path.empty();
-  const double alpha_bytes = rule.alpha_is_mask ? 0 : sizeof(float);
   return {.camera = camera,
-          .bytes = (kImageBytes + (may_have_mask ? 1 : 0) + alpha_bytes) * camera.pixels(),
+          .bytes = (kImageBytes + (may_have_mask ? 1 : 0) + AlphaBytes(rule)) * camera.pixels(),
           .work_bytes = MostWorkBytes(view, steps, rule)};
 }
 

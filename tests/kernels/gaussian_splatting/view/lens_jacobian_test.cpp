@@ -40,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, LensJacobian, testing::ValuesIn(test::SceneKind
 
 // Central differences, away from decisions.
 TEST_P(LensJacobian, IsTheDerivativeOfTheImage) {
-  const Scene scene = SceneWithin(GetParam(), 92);
+  const Scene scene = SceneWithin(GetParam(), 93);
   RenderedView<double> rendered(scene);
   for (int k = 0; k < kLensTangent; ++k) {
     SCOPED_TRACE(k);
