@@ -89,7 +89,7 @@ double MostWorkBytes(const View& view, const CameraSteps& steps, const Photograp
   const double in_file = steps.in_file.pixels(), undistorted = steps.undistorted.pixels(),
                result = steps.downscaled.pixels();
   double most = (masked_bytes + kMostSampleBytes) * in_file;
-  most = std::max(most, 2 * masked_bytes * in_file);
+  most = std::max(most, 2 * (kImageBytes + 1) * in_file);  // only JPEGs, without alpha, are rotated
   if (!view.mask_path.empty()) most = std::max(most, (2 * masked_bytes + kMostSampleBytes) * in_file);
   if (!view.distortion.is_none()) most = std::max(most, masked_bytes * (in_file + undistorted));
   if (rule.downscale > 1) most = std::max(most, masked_bytes * (undistorted + result));
