@@ -44,14 +44,15 @@ std::string Row(const std::string& head, const std::string& description, std::si
 }
 
 std::string Overview() {
-  constexpr std::size_t kCommandColumn = 39;
+  constexpr std::size_t kCommandColumn = 40;
   std::string text = "vesta: train, refine and measure 3D Gaussian splats; matrix-free least squares\n\n";
   for (const CommandInfo& command : Commands()) text += Row(UsageForm(command), command.summary, kCommandColumn);
   text += Row("vesta help COMMAND", "list the flags of a command", kCommandColumn);
   text += Row("vesta help --completion=SHELL", "print completions for bash, zsh or fish", kCommandColumn);
   text += Row("vesta help --man", "print the manual page", kCommandColumn);
   for (const char* paragraph :
-       {"SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
+       {"PHOTOS is a folder of photographs, or a film.",
+        "SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
         "(transforms.json). Every 8th photograph by name, starting with the first, is a test view.",
         "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic). view also accepts a "
         "checkpoint (DIR/checkpoint.vesta).",
