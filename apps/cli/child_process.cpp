@@ -42,10 +42,19 @@ int OpenForOutput(const std::string& file, int flags) {
   return opened;
 }
 
-// A line for the log, as a user would type the command.
+// A line for the log, as a user would type the command in a shell.
 std::string Typed(const std::vector<std::string>& words) {
+  constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./=:,+@%";
   std::string line = "$";
-  for (const std::string& word : words) line += word.find(' ') == word.npos ? " " + word : fmt::format(" '{}'", word);
+  for (const std::string& word : words) {
+    if (!word.empty() && word.find_first_not_of(kPlain) == word.npos) {
+      line += " " + word;
+      continue;
+    }
+    line += " '";
+    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += "'";
+  }
   return line + "\n";
 }
 
@@ -115,8 +124,8 @@ std::string FindProgram(const std::string& name) {
 std::string RequireProgram(const std::string& name, const std::string& package, const std::string& what_for) {
   std::string program = FindProgram(name);
   if (program.empty()) {
-    Fail(kUnavailable, "the program {} {} is not installed; install it: apt-get install --no-install-recommends {}",
-         name, what_for, package);
+    Fail(kUnavailable, "{}: not installed, but needed {}; install it: apt-get install --no-install-recommends {}", name,
+         what_for, package);
   }
   return program;
 }

@@ -12,7 +12,7 @@ namespace vesta::app {
 // The program's file on PATH, or empty.
 std::string FindProgram(const std::string& name);
 
-// FindProgram, or Error with the Debian package to install. what_for: "for films".
+// FindProgram, or Error with the Debian package to install. what_for: "for films", for the message.
 std::string RequireProgram(const std::string& name, const std::string& package, const std::string& what_for);
 
 struct ChildCommand {

@@ -67,8 +67,6 @@ class Reconstruction {
   Reconstruction(const Flags& flags, PhotographSource source)
       : flags_(flags), source_(std::move(source)), paths_(flags.out), progress_(paths_, source_, flags.frames) {}
 
-  const ReconstructionPaths& paths() const { return paths_; }
-
   void Run() {
     MakeFolder(paths_.work);
     progress_.Write();

@@ -92,7 +92,7 @@ class LogReader {
 
 }  // namespace
 
-std::string FindColmap() { return RequireProgram("colmap", "colmap", "which computes the cameras of photographs,"); }
+std::string FindColmap() { return RequireProgram("colmap", "colmap", "for the cameras of photographs"); }
 
 ColmapProgram::ColmapProgram(std::string log, std::string work, Device device, int threads)
     : program_(FindColmap()), log_(std::move(log)), work_(std::move(work)), threads_(threads) {

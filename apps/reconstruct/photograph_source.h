@@ -14,7 +14,7 @@ inline constexpr std::size_t kFewestPhotographs = 3;
 struct PhotographSource {
   std::string path;  // absolute, without symbolic links
   bool is_film = false;
-  std::vector<std::string> names = {};  // of the photographs, relative to `path`, sorted; empty for a film
+  std::vector<std::string> names = {};  // photographs, relative to `path`, sorted; empty for a film
   std::uintmax_t bytes = 0;             // size of all these files, or of the film
   std::size_t num_others = 0;           // files in the folder that are not photographs
 };
