@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The `vesta` program: reconstruct | train | refine | prune | eval | render | view | convert | doctor | report | config |
-// bundle_adjust | help.
+// The `vesta` program: reconstruct | train | refine | prune | eval | render | view | convert | doctor | report | config
+// | bundle_adjust | help.
 #include <glog/logging.h>
 
 #include <csignal>

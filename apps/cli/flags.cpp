@@ -42,7 +42,7 @@ std::vector<const char*> PresetNames() {
 
 const std::vector<CommandInfo>& Commands() {
   static const std::vector<CommandInfo> commands = {
-      {kReconstruct, "reconstruct", {"PHOTOS"}, "find the cameras of photographs, with COLMAP", "SCENE"},
+      {kReconstruct, "reconstruct", {"PHOTOS"}, "find the cameras of photographs", "SCENE"},
       {kTrain, "train", {"SCENE"}, "train a splat from photographs", "DIR"},
       {kRefine, "refine", {"SPLAT", "SCENE"}, "train an existing splat further", "DIR"},
       {kPrune, "prune", {"SPLAT", "SCENE"}, "remove the least useful Gaussians", "DIR"},

@@ -56,7 +56,7 @@ void CheckPlaces(const Flags& flags, const PhotographSource& source, const Recon
   }
 }
 
-// COLMAP's features take about this much memory per thread on images of kFeaturePixels.
+// COLMAP 3.8 takes 640 MiB per thread for the features of 1600 x 1200 pixels; the decoded photographs are added.
 int ColmapThreads() {
   constexpr double kMibPerThread = 1024;
   return std::clamp(static_cast<int>(std::min(AvailableMemoryMib() / kMibPerThread, 1e6)), 1, NumThreads());

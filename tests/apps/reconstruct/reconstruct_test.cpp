@@ -65,7 +65,7 @@ TEST_F(Reconstruct, MakesASceneForTraining) {
   const std::vector<ColmapCall> calls = colmap.TakeCalls();
   ASSERT_EQ(calls.size(), 3u);
   EXPECT_EQ(calls[0].command, kFeatures);
-  EXPECT_EQ(calls[0].names, "000.png/001.png/002.png/003.png/004.png/005.png/006.png/007.png/008.png/009.png");
+  EXPECT_EQ(calls[0].names, "000.png/001.png/002.png/003.png/004.png/005.png/006.png/007.png/008.png/009.png/");
   EXPECT_THAT(calls[0].options,
               AllOf(Contains(Pair("image_path", scene_ + "/images")), Contains(Pair("ImageReader.single_camera", "1")),
                     Contains(Pair("ImageReader.camera_model", "OPENCV")),
@@ -111,7 +111,7 @@ TEST_F(Reconstruct, OneCameraPerSize) {
   ExpectDone();
   const std::vector<ColmapCall> calls = colmap.TakeCalls();
   ASSERT_EQ(calls.size(), 4u);
-  EXPECT_EQ(calls[0].names, "day/a.png/day/b.png");
+  EXPECT_EQ(calls[0].names, "day/a.png/day/b.png/");
   EXPECT_EQ(calls[0].options.at("ImageReader.camera_model"), "SIMPLE_RADIAL") << "too few for four coefficients";
   EXPECT_THAT(calls[1].names, testing::StartsWith("000.png/001.png/"));
   EXPECT_EQ(calls[1].options.at("ImageReader.camera_model"), "OPENCV");
