@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The `vesta` program: train | refine | prune | eval | render | view | convert | doctor | report | config |
-// bundle_adjust | help.
+// The `vesta` program: reconstruct | train | refine | prune | eval | render | view | convert | doctor | report | config
+// | bundle_adjust | help.
 #include <glog/logging.h>
 
 #include <csignal>
@@ -34,6 +34,8 @@ bool MayRunInRanks(Command command) {
 
 int RunCommand(const CommandLine& line) {
   switch (line.command->command) {
+    case kReconstruct:
+      return RunReconstruct(line);
     case kTrain:
       return RunTrain(line);
     case kRefine:

@@ -68,10 +68,11 @@ def app_rooms():
         "usage": "cli settings",
         "render": "cli inputs",
         "doctor": "",
+        "reconstruct": "cli",
         "report": "cli inputs settings",
         "viewer": "cli inputs report",
         "training": "cli device inputs settings report viewer",
-        "commands": "cli device inputs settings usage render doctor report viewer training",
+        "commands": "cli device inputs settings usage render doctor reconstruct report viewer training",
     }
     return {"apps/" + room: ["apps/" + below for below in lower.split()] + base for room, lower in rooms.items()}
 

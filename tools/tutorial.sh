@@ -36,9 +36,6 @@ fi
 films=yes
 has ffmpeg || { films=; echo "No ffmpeg (Debian's package ffmpeg): the images are used directly, and no film is made."; }
 
-# Without a display.
-export QT_QPA_PLATFORM=offscreen
-
 started=$(date +%s)
 step() { printf '\n-- %s   (after %d s)\n' "$*" "$(($(date +%s) - started))"; }
 # say_and COMMAND...: prints and runs a command. quietly LOG COMMAND...: the same, with the output in a log, whose end
@@ -61,25 +58,14 @@ say_and "$build_dir/vesta_demo_scene" "--out=$take" "--views=$frames" "--width=$
 if [ -z "$find_cameras" ]; then
   mv -- "$take" "$scene"
 else
-  mkdir -p -- "$scene/images" "$scene/sparse"
+  photographs=$take/images how_many=
   if [ -n "$films" ]; then
-    quietly "$logs/film.log" ffmpeg -y -framerate 10 -i "$take/images/view_%04d.png" -crf 12 -pix_fmt yuv420p "$out_dir/film.mp4"
-    step "Extracting images from the film"
-    quietly "$logs/frames.log" ffmpeg -i "$out_dir/film.mp4" -vf fps=10 -qscale:v 2 "$scene/images/%04d.jpg"
-  else
-    cp -- "$take"/images/*.png "$scene/images/"
+    photographs=$out_dir/film.mp4 how_many=--frames=$frames
+    quietly "$logs/film.log" ffmpeg -y -framerate 10 -i "$take/images/view_%04d.png" -crf 12 -pix_fmt yuv420p "$photographs"
   fi
-
-  step "COLMAP: extracting features"
-  quietly "$logs/features.log" colmap feature_extractor --database_path "$scene/database.db" --image_path "$scene/images" \
-    --ImageReader.single_camera 1 --ImageReader.camera_model OPENCV --SiftExtraction.use_gpu 0
-  step "COLMAP: matching features"
-  quietly "$logs/matches.log" colmap exhaustive_matcher --database_path "$scene/database.db" --SiftMatching.use_gpu 0
-  step "COLMAP: finding cameras and points"
-  quietly "$logs/mapper.log" colmap mapper --database_path "$scene/database.db" --image_path "$scene/images" \
-    --output_path "$scene/sparse"
-  [ -e "$scene/sparse/0/images.bin" ] || fail "COLMAP found no cameras; see $logs/mapper.log"
-  say_and colmap model_analyzer --path "$scene/sparse/0"
+  step "Finding the cameras with COLMAP"
+  # shellcheck disable=SC2086  # zero or one flag
+  say_and "$build_dir/vesta" reconstruct "$photographs" "--out=$scene" $how_many
 fi
 
 step "Checking the scene"

@@ -32,7 +32,8 @@ enum Command : unsigned {
   kConvert = 128,
   kReport = 256,
   kDoctor = 512,
-  kView = 1024
+  kView = 1024,
+  kReconstruct = 2048
 };
 
 struct CommandInfo {
@@ -70,7 +71,7 @@ struct Flags {
   bool truth = false;
   // render: the camera path and its output (apps/render/shown_views.h).
   std::string path, size, film;  // empty: the test views, the size of the photographs, no video
-  std::optional<int> frames;     // empty: depends on the path
+  std::optional<int> frames;     // empty: depends on the path, or for reconstruct on the film
   std::optional<double> fps;     // frames per second of the video; empty: 30
   Show show = Show::kColor;
   // convert: filters (apps/inputs/splat_filters.h).

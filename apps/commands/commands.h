@@ -8,6 +8,7 @@
 
 namespace vesta::app {
 
+int RunReconstruct(const CommandLine& line);
 int RunTrain(const CommandLine& line);
 int RunRefine(const CommandLine& line);
 int RunPrune(const CommandLine& line);

@@ -11,30 +11,19 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "apps/cli/child_process.h"
 #include "apps/cli/outputs.h"
 #include "kernels/core/check.h"
-#include "kernels/core/schema.h"
 #include "splatting/io/images/image_codecs.h"
 
 namespace vesta::app {
 namespace {
-
-// The program's file on PATH, or empty.
-std::string FindProgram(const std::string& name) {
-  const char* path = std::getenv("PATH");
-  for (const std::string& folder : schema::SplitAt(path ? path : "", ':')) {
-    std::string file = (folder.empty() ? "." : folder) + "/" + name;
-    if (::access(file.c_str(), X_OK) == 0) return file;
-  }
-  return {};
-}
 
 std::string FindFfmpeg(const std::string& film) {
   std::string program = FindProgram("ffmpeg");

@@ -44,14 +44,15 @@ std::string Row(const std::string& head, const std::string& description, std::si
 }
 
 std::string Overview() {
-  constexpr std::size_t kCommandColumn = 39;
+  constexpr std::size_t kCommandColumn = 40;
   std::string text = "vesta: train, refine and measure 3D Gaussian splats; matrix-free least squares\n\n";
   for (const CommandInfo& command : Commands()) text += Row(UsageForm(command), command.summary, kCommandColumn);
   text += Row("vesta help COMMAND", "list the flags of a command", kCommandColumn);
   text += Row("vesta help --completion=SHELL", "print completions for bash, zsh or fish", kCommandColumn);
   text += Row("vesta help --man", "print the manual page", kCommandColumn);
   for (const char* paragraph :
-       {"SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
+       {"PHOTOS is a folder of photographs, or a film.",
+        "SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
         "(transforms.json). Every 8th photograph by name, starting with the first, is a test view.",
         "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic). view also accepts a "
         "checkpoint (DIR/checkpoint.vesta).",
@@ -125,6 +126,12 @@ std::string HelpOf(const CommandInfo& command, bool all) {
   notes += has_keys ? "Defaults (of --preset=balanced) are in brackets." : "Defaults are in brackets.";
   text += "\n" + Wrapped("", 0, notes);
   notes.clear();
+  if (command.command == kReconstruct) {
+    notes +=
+        "Runs COLMAP (Debian package colmap), and ffmpeg for films. Writes SCENE/images and SCENE/sparse/0, the input "
+        "of "
+        "vesta train. SCENE/reconstruction has the log of all commands, and the state to continue from. ";
+  }
   if (trains) {
     notes +=
         "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html. Ctrl-C ends the training after the current "
@@ -220,7 +227,8 @@ std::string ManPage() {
   }
   text += ".B vesta help\n[\\fICOMMAND\\fR [\\fB\\-\\-all\\fR]]\n";
   text +=
-      ".SH DESCRIPTION\nSCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a "
+      ".SH DESCRIPTION\nPHOTOS is a folder of photographs, or a film. SCENE is a folder with photographs and cameras: "
+      "a COLMAP model (images/ and sparse/0/) or a "
       "NeRF "
       "scene (transforms.json). Every 8th photograph by name is a test view. SPLAT is a .ply, a .compressed.ply or a "
       ".spz.\n"

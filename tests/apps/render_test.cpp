@@ -16,6 +16,7 @@
 #include "splatting/io/splats/ply.h"
 #include "tests/apps/refusal.h"
 #include "tests/apps/run_program.h"
+#include "tests/apps/search_path.h"
 #include "tests/apps/tiny_scene.h"
 
 namespace vesta::test {
@@ -24,18 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
-
-// The search path for programs, while it exists.
-class PathIs {
- public:
-  explicit PathIs(const std::string& folder) : before_(std::getenv("PATH")) { ::setenv("PATH", folder.c_str(), 1); }
-  ~PathIs() { ::setenv("PATH", before_.c_str(), 1); }
-  PathIs(const PathIs&) = delete;
-  PathIs& operator=(const PathIs&) = delete;
-
- private:
-  std::string before_;
-};
 
 bool HasFfmpeg() { return std::system("ffmpeg -version >/dev/null 2>&1") == 0; }
 

@@ -42,6 +42,7 @@ void FuzzImage(std::string_view bytes) {
   static const ScratchFolder folder;
   const int orientation = gs::ExifOrientation(bytes);
   Promise(orientation >= 1 && orientation <= 8, "an invalid orientation");
+  Promise(gs::ReadExifOrigin(bytes).camera.size() <= 260, "a long camera");
   const std::string path = folder.Write("image", WithChecksums(bytes));
   gs::ImageSize size;
   if (!Reads(path, [&] { size = gs::ReadImageSize(path); })) return;

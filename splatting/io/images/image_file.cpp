@@ -3,11 +3,13 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <bit>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <vector>
 
 #include "kernels/core/check.h"
@@ -105,22 +107,57 @@ struct Bytes {
   }
 };
 
-// From the first directory of a TIFF header.
-int OrientationOf(std::string_view tiff) {
-  constexpr std::size_t kEntry = 12, kValue = 8;
-  constexpr std::uint32_t kOrientation = 274, kShort = 3;
-  if (!tiff.starts_with("MM") && !tiff.starts_with("II")) return 1;
-  const Bytes in{tiff, tiff.starts_with("MM")};
-  const std::size_t directory = in.Number(4, 4), count = in.Number(directory, 2);
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t entry = directory + 2 + k * kEntry;
-    if (entry + kEntry > tiff.size()) break;
-    if (in.Number(entry, 2) != kOrientation || in.Number(entry + 2, 2) != kShort) continue;
-    const std::uint32_t value = in.Number(entry + kValue, 2);
-    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+// The TIFF structure in the EXIF segment of a JPEG; empty if there is no such segment.
+std::string_view ExifOf(std::string_view jpeg) {
+  using std::string_view_literals::operator""sv;
+  constexpr auto kExif = "Exif\0\0"sv;
+  constexpr std::uint32_t kApp1 = 0xffe1, kScan = 0xffda;
+  if (!jpeg.starts_with("\xff\xd8")) return {};
+  const Bytes in{jpeg};
+  for (std::size_t at = 2; at + 4 <= jpeg.size();) {
+    const std::uint32_t marker = in.Number(at, 2), length = in.Number(at + 2, 2);
+    if (marker < 0xff00 || marker == kScan || length < 2) break;
+    const std::string_view segment = jpeg.substr(at + 4, length - 2);
+    if (marker == kApp1 && segment.starts_with(kExif)) return segment.substr(kExif.size());
+    at += 2 + length;
   }
-  return 1;
+  return {};
 }
+
+// The directories of a TIFF structure. An entry has a tag, a type, a count, and a value or its offset.
+class TiffEntries {
+ public:
+  explicit TiffEntries(std::string_view tiff)
+      : in_{tiff, tiff.starts_with("MM")}, is_tiff_(tiff.starts_with("MM") || tiff.starts_with("II")) {}
+
+  std::size_t first_directory() const { return in_.Number(4, 4); }
+  // The offset of an entry; 0 if the directory does not have it.
+  std::size_t Find(std::size_t directory, std::uint32_t tag) const {
+    constexpr std::size_t kEntry = 12;
+    const std::size_t count = is_tiff_ && directory != 0 ? in_.Number(directory, 2) : 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t entry = directory + 2 + k * kEntry;
+      if (entry + kEntry > in_.bytes.size()) break;
+      if (in_.Number(entry, 2) == tag) return entry;
+    }
+    return 0;
+  }
+  std::uint32_t Type(std::size_t entry) const { return in_.Number(entry + 2, 2); }
+  std::uint32_t Whole(std::size_t entry, std::size_t size) const { return in_.Number(entry + kValue, size); }
+  // At most 64 bytes of the value; empty if the entry is 0, or if its type is not one of the five below.
+  std::string_view Value(std::size_t entry) const {
+    constexpr std::size_t kTypeBytes[] = {0, 1, 1, 2, 4, 8}, kMost = 64;  // byte, text, short, long, rational
+    if (entry == 0 || Type(entry) >= std::size(kTypeBytes)) return {};
+    const std::size_t size = std::min<std::size_t>(in_.Number(entry + 4, 4), kMost) * kTypeBytes[Type(entry)];
+    const std::size_t at = size <= 4 ? entry + kValue : Whole(entry, 4);
+    return at < in_.bytes.size() ? in_.bytes.substr(at, std::min(size, kMost)) : std::string_view();
+  }
+
+ private:
+  static constexpr std::size_t kValue = 8;
+  Bytes in_;
+  bool is_tiff_;
+};
 
 }  // namespace
 
@@ -185,19 +222,31 @@ void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std:
 }
 
 int ExifOrientation(std::string_view jpeg) {
-  using std::string_view_literals::operator""sv;
-  constexpr auto kExif = "Exif\0\0"sv;
-  constexpr std::uint32_t kApp1 = 0xffe1, kScan = 0xffda;
-  if (!jpeg.starts_with("\xff\xd8")) return 1;
-  const Bytes in{jpeg};
-  for (std::size_t at = 2; at + 4 <= jpeg.size();) {
-    const std::uint32_t marker = in.Number(at, 2), length = in.Number(at + 2, 2);
-    if (marker < 0xff00 || marker == kScan || length < 2) break;
-    const std::string_view segment = jpeg.substr(at + 4, length - 2);
-    if (marker == kApp1 && segment.starts_with(kExif)) return OrientationOf(segment.substr(kExif.size()));
-    at += 2 + length;
-  }
-  return 1;
+  constexpr std::uint32_t kOrientation = 274, kShort = 3;
+  const TiffEntries exif(ExifOf(jpeg));
+  const std::size_t entry = exif.Find(exif.first_directory(), kOrientation);
+  if (entry == 0 || exif.Type(entry) != kShort) return 1;
+  const std::uint32_t value = exif.Whole(entry, 2);
+  return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+}
+
+ExifOrigin ReadExifOrigin(std::string_view jpeg) {
+  constexpr std::uint32_t kMake = 271, kModel = 272, kDetails = 34665, kPosition = 34853, kLatitude = 2;
+  constexpr std::uint32_t kFocalLength = 37386, kFocalLengthOn35mm = 41989;
+  const TiffEntries exif(ExifOf(jpeg));
+  const std::size_t first = exif.first_directory();
+  const auto directory = [&](std::uint32_t tag) {
+    const std::size_t entry = exif.Find(first, tag);
+    return entry == 0 ? 0 : exif.Whole(entry, 4);
+  };
+  ExifOrigin origin;
+  const auto add = [&](std::size_t entry) {
+    if (const std::string_view value = exif.Value(entry); !value.empty()) origin.camera += std::string(value) + '\n';
+  };
+  for (const std::uint32_t tag : {kMake, kModel}) add(exif.Find(first, tag));
+  for (const std::uint32_t tag : {kFocalLength, kFocalLengthOn35mm}) add(exif.Find(directory(kDetails), tag));
+  origin.has_position = exif.Find(directory(kPosition), kLatitude) != 0;
+  return origin;
 }
 
 Image RotatedUpright(const Image& image, int orientation) {

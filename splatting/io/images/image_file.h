@@ -41,6 +41,14 @@ void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std:
 // mirrored. 1 if missing or unreadable. Source: CIPA DC-008 (EXIF 2.32), tag 274, in APP1.
 int ExifOrientation(std::string_view jpeg);
 
+struct ExifOrigin {
+  std::string camera;         // bytes that are equal for photographs by one camera at one focal length
+  bool has_position = false;  // has a GPS latitude
+};
+// From the EXIF data of a JPEG: make, model and focal lengths. The values are empty if missing or unreadable. Source:
+// CIPA DC-008 (EXIF 2.32).
+ExifOrigin ReadExifOrigin(std::string_view jpeg);
+
 // Returns the upright image for orientations 5 to 8: exchanges width and height, and also undoes the mirroring of 5 and
 // 7. Returns the image unchanged for orientations 1 to 4.
 Image RotatedUpright(const Image& image, int orientation);

@@ -30,6 +30,22 @@ void ChooseListed(const std::string& path, std::vector<View>* views) {
   }
 }
 
+// For messages: the command that finds the cameras of the photographs in a folder.
+std::string ReconstructCommand(const std::string& path) {
+  return fmt::format("`vesta reconstruct {}{} --out=SCENE` finds the cameras of photographs", path,
+                     FolderExists(path + "/images") ? "/images" : "");
+}
+
+// COLMAP's mapper leaves an empty folder if it finds no cameras.
+void CheckHasModel(const std::string& path, const std::string& model) {
+  for (const char* name : {"/cameras", "/images", "/points3D"}) {
+    for (const char* extension : {".bin", ".txt"}) {
+      if (FileExists(model + name + extension)) return;
+    }
+  }
+  Fail(kNotFound, "{}: no COLMAP model in this folder; {}", model, ReconstructCommand(path));
+}
+
 Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
   if (!FolderExists(path)) Fail(kNotFound, "{}: no such scene folder", path);
   const std::string& images = options.image_folder;
@@ -39,13 +55,17 @@ Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
   if (images != LoadSceneOptions().image_folder && !FolderExists(path + "/" + images)) {
     Fail(kNotFound, "{}/{}: no such folder; set --images to the folder with the photographs", path, images);
   }
-  if (!FindColmapModel(path).empty()) return ReadColmapScene(path, images, options.random_points);
+  if (const std::string model = FindColmapModel(path); !model.empty()) {
+    CheckHasModel(path, model);
+    return ReadColmapScene(path, images, options.random_points);
+  }
   if (IsNerfScene(path)) {
     const bool chosen = options.test_views.every || !options.test_views.list.empty();
     return ReadNerfScene(path, {options.random_points, images, options.allow_missing, !chosen});
   }
   Fail(kBadFile,
-       "{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF)", path);
+       "{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF); {}",
+       path, ReconstructCommand(path));
 }
 
 void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {

@@ -39,8 +39,8 @@ std::string Help(const std::vector<std::string>& arguments) {
 TEST(Help, OverviewNamesTheCommands) {
   const std::string text = Help({"help"});
   for (const char* command :
-       {"vesta train", "vesta refine", "vesta prune", "vesta eval", "vesta render", "vesta convert", "vesta report",
-        "vesta doctor", "vesta config", "vesta bundle_adjust", "vesta help"}) {
+       {"vesta reconstruct", "vesta train", "vesta refine", "vesta prune", "vesta eval", "vesta render",
+        "vesta convert", "vesta report", "vesta doctor", "vesta config", "vesta bundle_adjust", "vesta help"}) {
     EXPECT_THAT(text, HasSubstr(command));
   }
   EXPECT_EQ(Help({"--help"}), text);
@@ -80,8 +80,8 @@ TEST(Help, GroupsFlagsUnderHeadings) {
 
 // Rows wrap, with indented continuation lines.
 TEST(Help, FitsEightyColumns) {
-  for (const std::string command : {"train", "refine", "prune", "eval", "render", "view", "convert", "doctor", "report",
-                                    "config", "bundle_adjust"}) {
+  for (const std::string command : {"reconstruct", "train", "refine", "prune", "eval", "render", "view", "convert",
+                                    "doctor", "report", "config", "bundle_adjust"}) {
     SCOPED_TRACE(command);
     Help({"help", command});
     EXPECT_LE(LongestLine(RunProgram({"help", command, "--all"}).out), 80U);

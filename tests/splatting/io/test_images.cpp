@@ -21,6 +21,35 @@ void AppendBytes(png_structp png, png_bytep bytes, std::size_t size) {
   static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(bytes), size);
 }
 
+struct TiffEntry {
+  unsigned tag, type, count, value;  // or the offset of the value
+};
+
+std::string TiffNumber(unsigned value, unsigned size, bool big_endian) {
+  std::string bytes;
+  for (unsigned k = 0; k < size; ++k) bytes += static_cast<char>(value >> 8 * (big_endian ? size - 1 - k : k) & 0xff);
+  return bytes;
+}
+
+// A directory of a TIFF. No further directory.
+std::string Directory(const std::vector<TiffEntry>& entries, bool big_endian) {
+  std::string bytes = TiffNumber(static_cast<unsigned>(entries.size()), 2, big_endian);
+  for (const auto& [tag, type, count, value] : entries) {
+    bytes += TiffNumber(tag, 2, big_endian) + TiffNumber(type, 2, big_endian);
+    bytes += TiffNumber(count, 4, big_endian) + TiffNumber(value, 4, big_endian);
+  }
+  return bytes + TiffNumber(0, 4, big_endian);
+}
+
+// `tiff`: after its first 8 bytes, which say that its first directory is next.
+std::string WithExif(const std::string& jpeg, const std::string& tiff, bool big_endian) {
+  const std::string begin = (big_endian ? "MM" : "II") + TiffNumber(42, 2, big_endian) + TiffNumber(8, 4, big_endian);
+  const std::string segment = std::string("Exif\0\0", 6) + begin + tiff;
+  const std::size_t length = segment.size() + 2;
+  return jpeg.substr(0, 2) + "\xff\xe1" + static_cast<char>(length >> 8) + static_cast<char>(length & 0xff) + segment +
+         jpeg.substr(2);
+}
+
 }  // namespace
 
 const std::uint8_t (*PaletteColors())[3] { return kPalette; }
@@ -158,21 +187,24 @@ std::string ExampleJpeg(int width, int height, bool progressive) {
 }
 
 std::string WithOrientation(const std::string& jpeg, int orientation, bool big_endian) {
-  const auto number = [&](unsigned value, unsigned size) {
-    std::string bytes;
-    for (unsigned k = 0; k < size; ++k) {
-      bytes += static_cast<char>(value >> 8 * (big_endian ? size - 1 - k : k) & 0xff);
-    }
-    return bytes;
-  };
-  // Tag, type SHORT, count 1, and the value in the first two of four bytes. No further directory.
-  const std::string tiff = (big_endian ? "MM" : "II") + number(42, 2) + number(8, 4) + number(1, 2) + number(274, 2) +
-                           number(3, 2) + number(1, 4) + number(static_cast<unsigned>(orientation), 2) + number(0, 2) +
-                           number(0, 4);
-  const std::string segment = std::string("Exif\0\0", 6) + tiff;
-  const std::size_t length = segment.size() + 2;
-  return jpeg.substr(0, 2) + "\xff\xe1" + static_cast<char>(length >> 8) + static_cast<char>(length & 0xff) + segment +
-         jpeg.substr(2);
+  constexpr unsigned kShort = 3;
+  // A short value is in the first two of four bytes.
+  const unsigned value = static_cast<unsigned>(orientation) << (big_endian ? 16 : 0);
+  return WithExif(jpeg, Directory({{274, kShort, 1, value}}, big_endian), big_endian);
+}
+
+std::string WithCamera(const std::string& jpeg, const std::string& model, unsigned focal_length, bool has_position,
+                       bool big_endian) {
+  constexpr unsigned kText = 2, kLong = 4, kRational = 5;
+  constexpr unsigned kDetails = 50, kPosition = 68, kFocalLength = 86, kModel = 94;  // offsets
+  const std::string first = Directory({{272, kText, static_cast<unsigned>(model.size()), kModel},
+                                       {34665, kLong, 1, kDetails},
+                                       {34853, kLong, 1, has_position ? kPosition : 0}},
+                                      big_endian);
+  const std::string details = Directory({{37386, kRational, 1, kFocalLength}}, big_endian);
+  const std::string position = Directory({{2, kRational, 3, kFocalLength}}, big_endian);
+  const std::string length = TiffNumber(focal_length, 4, big_endian) + TiffNumber(1, 4, big_endian);
+  return WithExif(jpeg, first + details + position + length + model, big_endian);
 }
 
 }  // namespace vesta::gs

@@ -44,5 +44,8 @@ std::string ExampleJpeg(int width, int height, bool progressive = false);
 
 // With an EXIF segment for the orientation.
 std::string WithOrientation(const std::string& jpeg, int orientation, bool big_endian = false);
+// With an EXIF segment for the camera's model and focal length, and with a latitude if has_position.
+std::string WithCamera(const std::string& jpeg, const std::string& model, unsigned focal_length, bool has_position,
+                       bool big_endian = false);
 
 }  // namespace vesta::gs

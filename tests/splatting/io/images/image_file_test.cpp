@@ -31,6 +31,39 @@ TEST(Exif, IsUprightWhereNothingIsSaid) {
   }
 }
 
+TEST(Exif, TellsCamerasApart) {
+  const std::string jpeg = ExampleJpeg(6, 4);
+  for (const bool big_endian : {false, true}) {
+    const auto read = [&](const std::string& model, unsigned focal_length, bool has_position) {
+      return ReadExifOrigin(WithCamera(jpeg, model, focal_length, has_position, big_endian));
+    };
+    const ExifOrigin origin = read("Phone 5", 26, true);
+    EXPECT_NE(origin.camera.find("Phone 5"), std::string::npos);
+    EXPECT_TRUE(origin.has_position);
+    EXPECT_FALSE(read("Phone 5", 26, false).has_position);
+    EXPECT_EQ(read("Phone 5", 26, false).camera, origin.camera);
+    EXPECT_NE(read("Phone 5", 52, true).camera, origin.camera);
+    EXPECT_NE(read("Phone 6", 26, true).camera, origin.camera);
+  }
+  for (const std::string& other : {jpeg, std::string(), WithOrientation(jpeg, 6)}) {
+    EXPECT_EQ(ReadExifOrigin(other).camera, "");
+    EXPECT_FALSE(ReadExifOrigin(other).has_position);
+  }
+}
+
+// A damaged segment gives fewer values, and none that is longer than 64 bytes.
+TEST(Exif, OfADamagedFileIsShort) {
+  constexpr std::size_t kMost = 4 * 65;
+  const std::string whole = WithCamera(ExampleJpeg(6, 4), std::string(500, 'm'), 26, true);
+  EXPECT_LE(ReadExifOrigin(whole).camera.size(), kMost);
+  for (std::size_t at = 0; at < 130; ++at) {
+    EXPECT_LE(ReadExifOrigin(whole.substr(0, at)).camera.size(), kMost);
+    std::string damaged = whole;
+    damaged[at] = '\xff';
+    EXPECT_LE(ReadExifOrigin(damaged).camera.size(), kMost);
+  }
+}
+
 // Input image:
 // a b c
 // d e f

@@ -155,7 +155,13 @@ TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
   WriteModel();
   ExpectRefused(kBadArgument, {folder_.path()});
   std::filesystem::remove_all(folder_ / "sparse");
-  ExpectRefused(kBadFile, {"sparse/0", "transforms.json"});
+  const std::string images = folder_ / "images";
+  ExpectRefused(kBadFile, {"sparse/0", "transforms.json", "reconstruct", images});
+  EXPECT_THAT([&] { LoadScene(images); }, ThrowsError(kBadFile, "reconstruct", images, "--out=SCENE"));
+  std::filesystem::create_directories(folder_ / "sparse");
+  ExpectRefused(kNotFound, {folder_ / "sparse", "reconstruct", images});
+  std::filesystem::create_directories(folder_ / "sparse/0");
+  ExpectRefused(kNotFound, {folder_ / "sparse/0", "reconstruct", images});
   EXPECT_THAT([&] { LoadScene(folder_ / "nowhere"); }, ThrowsError(kNotFound, folder_ / "nowhere"));
   EXPECT_THAT([&] { LoadScene(ImagePath(0)); }, ThrowsError(kNotFound, ImagePath(0)));
 }
