@@ -59,7 +59,7 @@ struct KsplatRow {
   Index Width(int sh_degree) const {
     return static_cast<Index>(sh() + sh_number * static_cast<std::size_t>(splat::NumHigherHarmonics(sh_degree)));
   }
-  // Number k of those that start at `offset`.
+  // The k-th number from `offset` on, counted from zero.
   float Number(std::string_view row, std::size_t offset, int k) const {
     const std::size_t at = offset + number * static_cast<std::size_t>(k);
     return number == 4 ? At<float>(row, at) : FromHalfBits(At<std::uint16_t>(row, at));

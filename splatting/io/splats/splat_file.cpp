@@ -58,14 +58,16 @@ SplatModel ReadAnyPly(const std::string& path, std::string bytes, Notes notes) {
   return IsCompressedPly(file) ? ReadCompressedPly(file, notes) : ReadSplatPly(file, notes);
 }
 
-// A format has one row in each table that applies. The first match is used.
+bool IsPly(std::string_view bytes) { return bytes.starts_with("ply\n") || bytes.starts_with("ply\r"); }
+
+// A format has one row in each table that applies. The first match is used. A magic number has at least 28 bits: as the
+// first mean of a .splat, it would be below 1e-18 or above 1e10 units.
 constexpr struct {
   const char* names;
   bool (*recognises)(std::string_view path, std::string_view bytes);
   SplatModel (*read)(const std::string& path, std::string bytes, Notes notes);
 } kReaders[] = {
-    {".ply, .compressed.ply", [](std::string_view, std::string_view bytes) { return bytes.starts_with("ply"); },
-     ReadAnyPly},
+    {".ply, .compressed.ply", [](std::string_view, std::string_view bytes) { return IsPly(bytes); }, ReadAnyPly},
     {".spz", [](std::string_view, std::string_view bytes) { return IsSpz(bytes); },
      [](const std::string& path, std::string bytes, Notes notes) { return ReadSpz(path, bytes, notes); }},
     // Formats without a magic number follow. Their extension decides.

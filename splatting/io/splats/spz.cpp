@@ -85,7 +85,12 @@ double ReadMean(const SpzFile& file, Index i, int k) {
 
 }  // namespace
 
-bool IsSpz(std::string_view bytes) { return bytes.starts_with("\x1f\x8b") || bytes.starts_with("NGSP"); }
+bool IsSpz(std::string_view bytes) {
+  // RFC 1952: the number of gzip, method deflate, and five flags.
+  const bool is_gzip =
+      bytes.starts_with("\x1f\x8b\x08") && bytes.size() > 3 && static_cast<std::uint8_t>(bytes[3]) < 32;
+  return is_gzip || bytes.starts_with("NGSP");
+}
 
 SplatModel ReadSpz(const std::string& path, std::vector<std::string>* notes) {
   return ReadSpz(path, ReadFile(path), notes);

@@ -86,6 +86,15 @@ TEST_F(AntimatterSplat, NotesNameTheLosses) {
   EXPECT_EQ(ReadSplat(path_).count, 5);
 }
 
+// The first bytes of a mean may be those of another format.
+TEST_F(AntimatterSplat, MeansAreNoMagicNumbers) {
+  const std::string row = SplatRow({1, 2, 3, 1, 1, 1}, {0, 0, 0, 255, 255, 128, 128, 128});
+  for (const std::string& first : {std::string("ply\x3f"), std::string("\x1f\x8b\x08\x3f"), std::string("NGS\x3f")}) {
+    WriteBytes(path_, first + row.substr(4));
+    EXPECT_EQ(ReadSplat(path_).count, 1) << first;
+  }
+}
+
 TEST_F(AntimatterSplat, BadFilesAreRefused) {
   const std::string row = SplatRow({1, 2, 3, 1, 1, 1}, {0, 0, 0, 255, 255, 128, 128, 128});
   for (const std::size_t bytes : {0u, 1u, 31u, 33u, 63u}) {
