@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Checks the compact splat formats (.spz, .compressed.ply) against other programs: spz-js and
+# Checks the compact splat formats (.spz, .splat, .compressed.ply) against other programs: spz-js and
 # @playcanvas/splat-transform, which npm installs in FOLDER, and vesta read each other's files. Prints sizes, counts,
 # errors of the means, and the PSNR on SCENE. Needs node, npm and a network. Not part of .ci/run.
 #   tools/check_formats.sh VESTA SPLAT SCENE [FOLDER]        FOLDER: working folder; default: a temporary one
@@ -76,7 +76,8 @@ evaluate "SPLAT" original.ply
 
 echo "-- written by vesta"
 for format in spz compressed.ply; do
-  "$vesta" convert "$splat" --out="ours.$format" >/dev/null
+  # spz-js does not read version 4.
+  "$vesta" convert "$splat" --out="ours.$format" --spz_version=2 >/dev/null
   evaluate "ours.$format" "ours.$format"
   transform "ours.$format" "transform_$format.ply"
   evaluate "ours.$format, to .ply by splat-transform" "transform_$format.ply"
@@ -87,14 +88,23 @@ for format in spz compressed.ply; do
   node means.mjs original.ply "spz_js_$format.ply"
 done
 
+for format in v4.spz splat; do
+  "$vesta" convert "$splat" --out="ours.$format" >/dev/null
+  evaluate "ours.$format" "ours.$format"
+  transform "ours.$format" "transform_$format.ply"
+  evaluate "ours.$format, to .ply by splat-transform" "transform_$format.ply"
+  node means.mjs original.ply "transform_$format.ply"
+done
+
 echo "-- read by vesta"
 # spz-js does not change the frame.
 transform original.ply --rotate 180,0,0 turned.ply
 spz_js turned.ply spz_js.spz
 spz_js original.ply spz_js.compressed.ply
 transform original.ply --spz-version 3 transform.spz
+transform original.ply transform.v4.spz
 transform original.ply transform.compressed.ply
-for file in spz_js.spz spz_js.compressed.ply transform.spz transform.compressed.ply; do
+for file in spz_js.spz spz_js.compressed.ply transform.spz transform.v4.spz transform.compressed.ply; do
   evaluate "$file" "$file"
   "$vesta" convert "$file" --out=read.ply >/dev/null
   node means.mjs original.ply read.ply

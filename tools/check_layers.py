@@ -154,6 +154,7 @@ EXTERNAL = {
     "webp/": [SPLATS + "io/images"],
     "nanoflann": [PROBLEM + "model"],
     "mpi.h": ["kernels/mpi"],
+    "zstd.h": [SPLATS + "io/bytes"],
     "zlib.h": [SPLATS + "io/bytes", TRAIN + "session"],
 }
 SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}

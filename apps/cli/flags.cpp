@@ -30,6 +30,7 @@ constexpr schema::Choice<Show> kShows[] = {{Show::kColor, "colour"},
                                            {Show::kDepth, "depth"},
                                            {Show::kMedianDepth, "median_depth"},
                                            {Show::kNormals, "normals"}};
+constexpr schema::Choice<SpzVersion> kSpzVersions[] = {{SpzVersion::kUniversal, "2"}, {SpzVersion::kLatest, "4"}};
 static_assert(schema::AreDistinct(kShows) && schema::AreDistinct(kAligns) && schema::AreDistinct(kDevices) &&
               schema::AreDistinct(kMethods));
 
@@ -204,7 +205,11 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kOutput,
        kConvert,
        {"out", &O::out, schema::Words{"FILE"},
-        "output file; its extension selects the format: .ply, .compressed.ply or .spz"}},
+        "output file; its extension selects the format: .ply, .compressed.ply, .spz or .splat"}},
+      {kOutput,
+       kConvert,
+       {"spz_version", &O::spz_version, kSpzVersions,
+        "version of a .spz; 2 is less precise, for programs that do not read version 4"}},
       {kOutput, kBundleAdjust, {"out", &O::out, schema::Words{"FILE"}, "output file, in the BAL format"}},
       {kOutput,
        kReport,

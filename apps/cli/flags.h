@@ -58,6 +58,9 @@ enum class Align { kNone, kPose, kPoseAndColor };
 enum class Show { kColor, kDepth, kMedianDepth, kNormals };
 constexpr bool IsDepth(Show show) { return show == Show::kDepth || show == Show::kMedianDepth; }
 
+// --spz_version: versions of .spz that convert writes.
+enum class SpzVersion { kUniversal = 2, kLatest = 4 };
+
 enum class Device { kAuto, kCpu, kCuda };
 
 inline constexpr const char* kDefaultPreset = "balanced";
@@ -77,6 +80,7 @@ struct Flags {
   // convert: filters (apps/inputs/splat_filters.h).
   std::string box;
   bool clean = false;
+  SpzVersion spz_version = SpzVersion::kLatest;
   bool report = true;                        // write report.html after a training
   std::string scene;                         // empty: for report the folder in metrics.json, for convert none
   std::optional<double> max_loss, size_mib;  // prune: exactly one of these two and --keep is given

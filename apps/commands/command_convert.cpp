@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // convert: writes a splat in another format, optionally filtered.
+#include <cstdint>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "apps/cli/outputs.h"
 #include "apps/cli/print.h"
@@ -27,7 +30,9 @@ int RunConvert(const CommandLine& line) {
   CheckWritable("out", to);
   std::string message;
   const gs::SplatModel model = Filtered(line.flags, LoadSplat(from), &files, &message);
-  gs::WriteSplat(to, model);
+  std::vector<std::string> notes;
+  gs::WriteSplat(to, model, {.spz_version = static_cast<std::uint32_t>(line.flags.spz_version), .notes = &notes});
+  for (const std::string& note : notes) Print("{}\n", note);
   Print("{}", message);
   Print("{} Gaussians of SH degree {}: {:.3f} MB, now {:.3f} MB in {}\n", model.count, model.sh_degree,
         MegabytesOf(from), MegabytesOf(to), to);

@@ -19,6 +19,7 @@ namespace vesta::test {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::HasSubstr;
 using testing::MatchesRegex;
 
 class Convert : public testing::Test {
@@ -65,6 +66,14 @@ TEST_F(Convert, TheProgramTakesEveryFormat) {
   ASSERT_EQ(RunProgram({"convert", ply_, "--out=" + splat}).status, 0);
   EXPECT_EQ(RunProgram({"render", splat, scene_, "--out=" + (folder_ / "renders")}).status, 0);
   EXPECT_TRUE(fs::exists(folder_ / "renders/000.png"));
+  const std::string older = folder_ / "older.spz", plain = folder_ / "a.splat";
+  ASSERT_EQ(RunProgram({"convert", splat, "--out=" + older, "--spz_version=2"}).status, 0);
+  EXPECT_EQ(ReadBytes(splat).substr(0, 5), "NGSP\x04");
+  EXPECT_EQ(ReadBytes(older).substr(0, 2), "\x1f\x8b");
+  const ProgramOutput plain_output = RunProgram({"convert", older, "--out=" + plain});
+  EXPECT_EQ(plain_output.status, 0) << plain_output.err;
+  EXPECT_THAT(plain_output.out, HasSubstr(plain));
+  EXPECT_EQ(fs::file_size(plain), 32 * static_cast<std::uintmax_t>(gs::ReadSplatPly(ply_).count));
   const std::string refined = folder_ / "refined";
   const ProgramOutput output = RunProgram({"refine", splat, scene_, "--out=" + refined, "--iterations=5"});
   EXPECT_EQ(output.status, 0) << output.err;

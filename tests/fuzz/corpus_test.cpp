@@ -19,7 +19,8 @@ struct Target {
 };
 std::ostream& operator<<(std::ostream& os, const Target& target) { return os << target.name; }
 
-constexpr Target kTargets[] = {{"bal", FuzzBal},
+constexpr Target kTargets[] = {{"antimatter_splat", FuzzAntimatterSplat},
+                               {"bal", FuzzBal},
                                {"checkpoint", FuzzCheckpoint},
                                {"colmap", FuzzColmap},
                                {"command_line", FuzzCommandLine},
@@ -27,11 +28,13 @@ constexpr Target kTargets[] = {{"bal", FuzzBal},
                                {"config", FuzzConfig},
                                {"g2o", FuzzG2o},
                                {"image", FuzzImage},
+                               {"ksplat", FuzzKsplat},
                                {"nerf", FuzzNerf},
                                {"operators", FuzzOperators},
                                {"point_ply", FuzzPointPly},
                                {"splat_ply", FuzzSplatPly},
-                               {"spz", FuzzSpz}};
+                               {"spz", FuzzSpz},
+                               {"spz_streams", FuzzSpzStreams}};
 
 const fs::path kCorpus = "tests/fuzz/corpus";
 

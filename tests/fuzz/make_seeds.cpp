@@ -12,11 +12,13 @@
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/compressed_ply.h"
 #include "splatting/io/splats/ply.h"
+#include "splatting/io/splats/splat_file.h"
 #include "splatting/io/splats/spz.h"
 #include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/session/checkpoint.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/seed_model.h"
+#include "tests/splatting/io/ksplat_parts.h"
 #include "tests/splatting/io/test_images.h"
 
 namespace vesta::fuzz {
@@ -61,17 +63,41 @@ void SplatSeeds(const ScratchFolder& scratch, const std::string& corpus) {
     gs::WriteSplatPly(corpus + "/splat_ply/" + name + ".ply", model);
     gs::WriteCompressedPly(corpus + "/compressed_ply/" + name + ".ply", model);
     gs::WriteSpz(scratch / "seed.spz", model);
+    WriteSeed(corpus + "/spz_streams/" + name, scratch.Read("seed.spz"));
+    gs::WriteSpz(scratch / "seed.spz", model, gs::kUniversalSpz);
     const std::string zipped = scratch.Read("seed.spz");
     const std::string comment = degree == 2 ? "vesta origin 1 2 3\n" : "";
     std::string bytes = Unzipped(zipped);
     WriteSeed(corpus + "/spz/" + name, comment + bytes);
     if (degree == 1) WriteSeed(corpus + "/spz/zipped.spz", zipped);
     if (degree > 0) continue;
+    gs::WriteSplat(scratch / "seed.splat", model);
+    WriteSeed(corpus + "/antimatter_splat/two", scratch.Read("seed.splat"));
     // Version 3 has one more byte per rotation (stored last), and version 1 three fewer per mean.
     bytes[4] = 3;
     WriteSeed(corpus + "/spz/version3", bytes + "\x80\xc0");
     bytes[4] = 1;
     WriteSeed(corpus + "/spz/version1", bytes.erase(16, 6));
+  }
+}
+
+// Without the unused bytes of the headers, which the target adds.
+void KsplatSeeds(const std::string& corpus) {
+  for (int level = 0; level <= 2; ++level) {
+    gs::KsplatParts parts;
+    parts.level = level;
+    parts.sections = {{}, {}};
+    parts.num_sections = 2;
+    parts.count = 4;
+    parts.sections[1].degree = static_cast<std::uint16_t>(level);
+    const std::string file = parts.File();
+    std::string seed = file.substr(0, gs::kKsplatHeaderUsed);
+    for (std::size_t at = gs::kKsplatHeader, end = at + 2 * gs::kKsplatSectionHeader; at < end;
+         at += gs::kKsplatSectionHeader) {
+      seed += file.substr(at, gs::kKsplatSectionUsed);
+    }
+    WriteSeed(corpus + "/ksplat/level" + std::to_string(level),
+              seed + file.substr(gs::kKsplatHeader + 2 * gs::kKsplatSectionHeader));
   }
 }
 
@@ -146,6 +172,7 @@ int main(int argc, char** argv) {
   const vesta::fuzz::ScratchFolder scratch;
   vesta::fuzz::ColmapSeeds(scratch, argv[1]);
   vesta::fuzz::SplatSeeds(scratch, argv[1]);
+  vesta::fuzz::KsplatSeeds(argv[1]);
   vesta::fuzz::ImageSeeds(argv[1]);
   vesta::fuzz::CheckpointSeeds(scratch, argv[1]);
   vesta::fuzz::OperatorSeeds(argv[1]);

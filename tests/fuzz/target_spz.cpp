@@ -22,7 +22,9 @@ void FuzzSpz(std::string_view bytes) {
   gs::SplatModel model;
   if (!Reads(path, [&] { model = gs::ReadSpz(path); })) return;
   PromiseSplat(model);
-  PromiseItSurvives(model, folder / "copy.spz", gs::WriteSpz);
+  PromiseItSurvives(model, folder / "copy.spz", [](const std::string& copy, const gs::SplatModel& splat) {
+    gs::WriteSpz(copy, splat, gs::kUniversalSpz);
+  });
 }
 
 }  // namespace vesta::fuzz

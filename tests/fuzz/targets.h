@@ -9,17 +9,20 @@
 namespace vesta::fuzz {
 
 // File contents, as the readers get them.
+void FuzzAntimatterSplat(std::string_view bytes);
 void FuzzBal(std::string_view bytes);
 void FuzzCheckpoint(std::string_view bytes);  // without magic number, version and checksum
 void FuzzColmap(std::string_view bytes);      // a digit selects one of six files; the rest is its content
 void FuzzCompressedPly(std::string_view bytes);
 void FuzzConfig(std::string_view bytes);
 void FuzzG2o(std::string_view bytes);
-void FuzzImage(std::string_view bytes);  // JPEG, or PNG with any checksums
-void FuzzNerf(std::string_view bytes);   // transforms.json
+void FuzzImage(std::string_view bytes);   // JPEG, or PNG with any checksums
+void FuzzKsplat(std::string_view bytes);  // without the unused bytes of the headers
+void FuzzNerf(std::string_view bytes);    // transforms.json
 void FuzzPointPly(std::string_view bytes);
 void FuzzSplatPly(std::string_view bytes);
 void FuzzSpz(std::string_view bytes);  // uncompressed, after an optional line "vesta..." for the comment; or compressed
+void FuzzSpzStreams(std::string_view bytes);  // version 4
 
 // Whether it can be read up to its origin and, in the LM stage, its model.
 bool ReadsCheckpoint(std::string_view bytes);

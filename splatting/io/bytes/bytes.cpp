@@ -28,6 +28,8 @@ static_assert(std::endian::native == std::endian::little, "the binary formats he
 
 ByteReader::ByteReader(std::string path) : path_(std::move(path)), bytes_(ReadFile(path_)) {}
 
+ByteReader::ByteReader(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {}
+
 std::string ByteReader::Where() const { return fmt::format("{}: byte {}", path_, item_); }
 
 void ByteReader::FailTruncated(const char* what) const {

@@ -19,6 +19,8 @@ namespace vesta::gs {
 class ByteReader {
  public:
   explicit ByteReader(std::string path);
+  // bytes: the content of the file.
+  ByteReader(std::string path, std::string bytes);
 
   template <class T>
   T Read(const char* what) {
@@ -32,6 +34,11 @@ class ByteReader {
   // Reads a 64-bit number of items that have at least bytes_each bytes each. Throws Error unless they fit into the rest
   // of the file. Use it before allocating memory, because a damaged file may state any number.
   Index ReadCount(Index bytes_each, const char* what);
+  // The bytes of `count` items with bytes_each bytes each. Valid as long as the reader.
+  std::string_view ReadBytes(Index count, Index bytes_each, const char* what) {
+    const char* first = Take(count, bytes_each, what);
+    return {first, static_cast<std::size_t>(count * bytes_each)};
+  }
   void Skip(Index count, Index bytes_each, const char* what) { Take(count, bytes_each, what); }
   // Throws Error unless the whole file was read.
   void ExpectEnd() const;

@@ -14,7 +14,6 @@
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
-#include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/splats/packed_values.h"
@@ -83,9 +82,6 @@ double ShOfByte(std::uint8_t byte) { return byte == 0 ? -4 : byte == 255 ? 4 : (
 std::uint8_t ByteOfSh(double sh) {
   return static_cast<std::uint8_t>(std::clamp(std::floor((sh + 4) * 32), 0.0, 255.0));
 }
-
-double ColorOf(double dc) { return 0.5 + sh::k0 * dc; }
-double DcOf(double color) { return (color - 0.5) / sh::k0; }
 
 int DegreeOf(const PlyFile& file, const PlyTable& sh) {
   const int num_rest = sh.CountWithPrefix("f_rest_");

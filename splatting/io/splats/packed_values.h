@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Axes, opacities and rotations in compact files.
+// Axes, opacities, colours, sizes and rotations in compact files.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/math/spherical_harmonics.h"
 
 namespace vesta::gs {
 
@@ -38,6 +40,28 @@ inline float OpacityLogit(std::uint8_t byte) {
   const double opacity = std::clamp(static_cast<double>(byte), 0.25, 254.75) / 255;
   return static_cast<float>(std::log(opacity / (1 - opacity)));
 }
+
+// Rounds to the nearest byte.
+inline std::uint8_t ToByte(double value) {
+  return static_cast<std::uint8_t>(std::clamp(std::round(value), 0.0, 255.0));
+}
+
+// A colour of one channel, usually in 0..1, and SH coefficient 0.
+inline double ColorOf(double dc) { return 0.5 + sh::k0 * dc; }
+inline double DcOf(double color) { return (color - 0.5) / sh::k0; }
+
+// From IEEE 754 binary16. Infinity becomes NaN, because it is not usable either.
+inline float FromHalfBits(std::uint16_t bits) {
+  const int exponent = bits >> 10 & 0x1f, fraction = bits & 0x3ff;
+  if (exponent == 0x1f) return std::numeric_limits<float>::quiet_NaN();
+  const float magnitude = exponent == 0 ? std::ldexp(static_cast<float>(fraction), -24)
+                                        : std::ldexp(static_cast<float>(fraction + 0x400), exponent - 25);
+  return bits & 0x8000 ? -magnitude : magnitude;
+}
+
+// The log-scale of a standard deviation. Zero, which half floats give for small sizes, becomes half of the smallest
+// half float. The result for a negative number is NaN.
+inline float LogScaleOf(float scale) { return std::log(scale == 0 ? 0x1p-25f : scale); }
 
 // "Smallest three" encoding of rotations: a unit quaternion is stored without the number of largest magnitude. This
 // number follows from the other three, whose magnitudes are at most 1 / sqrt(2).

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -13,7 +12,9 @@
 #include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/model/initialize.h"
+#include "splatting/io/splats/antimatter_splat.h"
 #include "splatting/io/splats/compressed_ply.h"
+#include "splatting/io/splats/ksplat.h"
 #include "splatting/io/splats/ply.h"
 #include "splatting/io/splats/spz.h"
 
@@ -43,22 +44,66 @@ std::vector<Index> UsableGaussians(const SplatModel& model) {
   return indices;
 }
 
-using Writer = void (*)(const std::string& path, const SplatModel& model);
+using Notes = std::vector<std::string>*;
 
-// The first matching extension is used.
+// Ignores the case of the path. The extension must be in lower case.
+bool HasExtension(std::string_view path, std::string_view extension) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
+  return path.size() > extension.size() && std::equal(extension.rbegin(), extension.rend(), path.rbegin(),
+                                                      [&](char wanted, char c) { return wanted == lower(c); });
+}
+
+SplatModel ReadAnyPly(const std::string& path, std::string bytes, Notes notes) {
+  const PlyFile file(path, std::move(bytes));
+  return IsCompressedPly(file) ? ReadCompressedPly(file, notes) : ReadSplatPly(file, notes);
+}
+
+bool IsPly(std::string_view bytes) { return bytes.starts_with("ply\n") || bytes.starts_with("ply\r"); }
+
+// A format has one row in each table that applies. The first match is used. A magic number has at least 28 bits: as the
+// first mean of a .splat, it would be below 1e-18 or above 1e10 units.
+constexpr struct {
+  const char* names;
+  bool (*recognises)(std::string_view path, std::string_view bytes);
+  SplatModel (*read)(const std::string& path, std::string bytes, Notes notes);
+} kReaders[] = {
+    {".ply, .compressed.ply", [](std::string_view, std::string_view bytes) { return IsPly(bytes); }, ReadAnyPly},
+    {".spz", [](std::string_view, std::string_view bytes) { return IsSpz(bytes); },
+     [](const std::string& path, std::string bytes, Notes notes) { return ReadSpz(path, bytes, notes); }},
+    // Formats without a magic number follow. Their extension decides.
+    {".ksplat", [](std::string_view path, std::string_view) { return HasExtension(path, ".ksplat"); }, ReadKsplat},
+    {".splat", [](std::string_view path, std::string_view) { return HasExtension(path, ".splat"); },
+     [](const std::string& path, std::string bytes, Notes notes) { return ReadAntimatterSplat(path, bytes, notes); }},
+};
+
 constexpr struct {
   std::string_view extension;
-  Writer write;
-} kFormats[] = {{".compressed.ply", WriteCompressedPly}, {".ply", WriteSplatPly}, {".spz", WriteSpz}};
+  void (*write)(const std::string& path, const SplatModel& model, const WriteSplatOptions& options);
+} kWriters[] = {
+    {".compressed.ply", [](const std::string& path, const SplatModel& model,
+                           const WriteSplatOptions&) { WriteCompressedPly(path, model); }},
+    {".ply",
+     [](const std::string& path, const SplatModel& model, const WriteSplatOptions&) { WriteSplatPly(path, model); }},
+    {".spz", [](const std::string& path, const SplatModel& model,
+                const WriteSplatOptions& options) { WriteSpz(path, model, options.spz_version); }},
+    {".splat", [](const std::string& path, const SplatModel& model,
+                  const WriteSplatOptions& options) { WriteAntimatterSplat(path, model, options.notes); }},
+};
 
-Writer WriterFor(const std::string& path) {
-  std::string name = std::filesystem::path(path).filename().string();
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
-  std::transform(name.begin(), name.end(), name.begin(), lower);
-  for (const auto& format : kFormats) {
-    if (name.ends_with(format.extension)) return format.write;
+// For messages: "a, b, c".
+std::string NamesOfReaders() {
+  std::string names;
+  for (const auto& reader : kReaders) names += (names.empty() ? "" : ", ") + std::string(reader.names);
+  return names;
+}
+
+auto WriterFor(const std::string& path) {
+  std::string names;
+  for (const auto& format : kWriters) {
+    if (HasExtension(path, format.extension)) return format.write;
+    names += (names.empty() ? "" : ", ") + std::string(format.extension);
   }
-  Fail(kBadArgument, "{}: unknown extension; use .ply, .compressed.ply or .spz", path);
+  Fail(kBadArgument, "{}: unknown extension; use one of {}", path, names);
 }
 
 constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kEps2d = "vesta eps2d",
@@ -117,15 +162,15 @@ void CheckDrawable(const std::string& path, const SplatModel& model) {
 
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes) {
   std::string bytes = ReadFile(path);
-  if (bytes.starts_with("NGSP")) {
-    Fail(kUnsupported, "{}: .spz version 4 or later is not supported; export it as version 1 to 3, or as .ply", path);
+  for (const auto& format : kReaders) {
+    if (format.recognises(path, bytes)) return format.read(path, std::move(bytes), notes);
   }
-  if (bytes.starts_with("\x1f\x8b")) return ReadSpz(path, bytes, notes);
-  const PlyFile file(path, std::move(bytes));
-  return IsCompressedPly(file) ? ReadCompressedPly(file, notes) : ReadSplatPly(file, notes);
+  Fail(kBadFile, "{}: not a splat in a format that vesta reads ({}); export it in one of them", path, NamesOfReaders());
 }
 
-void WriteSplat(const std::string& path, const SplatModel& model) { WriterFor(path)(path, model); }
+void WriteSplat(const std::string& path, const SplatModel& model, const WriteSplatOptions& options) {
+  WriterFor(path)(path, model, options);
+}
 
 void CheckSplatExtension(const std::string& path) { WriterFor(path); }
 

@@ -2,10 +2,12 @@
 // Splat files of any supported format, and comment lines for vesta's further data.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "splatting/io/splats/spz_file.h"
 
 namespace vesta::gs {
 
@@ -19,15 +21,21 @@ void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* 
 void CheckDrawable(const std::string& path, const SplatModel& model);
 
 // Reads a splat. The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h),
-// compressed .ply (compressed_ply.h), or .spz (spz.h). Throws Error, in one line with the file and the problem, if the
-// file cannot be read.
-// notes, unless null, receives a line for the user if some Gaussians are left out (RemoveUnusableGaussians).
+// compressed .ply (compressed_ply.h), or .spz (spz.h). .splat (antimatter_splat.h) and .ksplat (ksplat.h) have no magic
+// number, so the extension selects them. Throws Error, in one line with the file and the problem, if the file cannot be
+// read. For a file of another kind, this line lists the formats. notes, unless null, receives a line for the user if
+// some Gaussians are left out (RemoveUnusableGaussians).
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes = nullptr);
 
-// The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case. The file is
-// written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension, a model
-// that the format cannot represent, or a file that cannot be written.
-void WriteSplat(const std::string& path, const SplatModel& model);
+struct WriteSplatOptions {
+  std::uint32_t spz_version = kLatestSpz;     // or kUniversalSpz (spz.h)
+  std::vector<std::string>* notes = nullptr;  // receives a line for the user about each loss beyond rounding
+};
+
+// The extension of `path` selects the format: .compressed.ply, .ply, .spz or .splat, in upper or lower case. The file
+// is written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension, a
+// model that the format cannot represent, or a file that cannot be written.
+void WriteSplat(const std::string& path, const SplatModel& model, const WriteSplatOptions& options = {});
 // Throws Error if WriteSplat does not support the extension of `path`.
 void CheckSplatExtension(const std::string& path);
 

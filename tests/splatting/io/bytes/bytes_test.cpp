@@ -32,6 +32,13 @@ TEST(ByteReader, RefusesCountsBeyondTheFile) {
               ThrowsError(kBadFile, "0", "18446744073709551615", "10", "2"));
 }
 
+TEST(ByteReader, GivesBytesInPlace) {
+  ByteReader in("a.bin", "abcdefg");
+  EXPECT_EQ(in.ReadBytes(2, 3, "rows"), "abcdef");
+  EXPECT_THAT([&] { in.ReadBytes(1, 2, "rows"); }, ThrowsError(kBadFile, "a.bin", "rows"));
+  EXPECT_EQ(in.ReadBytes(0, 2, "rows"), "");
+}
+
 TEST(ReadFile, RefusesWhatIsNoFile) {
   const TempFolder folder;
   EXPECT_THAT([&] { ReadFile(folder / "missing"); }, ThrowsError(kNotFound, folder / "missing"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damaged .spz files give a one-line error, without a crash or much memory.
+// Damaged .spz files of versions 1 to 3 give a one-line error, without a crash or much memory.
 #include <cstring>
 
 #include "splatting/io/bytes/bytes.h"
@@ -13,7 +13,7 @@ namespace {
 class SpzDamage : public testing::Test {
  protected:
   SpzDamage() {
-    WriteSpz(path_, RandomSplat(1, 3));
+    WriteSpz(path_, RandomSplat(1, 3), kUniversalSpz);
     zipped_ = ReadBytes(path_);
     bytes_.resize(1000);
     GzipReader reader(path_, zipped_);
@@ -63,7 +63,7 @@ TEST_F(SpzDamage, MessagesNameWhatIsWrong) {
                                                                     {8, "\x04", kBadFile, ""},
                                                                     {8, "\x02", kBadFile, ""},
                                                                     {12, "\xc8", kBadFile, "200"},
-                                                                    {12, "\x04", kBadFile, "4"},
+                                                                    {12, "\x05", kBadFile, "5"},
                                                                     {13, "\xff", kBadFile, "255"}}) {
     std::string changed = bytes_;
     ExpectRefused(Gzip(changed.replace(offset, bytes.size(), bytes), ""), code, token);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "kernels/math/quaternion.h"
 #include "kernels/math/spherical_harmonics.h"
@@ -102,6 +103,36 @@ TEST(SmallestThree, GivesTheRotationBack) {
 
 TEST(SmallestThree, NumbersOfNoRotationHaveNoLargest) {
   EXPECT_EQ(FromSmallestThree({1, {0.7, 0.7, -0.7}}), (std::array<double, 4>{0.7, 0, 0.7, -0.7}));
+}
+
+TEST(HalfBits, AreBinary16) {
+  for (const auto& [bits, value] : {std::pair<int, float>{0x3c00, 1},
+                                    {0xc000, -2},
+                                    {0x3555, 0.333251953125f},
+                                    {0x7bff, 65504},
+                                    {0x0400, 0x1p-14f},
+                                    {0x03ff, 0x1.ff8p-15f},
+                                    {0x0001, 0x1p-24f},
+                                    {0x8000, 0}}) {
+    EXPECT_EQ(FromHalfBits(static_cast<std::uint16_t>(bits)), value) << bits;
+  }
+  EXPECT_TRUE(std::signbit(FromHalfBits(0x8000)));
+  for (const int bits : {0x7c00, 0xfc00, 0x7e00}) {
+    EXPECT_TRUE(std::isnan(FromHalfBits(static_cast<std::uint16_t>(bits)))) << bits;
+  }
+}
+
+TEST(LogScale, IsFiniteForZero) {
+  EXPECT_EQ(LogScaleOf(1), 0);
+  EXPECT_NEAR(LogScaleOf(0), -25 * std::log(2.0), 1e-5);
+  EXPECT_EQ(LogScaleOf(-0.0f), LogScaleOf(0));
+  EXPECT_TRUE(std::isnan(LogScaleOf(-1)));
+}
+
+TEST(Color, IsOfTheFirstCoefficient) {
+  EXPECT_EQ(ColorOf(0), 0.5);
+  EXPECT_NEAR(ColorOf(1), 0.5 + 0.5 / std::sqrt(3.14159265358979), 1e-12);
+  EXPECT_NEAR(DcOf(ColorOf(-1.25)), -1.25, 1e-12);
 }
 
 }  // namespace

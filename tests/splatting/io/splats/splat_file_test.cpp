@@ -13,17 +13,17 @@ TEST(SplatFile, TheExtensionSaysHowItIsWritten) {
   const TempFolder folder;
   const SplatModel model = RandomSplat(2, 10);
   for (const auto& [name, beginning] : {std::pair<const char*, const char*>{"a.ply", "element vertex"},
-                                        {"a.spz", "\x1f\x8b"},
+                                        {"a.spz", "NGSP"},
                                         {"a.compressed.ply", "element chunk"},
                                         {"B.Compressed.PLY", "element chunk"},
-                                        {"B.SPZ", "\x1f\x8b"}}) {
+                                        {"B.SPZ", "NGSP"}}) {
     WriteSplat(folder / name, model);
     EXPECT_THAT(ReadBytes(folder / name), testing::HasSubstr(beginning));
     const SplatModel again = ReadSplat(folder / name);
     EXPECT_EQ(again.count, 10);
     EXPECT_EQ(again.sh_degree, 2);
   }
-  for (const char* name : {"a", "ply", "a.sog", "a.ply.gz", "a.ply/b"}) {
+  for (const char* name : {"a", "ply", "a.ksplat", "a.ply.gz", "a.ply/b"}) {
     EXPECT_THAT([&] { CheckSplatExtension(folder / name); }, ThrowsError(kBadArgument, folder / name));
     EXPECT_THAT([&] { WriteSplat(folder / name, model); }, ThrowsError(kBadArgument, folder / name));
   }
@@ -41,13 +41,21 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
     EXPECT_EQ(ReadSplat(path).data, ReadSplat(folder / name).data);
   }
   for (const auto& [bytes, code, token] : {std::tuple<std::string, ErrorCode, std::string>{"", kBadFile, ".ply"},
-                                           {"NGSP\x04\x00\x00\x00", kUnsupported, "4"},
+                                           {"NGSP\x05", kBadFile, ""},
+                                           {"a table", kBadFile, ".ksplat"},
                                            {Gzip("ply\nformat ascii 1.0\n", ""), kBadFile, ".ply"},
                                            {"\x1f\x8b", kBadFile, ""},
                                            {kWithoutY, kBadFile, "y"}}) {
     WriteBytes(path, bytes);
     EXPECT_THAT([&] { ReadSplat(path); }, ThrowsError(code, path, token));
   }
+  // Without a magic number, the extension decides.
+  WriteSplat(folder / "a.splat", model);
+  EXPECT_EQ(ReadSplat(folder / "a.splat").count, 10);
+  std::filesystem::copy_file(folder / "a.splat", path, std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT([&] { ReadSplat(path); }, ThrowsError(kBadFile, path, ".splat"));
+  std::filesystem::copy_file(folder / "a.spz", folder / "b.splat");
+  EXPECT_EQ(ReadSplat(folder / "b.splat").data, ReadSplat(folder / "a.spz").data);
   EXPECT_THAT([&] { ReadSplat(folder / "missing.spz"); }, ThrowsError(kNotFound, "missing.spz"));
 }
 
