@@ -18,7 +18,7 @@ namespace vesta::gs {
 namespace {
 
 constexpr std::uint32_t kSpzMagic = 0x5053474e;  // "NGSP"
-constexpr std::uint8_t kAntialiased = 1, kHasExtensions = 2;
+constexpr std::uint8_t kAntialiasedFlag = 1, kHasExtensions = 2;
 constexpr int kMostFractionBits = 30;
 
 // Types of extensions: the high 16 bits are the vendor, the low 16 bits its extension. Extension 1 of vendor "VS" has
@@ -86,7 +86,7 @@ SpzFile FileOf(const SpzHeader& header) {
   file.count = header.count;
   file.sh_degree = header.sh_degree;
   file.fraction_bits = header.fraction_bits;
-  file.antialiased = (header.flags & kAntialiased) != 0;
+  file.antialiased = (header.flags & kAntialiasedFlag) != 0;
   return file;
 }
 
@@ -96,7 +96,7 @@ SpzHeader HeaderOf(const SpzFile& file) {
   header.count = static_cast<std::uint32_t>(file.count);
   header.sh_degree = static_cast<std::uint8_t>(file.sh_degree);
   header.fraction_bits = static_cast<std::uint8_t>(file.fraction_bits);
-  header.flags = file.antialiased ? kAntialiased : 0;
+  header.flags = file.antialiased ? kAntialiasedFlag : 0;
   return header;
 }
 
