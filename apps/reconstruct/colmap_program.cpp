@@ -112,7 +112,7 @@ std::string ColmapProgram::HelpOf(const std::vector<std::string>& words) const {
   ChildCommand command{.words = {program_}, .log = file};
   command.words.insert(command.words.end(), words.begin(), words.end());
   RunChild(command);  // the exit status for help differs between versions
-  const std::string help = ReadFile(file);
+  std::string help = ReadFile(file);
   fs::remove(file, ignored);
   return help;
 }

@@ -14,9 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::Contains;
-using testing::ElementsAre;
 using testing::Pair;
-using testing::UnorderedElementsAre;
 
 class ReconstructInputs : public testing::Test {
  protected:
