@@ -32,7 +32,7 @@ def splat_rooms():
     rooms = {
         "io/bytes": "",
         "io/images": "io/bytes",
-        "io/splats": "io/bytes",
+        "io/splats": "io/bytes io/images",
         "io/scenes": "io/bytes io/images io/splats",
         "adam": "",
         "density": "",
@@ -153,6 +153,7 @@ EXTERNAL = {
     "webp/": [SPLATS + "io/images"],
     "nanoflann": [PROBLEM + "model"],
     "mpi.h": ["kernels/mpi"],
+    "zip.h": [SPLATS + "io/bytes"],
     "zlib.h": [SPLATS + "io/bytes", TRAIN + "session"],
 }
 SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}
