@@ -15,6 +15,7 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "splatting/io/splats/compressed_ply.h"
 #include "splatting/io/splats/ply.h"
+#include "splatting/io/splats/sog.h"
 #include "splatting/io/splats/spz.h"
 
 namespace vesta::gs {
@@ -43,22 +44,48 @@ std::vector<Index> UsableGaussians(const SplatModel& model) {
   return indices;
 }
 
+using Reader = SplatModel (*)(const std::string& path, std::string bytes, std::vector<std::string>* notes);
+
+// Recognised by content. The first matching row is used.
+constexpr struct {
+  bool (*recognises)(std::string_view bytes);
+  Reader read;
+} kReaders[] = {{[](std::string_view bytes) { return bytes.starts_with("NGSP"); },
+                 [](const std::string& path, std::string, std::vector<std::string>*) -> SplatModel {
+                   Fail(kUnsupported,
+                        "{}: .spz version 4 or later is not supported; export it as version 1 to 3, or as .ply", path);
+                 }},
+                {[](std::string_view bytes) { return bytes.starts_with("\x1f\x8b"); },
+                 [](const std::string& path, std::string bytes, std::vector<std::string>* notes) {
+                   return ReadSpz(path, bytes, notes);
+                 }},
+                {IsSog, [](const std::string& path, std::string bytes,
+                           std::vector<std::string>* notes) { return ReadSog(path, bytes, notes); }},
+                {[](std::string_view) { return true; },
+                 [](const std::string& path, std::string bytes, std::vector<std::string>* notes) {
+                   const PlyFile file(path, std::move(bytes));
+                   return IsCompressedPly(file) ? ReadCompressedPly(file, notes) : ReadSplatPly(file, notes);
+                 }}};
+
 using Writer = void (*)(const std::string& path, const SplatModel& model);
 
 // The first matching extension is used.
 constexpr struct {
   std::string_view extension;
   Writer write;
-} kFormats[] = {{".compressed.ply", WriteCompressedPly}, {".ply", WriteSplatPly}, {".spz", WriteSpz}};
+} kWriters[] = {{".compressed.ply", WriteCompressedPly},
+                {".ply", WriteSplatPly},
+                {".spz", WriteSpz},
+                {".sog", WriteSog}};
 
 Writer WriterFor(const std::string& path) {
   std::string name = std::filesystem::path(path).filename().string();
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
   std::transform(name.begin(), name.end(), name.begin(), lower);
-  for (const auto& format : kFormats) {
+  for (const auto& format : kWriters) {
     if (name.ends_with(format.extension)) return format.write;
   }
-  Fail(kBadArgument, "{}: unknown extension; use .ply, .compressed.ply or .spz", path);
+  Fail(kBadArgument, "{}: unknown extension; use .ply, .compressed.ply, .spz or .sog", path);
 }
 
 constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kEps2d = "vesta eps2d";
@@ -116,12 +143,8 @@ void CheckDrawable(const std::string& path, const SplatModel& model) {
 
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes) {
   std::string bytes = ReadFile(path);
-  if (bytes.starts_with("NGSP")) {
-    Fail(kUnsupported, "{}: .spz version 4 or later is not supported; export it as version 1 to 3, or as .ply", path);
-  }
-  if (bytes.starts_with("\x1f\x8b")) return ReadSpz(path, bytes, notes);
-  const PlyFile file(path, std::move(bytes));
-  return IsCompressedPly(file) ? ReadCompressedPly(file, notes) : ReadSplatPly(file, notes);
+  const auto* reader = std::ranges::find_if(kReaders, [&](const auto& row) { return row.recognises(bytes); });
+  return reader->read(path, std::move(bytes), notes);
 }
 
 void WriteSplat(const std::string& path, const SplatModel& model) { WriterFor(path)(path, model); }

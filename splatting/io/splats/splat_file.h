@@ -19,14 +19,14 @@ void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* 
 void CheckDrawable(const std::string& path, const SplatModel& model);
 
 // Reads a splat. The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h),
-// compressed .ply (compressed_ply.h), or .spz (spz.h). Throws Error, in one line with the file and the problem, if the
-// file cannot be read.
-// notes, unless null, receives a line for the user if some Gaussians are left out (RemoveUnusableGaussians).
+// compressed .ply (compressed_ply.h), .spz (spz.h) or .sog (sog.h). Throws Error, in one line with the file and the
+// problem, if the file cannot be read. notes, unless null, receives a line for the user if some Gaussians are left out
+// (RemoveUnusableGaussians).
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes = nullptr);
 
-// The extension of `path` selects the format: .compressed.ply, .ply or .spz, in upper or lower case. The file is
-// written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension, a model
-// that the format cannot represent, or a file that cannot be written.
+// The extension of `path` selects the format: .compressed.ply, .ply, .spz or .sog, in upper or lower case. The
+// file is written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension,
+// a model that the format cannot represent, or a file that cannot be written.
 void WriteSplat(const std::string& path, const SplatModel& model);
 // Throws Error if WriteSplat does not support the extension of `path`.
 void CheckSplatExtension(const std::string& path);

@@ -15,6 +15,7 @@ TEST(SplatFile, TheExtensionSaysHowItIsWritten) {
   for (const auto& [name, beginning] : {std::pair<const char*, const char*>{"a.ply", "element vertex"},
                                         {"a.spz", "\x1f\x8b"},
                                         {"a.compressed.ply", "element chunk"},
+                                        {"a.sog", "PK"},
                                         {"B.Compressed.PLY", "element chunk"},
                                         {"B.SPZ", "\x1f\x8b"}}) {
     WriteSplat(folder / name, model);
@@ -23,7 +24,7 @@ TEST(SplatFile, TheExtensionSaysHowItIsWritten) {
     EXPECT_EQ(again.count, 10);
     EXPECT_EQ(again.sh_degree, 2);
   }
-  for (const char* name : {"a", "ply", "a.sog", "a.ply.gz", "a.ply/b"}) {
+  for (const char* name : {"a", "ply", "a.obj", "a.ply.gz", "a.ply/b"}) {
     EXPECT_THAT([&] { CheckSplatExtension(folder / name); }, ThrowsError(kBadArgument, folder / name));
     EXPECT_THAT([&] { WriteSplat(folder / name, model); }, ThrowsError(kBadArgument, folder / name));
   }
@@ -35,7 +36,7 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
   const TempFolder folder;
   const SplatModel model = RandomSplat(1, 10);
   const std::string path = folder / "no_extension";
-  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply"}) {
+  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply", "a.sog"}) {
     WriteSplat(folder / name, model);
     std::filesystem::copy_file(folder / name, path, std::filesystem::copy_options::overwrite_existing);
     EXPECT_EQ(ReadSplat(path).data, ReadSplat(folder / name).data);
@@ -44,6 +45,8 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
                                            {"NGSP\x04\x00\x00\x00", kUnsupported, "4"},
                                            {Gzip("ply\nformat ascii 1.0\n", ""), kBadFile, ".ply"},
                                            {"\x1f\x8b", kBadFile, ""},
+                                           {"PK", kBadFile, ""},
+                                           {" {}", kBadFile, ".sog"},
                                            {kWithoutY, kBadFile, "y"}}) {
     WriteBytes(path, bytes);
     EXPECT_THAT([&] { ReadSplat(path); }, ThrowsError(code, path, token));
@@ -58,7 +61,7 @@ TEST(SplatFile, TellsWhatIsBesideTheGaussians) {
   model.background = {1, 0.5f, 0.1f};
   model.eps2d = 0.1;
   model.origin = {448262.5, -5411932.0625, 1.0 / 3};
-  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply"}) {
+  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply", "a.sog"}) {
     WriteSplat(folder / name, model);
     const SplatModel again = ReadSplat(folder / name);
     EXPECT_TRUE(again.has_background) << name;
