@@ -185,7 +185,7 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kOutput,
        kConvert,
        {"out", &O::out, schema::Words{"FILE"},
-        "output file; its extension selects the format: .ply, .compressed.ply or .spz"}},
+        "output file; its extension selects the format: .ply, .compressed.ply, .spz, .sog or .glb"}},
       {kOutput, kBundleAdjust, {"out", &O::out, schema::Words{"FILE"}, "output file, in the BAL format"}},
       {kOutput,
        kReport,

@@ -53,8 +53,8 @@ std::string Overview() {
   for (const char* paragraph :
        {"SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
         "(transforms.json). Every 8th photograph by name, starting with the first, is a test view.",
-        "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic). view also accepts a "
-        "checkpoint (DIR/checkpoint.vesta).",
+        "SPLAT is a .ply in the INRIA layout, a .compressed.ply or .sog (SuperSplat), or a .spz (Niantic). view also "
+        "accepts a checkpoint (DIR/checkpoint.vesta).",
         "FILE is a bundle adjustment problem in the text format of \"Bundle Adjustment in the Large\" (BAL)."}) {
     text += "\n" + Wrapped("", 0, paragraph);
   }
@@ -222,8 +222,8 @@ std::string ManPage() {
   text +=
       ".SH DESCRIPTION\nSCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a "
       "NeRF "
-      "scene (transforms.json). Every 8th photograph by name is a test view. SPLAT is a .ply, a .compressed.ply or a "
-      ".spz.\n"
+      "scene (transforms.json). Every 8th photograph by name is a test view. SPLAT is a .ply, .compressed.ply, .spz or "
+      ".sog.\n"
       ".SH COMMANDS\n";
   for (const CommandInfo& command : Commands()) text += ManSection(command);
   text += ManOptions();

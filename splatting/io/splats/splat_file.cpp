@@ -14,6 +14,7 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "splatting/io/splats/compressed_ply.h"
+#include "splatting/io/splats/glb.h"
 #include "splatting/io/splats/ply.h"
 #include "splatting/io/splats/sog.h"
 #include "splatting/io/splats/spz.h"
@@ -61,6 +62,10 @@ constexpr struct {
                  }},
                 {IsSog, [](const std::string& path, std::string bytes,
                            std::vector<std::string>* notes) { return ReadSog(path, bytes, notes); }},
+                {[](std::string_view bytes) { return bytes.starts_with("glTF"); },
+                 [](const std::string& path, std::string, std::vector<std::string>*) -> SplatModel {
+                   Fail(kUnsupported, "{}: .glb is not read, only written; use the splat from which it was made", path);
+                 }},
                 {[](std::string_view) { return true; },
                  [](const std::string& path, std::string bytes, std::vector<std::string>* notes) {
                    const PlyFile file(path, std::move(bytes));
@@ -76,7 +81,8 @@ constexpr struct {
 } kWriters[] = {{".compressed.ply", WriteCompressedPly},
                 {".ply", WriteSplatPly},
                 {".spz", WriteSpz},
-                {".sog", WriteSog}};
+                {".sog", WriteSog},
+                {".glb", WriteGlb}};
 
 Writer WriterFor(const std::string& path) {
   std::string name = std::filesystem::path(path).filename().string();
@@ -85,7 +91,7 @@ Writer WriterFor(const std::string& path) {
   for (const auto& format : kWriters) {
     if (name.ends_with(format.extension)) return format.write;
   }
-  Fail(kBadArgument, "{}: unknown extension; use .ply, .compressed.ply, .spz or .sog", path);
+  Fail(kBadArgument, "{}: unknown extension; use .ply, .compressed.ply, .spz, .sog or .glb", path);
 }
 
 constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kEps2d = "vesta eps2d";

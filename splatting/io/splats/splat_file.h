@@ -24,7 +24,7 @@ void CheckDrawable(const std::string& path, const SplatModel& model);
 // (RemoveUnusableGaussians).
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes = nullptr);
 
-// The extension of `path` selects the format: .compressed.ply, .ply, .spz or .sog, in upper or lower case. The
+// The extension of `path` selects the format: .compressed.ply, .ply, .spz, .sog or .glb, in upper or lower case. The
 // file is written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension,
 // a model that the format cannot represent, or a file that cannot be written.
 void WriteSplat(const std::string& path, const SplatModel& model);

@@ -16,10 +16,12 @@ TEST(SplatFile, TheExtensionSaysHowItIsWritten) {
                                         {"a.spz", "\x1f\x8b"},
                                         {"a.compressed.ply", "element chunk"},
                                         {"a.sog", "PK"},
+                                        {"a.glb", "glTF"},
                                         {"B.Compressed.PLY", "element chunk"},
                                         {"B.SPZ", "\x1f\x8b"}}) {
     WriteSplat(folder / name, model);
     EXPECT_THAT(ReadBytes(folder / name), testing::HasSubstr(beginning));
+    if (std::string_view(name) == "a.glb") continue;  // not read
     const SplatModel again = ReadSplat(folder / name);
     EXPECT_EQ(again.count, 10);
     EXPECT_EQ(again.sh_degree, 2);
@@ -47,6 +49,7 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
                                            {"\x1f\x8b", kBadFile, ""},
                                            {"PK", kBadFile, ""},
                                            {" {}", kBadFile, ".sog"},
+                                           {"glTF", kUnsupported, ".glb"},
                                            {kWithoutY, kBadFile, "y"}}) {
     WriteBytes(path, bytes);
     EXPECT_THAT([&] { ReadSplat(path); }, ThrowsError(code, path, token));
