@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Checks the compact splat formats (.spz, .splat, .compressed.ply) against other programs: spz-js and
+# Checks the compact splat formats (.spz, .splat, .compressed.ply, .sog) against other programs: spz-js and
 # @playcanvas/splat-transform, which npm installs in FOLDER, and vesta read each other's files. Prints sizes, counts,
 # errors of the means, and the PSNR on SCENE. Needs node, npm and a network. Not part of .ci/run.
 #   tools/check_formats.sh VESTA SPLAT SCENE [FOLDER]        FOLDER: working folder; default: a temporary one
@@ -75,13 +75,16 @@ evaluate() {
 evaluate "SPLAT" original.ply
 
 echo "-- written by vesta"
-for format in spz compressed.ply; do
+for format in spz compressed.ply sog; do
   # spz-js does not read version 4.
-  "$vesta" convert "$splat" --out="ours.$format" --spz_version=2 >/dev/null
+  options=""
+  [ "$format" = spz ] && options=--spz_version=2
+  "$vesta" convert "$splat" --out="ours.$format" $options >/dev/null
   evaluate "ours.$format" "ours.$format"
   transform "ours.$format" "transform_$format.ply"
   evaluate "ours.$format, to .ply by splat-transform" "transform_$format.ply"
   node means.mjs original.ply "transform_$format.ply"
+  [[ $format == sog ]] && continue  # spz-js does not read it
   spz_js "ours.$format" "spz_js_$format.ply"
   if [[ $format == spz ]]; then transform "spz_js_$format.ply" --rotate 180,0,0 "spz_js_$format.ply"; fi
   evaluate "ours.$format, to .ply by spz-js" "spz_js_$format.ply"
@@ -104,7 +107,8 @@ spz_js original.ply spz_js.compressed.ply
 transform original.ply --spz-version 3 transform.spz
 transform original.ply transform.v4.spz
 transform original.ply transform.compressed.ply
-for file in spz_js.spz spz_js.compressed.ply transform.spz transform.v4.spz transform.compressed.ply; do
+transform -g cpu original.ply transform.sog
+for file in spz_js.spz spz_js.compressed.ply transform.spz transform.v4.spz transform.compressed.ply transform.sog; do
   evaluate "$file" "$file"
   "$vesta" convert "$file" --out=read.ply >/dev/null
   node means.mjs original.ply read.ply

@@ -32,7 +32,7 @@ def splat_rooms():
     rooms = {
         "io/bytes": "",
         "io/images": "io/bytes",
-        "io/splats": "io/bytes",
+        "io/splats": "io/bytes io/images",
         "io/scenes": "io/bytes io/images io/splats",
         "adam": "",
         "density": "",
@@ -155,6 +155,7 @@ EXTERNAL = {
     "nanoflann": [PROBLEM + "model"],
     "mpi.h": ["kernels/mpi"],
     "zstd.h": [SPLATS + "io/bytes"],
+    "zip.h": [SPLATS + "io/bytes"],
     "zlib.h": [SPLATS + "io/bytes", TRAIN + "session"],
 }
 SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}

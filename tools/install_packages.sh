@@ -9,7 +9,7 @@ set -eu
 packages="
   g++ cmake ninja-build pkg-config python3
   libtbb-dev libxsimd-dev libfmt-dev nlohmann-json3-dev libnanoflann-dev
-  libjpeg-dev libpng-dev libtiff-dev libwebp-dev libzstd-dev zlib1g-dev
+  libjpeg-dev libpng-dev libtiff-dev libwebp-dev libzip-dev libzstd-dev zlib1g-dev
   libgflags-dev libgoogle-glog-dev libcpp-httplib-dev
   libceres-dev libeigen3-dev libgtest-dev libgmock-dev"
 

@@ -205,7 +205,7 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kOutput,
        kConvert,
        {"out", &O::out, schema::Words{"FILE"},
-        "output file; its extension selects the format: .ply, .compressed.ply, .spz or .splat"}},
+        "output file; its extension selects the format: .ply, .compressed.ply, .spz, .splat, .sog or .glb"}},
       {kOutput,
        kConvert,
        {"spz_version", &O::spz_version, kSpzVersions,

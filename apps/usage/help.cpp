@@ -54,10 +54,8 @@ std::string Overview() {
        {"PHOTOS is a folder of photographs, or a film.",
         "SCENE is a folder with photographs and cameras: a COLMAP model (images/ and sparse/0/) or a NeRF scene "
         "(transforms.json). Every 8th photograph by name, starting with the first, is a test view.",
-        "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat), a .spz (Niantic), a .splat "
-        "(antimatter15) or a "
-        ".ksplat (GaussianSplats3D). view also accepts a "
-        "checkpoint (DIR/checkpoint.vesta).",
+        "SPLAT is a .ply in the INRIA layout, a .compressed.ply or .sog (SuperSplat), a .spz (Niantic), a .splat "
+        "(antimatter15) or a .ksplat (GaussianSplats3D). view also accepts a checkpoint (DIR/checkpoint.vesta).",
         "FILE is a bundle adjustment problem in the text format of \"Bundle Adjustment in the Large\" (BAL)."}) {
     text += "\n" + Wrapped("", 0, paragraph);
   }
@@ -232,8 +230,8 @@ std::string ManPage() {
       ".SH DESCRIPTION\nPHOTOS is a folder of photographs, or a film. SCENE is a folder with photographs and cameras: "
       "a COLMAP model (images/ and sparse/0/) or a "
       "NeRF "
-      "scene (transforms.json). Every 8th photograph by name is a test view. SPLAT is a .ply, a .compressed.ply, a "
-      ".spz, a .splat or a .ksplat.\n"
+      "scene (transforms.json). Every 8th photograph by name is a test view. SPLAT is a .ply, .compressed.ply, .spz, "
+      ".splat, .ksplat or .sog.\n"
       ".SH COMMANDS\n";
   for (const CommandInfo& command : Commands()) text += ManSection(command);
   text += ManOptions();

@@ -43,7 +43,7 @@ class Convert : public testing::Test {
 
 TEST_F(Convert, EveryFormatShowsTheSame) {
   const double psnr = TrainPsnr(ply_);
-  for (const char* name : {"a.spz", "a.compressed.ply", "a.ply"}) {
+  for (const char* name : {"a.spz", "a.compressed.ply", "a.sog", "a.ply"}) {
     SCOPED_TRACE(name);
     const std::string splat = folder_ / name, back = folder_ / "back.ply";
     const ProgramOutput output = RunProgram({"convert", ply_, "--out", splat});
@@ -118,7 +118,7 @@ TEST_F(Convert, WhatIsReadStays) {
 TEST_F(Convert, WhatCannotBeDoneIsOneLine) {
   const std::string spz = folder_ / "a.spz";
   std::ofstream(spz) << "old";
-  for (const std::string& out : {folder_ / "a.sog", folder_ / "none/a.ply", out_}) {
+  for (const std::string& out : {folder_ / "a.obj", folder_ / "none/a.ply", out_}) {
     ExpectRefusal({"convert", ply_, "--out=" + out}, kFailed, {out});
   }
   ExpectRefusal({"convert", folder_ / "no.ply", "--out=" + spz}, kFailed, {folder_ / "no.ply"});

@@ -51,6 +51,10 @@ InterleavedImage DecodePng(const std::string& path, std::string_view bytes, bool
 InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, bool size_only);
 InterleavedImage DecodeWebp(const std::string& path, std::string_view bytes, bool size_only);
 
+// Encodes four samples of 8 bits per pixel as WebP without loss. The colours of transparent pixels are kept too.
+// `path`: for messages.
+std::string EncodeLosslessWebp(const std::string& path, const InterleavedImage& image);
+
 // Throws Error if num_bytes are too few for an image of this size, so that a damaged header cannot make the reader
 // allocate gigabytes.
 void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads WebP with libwebp.
+// Reads WebP with libwebp, and writes it without loss.
 #include <webp/decode.h>
+#include <webp/encode.h>
 
 #include <limits>
 
@@ -31,6 +32,35 @@ InterleavedImage DecodeWebp(const std::string& path, std::string_view bytes, boo
     FailDamagedImage(path, "its pixels cannot be decoded");
   }
   return image;
+}
+
+std::string EncodeLosslessWebp(const std::string& path, const InterleavedImage& image) {
+  constexpr int kEffort = 6;  // of 0 to 9; the default of libwebp
+  WebPConfig config;
+  WebPPicture picture;
+  VESTA_CHECK(
+      WebPConfigInit(&config) != 0 && WebPConfigLosslessPreset(&config, kEffort) != 0 && WebPPictureInit(&picture) != 0,
+      "another version of libwebp was compiled with");
+  config.exact = 1;
+  picture.use_argb = 1;
+  picture.width = image.size.width;
+  picture.height = image.size.height;
+  WebPMemoryWriter writer;
+  WebPMemoryWriterInit(&writer);
+  picture.writer = WebPMemoryWrite;
+  picture.custom_ptr = &writer;
+  const bool is_written =
+      WebPPictureImportRGBA(&picture, image.bytes.data(), static_cast<int>(image.row_bytes())) != 0 &&
+      WebPEncode(&config, &picture) != 0;
+  std::string bytes;
+  if (is_written) bytes.assign(reinterpret_cast<const char*>(writer.mem), writer.size);
+  WebPMemoryWriterClear(&writer);
+  WebPPictureFree(&picture);
+  if (!is_written) {
+    Fail(kCannotWrite, "{}: libwebp cannot encode an image of {} x {} pixels (error {})", path, image.size.width,
+         image.size.height, static_cast<int>(picture.error_code));
+  }
+  return bytes;
 }
 
 }  // namespace vesta::gs

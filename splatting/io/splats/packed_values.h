@@ -13,18 +13,22 @@
 
 namespace vesta::gs {
 
-// The factor, 1 or -1, that converts an attribute (kernels/gaussian_splatting/formulas/layout.h) between x right, y
-// down, z forward (INRIA's .ply) and x right, y up, z backward (.spz). The axes differ by a rotation of 180 degrees
-// about x: y and z change sign, as do y and z of a quaternion and the spherical harmonics with f(x, -y, -z) =
-// -f(x, y, z).
-constexpr float HalfTurnSign(int attribute) {
-  if (attribute < splat::kLogScale) return attribute == splat::kMean ? 1.0f : -1.0f;
+// The factor, 1 or -1, for an attribute (kernels/gaussian_splatting/formulas/layout.h) if the axes are rotated by 180
+// degrees about one of them, 0 to 2. .ply files of INRIA have x right, y down, z forward. A rotation about x gives x
+// right, y up, z backward (.spz); a rotation about z gives x left, y up, z forward (.glb). The other two numbers of
+// means and quaternions change sign, and so do the spherical harmonics with an odd power of these two numbers.
+constexpr float HalfTurnSign(int attribute, int axis = 0) {
+  if (attribute < splat::kLogScale) return attribute == splat::kMean + axis ? 1.0f : -1.0f;
   if (attribute < splat::kQuaternion) return 1.0f;
-  if (attribute < splat::kOpacity) return attribute < splat::kQuaternion + 2 ? 1.0f : -1.0f;
+  if (attribute < splat::kOpacity) {
+    return attribute == splat::kQuaternion || attribute == splat::kQuaternion + 1 + axis ? 1.0f : -1.0f;
+  }
   if (attribute < splat::kSh) return 1.0f;
-  // Bit k: coefficient k is odd (kernels/math/spherical_harmonics.h).
-  constexpr unsigned kOdd = 1u << 1 | 1u << 2 | 1u << 4 | 1u << 7 | 1u << 9 | 1u << 11 | 1u << 12 | 1u << 14;
-  return kOdd >> (attribute - splat::kSh) / 3 & 1u ? -1.0f : 1.0f;
+  // Bit k: coefficient k is odd in x, y or z (kernels/math/spherical_harmonics.h).
+  constexpr unsigned kOdd[] = {1u << 3 | 1u << 4 | 1u << 7 | 1u << 10 | 1u << 13 | 1u << 15,
+                               1u << 1 | 1u << 4 | 1u << 5 | 1u << 9 | 1u << 10 | 1u << 11,
+                               1u << 2 | 1u << 5 | 1u << 7 | 1u << 10 | 1u << 12 | 1u << 14};
+  return (kOdd[(axis + 1) % 3] ^ kOdd[(axis + 2) % 3]) >> (attribute - splat::kSh) / 3 & 1u ? -1.0f : 1.0f;
 }
 
 // Converts an opacity logit to a byte: the opacity times 255, at most 254. Opacities below 1/255 become 0, because they

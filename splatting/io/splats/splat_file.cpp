@@ -14,8 +14,10 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "splatting/io/splats/antimatter_splat.h"
 #include "splatting/io/splats/compressed_ply.h"
+#include "splatting/io/splats/glb.h"
 #include "splatting/io/splats/ksplat.h"
 #include "splatting/io/splats/ply.h"
+#include "splatting/io/splats/sog.h"
 #include "splatting/io/splats/spz.h"
 
 namespace vesta::gs {
@@ -70,6 +72,8 @@ constexpr struct {
     {".ply, .compressed.ply", [](std::string_view, std::string_view bytes) { return IsPly(bytes); }, ReadAnyPly},
     {".spz", [](std::string_view, std::string_view bytes) { return IsSpz(bytes); },
      [](const std::string& path, std::string bytes, Notes notes) { return ReadSpz(path, bytes, notes); }},
+    {".sog", [](std::string_view, std::string_view bytes) { return IsSog(bytes); },
+     [](const std::string& path, std::string bytes, Notes notes) { return ReadSog(path, bytes, notes); }},
     // Formats without a magic number follow. Their extension decides.
     {".ksplat", [](std::string_view path, std::string_view) { return HasExtension(path, ".ksplat"); }, ReadKsplat},
     {".splat", [](std::string_view path, std::string_view) { return HasExtension(path, ".splat"); },
@@ -88,6 +92,8 @@ constexpr struct {
                 const WriteSplatOptions& options) { WriteSpz(path, model, options.spz_version); }},
     {".splat", [](const std::string& path, const SplatModel& model,
                   const WriteSplatOptions& options) { WriteAntimatterSplat(path, model, options.notes); }},
+    {".sog", [](const std::string& path, const SplatModel& model, const WriteSplatOptions&) { WriteSog(path, model); }},
+    {".glb", [](const std::string& path, const SplatModel& model, const WriteSplatOptions&) { WriteGlb(path, model); }},
 };
 
 // For messages: "a, b, c".
@@ -162,6 +168,9 @@ void CheckDrawable(const std::string& path, const SplatModel& model) {
 
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes) {
   std::string bytes = ReadFile(path);
+  if (bytes.starts_with("glTF")) {
+    Fail(kUnsupported, "{}: .glb is not read, only written; use the splat from which it was made", path);
+  }
   for (const auto& format : kReaders) {
     if (format.recognises(path, bytes)) return format.read(path, std::move(bytes), notes);
   }
@@ -198,7 +207,7 @@ void ReadSplatComments(const std::string& path, const std::vector<std::string>& 
   const std::string what = fmt::format("a number in {}..{}", splat::kMinEps2d, splat::kMaxEps2d);
   ReadComment(path, comments, kEps2d, what.c_str(), &splat::IsValidEps2d, &eps2d);
   model->eps2d = eps2d[0];
-  model->antialiased = std::ranges::find(comments, kAntialiased) != comments.end();
+  if (std::ranges::find(comments, kAntialiased) != comments.end()) model->antialiased = true;
 }
 
 }  // namespace vesta::gs

@@ -21,10 +21,10 @@ void RemoveUnusableGaussians(const std::string& path, std::vector<std::string>* 
 void CheckDrawable(const std::string& path, const SplatModel& model);
 
 // Reads a splat. The content of the file, not its name, selects the format: .ply in the INRIA layout (ply.h),
-// compressed .ply (compressed_ply.h), or .spz (spz.h). .splat (antimatter_splat.h) and .ksplat (ksplat.h) have no magic
-// number, so the extension selects them. Throws Error, in one line with the file and the problem, if the file cannot be
-// read. For a file of another kind, this line lists the formats. notes, unless null, receives a line for the user if
-// some Gaussians are left out (RemoveUnusableGaussians).
+// compressed .ply (compressed_ply.h), .spz (spz.h) or .sog (sog.h). .splat (antimatter_splat.h) and .ksplat (ksplat.h)
+// have no magic number, so the extension selects them. Throws Error, in one line with the file and the problem, if the
+// file cannot be read. For a file of another kind, this line lists the formats. notes, unless null, receives a line for
+// the user if some Gaussians are left out (RemoveUnusableGaussians).
 SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes = nullptr);
 
 struct WriteSplatOptions {
@@ -32,9 +32,9 @@ struct WriteSplatOptions {
   std::vector<std::string>* notes = nullptr;  // receives a line for the user about each loss beyond rounding
 };
 
-// The extension of `path` selects the format: .compressed.ply, .ply, .spz or .splat, in upper or lower case. The file
-// is written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another extension, a
-// model that the format cannot represent, or a file that cannot be written.
+// The extension of `path` selects the format: .compressed.ply, .ply, .spz, .splat, .sog or .glb, in upper or lower
+// case. The file is written completely or not at all (kernels/core/files.h). Throws Error, with the file, for another
+// extension, a model that the format cannot represent, or a file that cannot be written.
 void WriteSplat(const std::string& path, const SplatModel& model, const WriteSplatOptions& options = {});
 // Throws Error if WriteSplat does not support the extension of `path`.
 void CheckSplatExtension(const std::string& path);

@@ -147,7 +147,7 @@ TEST(Help, CommandListsItsFlagsAlone) {
   EXPECT_THAT(eval, HasSubstr("--align=none|pose|pose+colour"));
   const std::string convert = Help({"help", "convert"});
   EXPECT_THAT(convert, HasSubstr("vesta convert SPLAT --out=FILE"));
-  EXPECT_THAT(Unwrapped(convert), HasSubstr(".ply, .compressed.ply, .spz or .splat"));
+  EXPECT_THAT(Unwrapped(convert), HasSubstr(".ply, .compressed.ply, .spz, .splat, .sog or .glb"));
   EXPECT_EQ(CountFlags(convert), 6);
 }
 

@@ -15,10 +15,13 @@ TEST(SplatFile, TheExtensionSaysHowItIsWritten) {
   for (const auto& [name, beginning] : {std::pair<const char*, const char*>{"a.ply", "element vertex"},
                                         {"a.spz", "NGSP"},
                                         {"a.compressed.ply", "element chunk"},
+                                        {"a.sog", "PK"},
+                                        {"a.glb", "glTF"},
                                         {"B.Compressed.PLY", "element chunk"},
                                         {"B.SPZ", "NGSP"}}) {
     WriteSplat(folder / name, model);
     EXPECT_THAT(ReadBytes(folder / name), testing::HasSubstr(beginning));
+    if (std::string_view(name) == "a.glb") continue;  // not read
     const SplatModel again = ReadSplat(folder / name);
     EXPECT_EQ(again.count, 10);
     EXPECT_EQ(again.sh_degree, 2);
@@ -35,7 +38,7 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
   const TempFolder folder;
   const SplatModel model = RandomSplat(1, 10);
   const std::string path = folder / "no_extension";
-  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply"}) {
+  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply", "a.sog"}) {
     WriteSplat(folder / name, model);
     std::filesystem::copy_file(folder / name, path, std::filesystem::copy_options::overwrite_existing);
     EXPECT_EQ(ReadSplat(path).data, ReadSplat(folder / name).data);
@@ -45,6 +48,9 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
                                            {"a table", kBadFile, ".ksplat"},
                                            {Gzip("ply\nformat ascii 1.0\n", ""), kBadFile, ".ply"},
                                            {"\x1f\x8b", kBadFile, ""},
+                                           {"PK", kBadFile, ""},
+                                           {" {}", kBadFile, ".sog"},
+                                           {"glTF", kUnsupported, ".glb"},
                                            {kWithoutY, kBadFile, "y"}}) {
     WriteBytes(path, bytes);
     EXPECT_THAT([&] { ReadSplat(path); }, ThrowsError(code, path, token));
@@ -66,7 +72,7 @@ TEST(SplatFile, TellsWhatIsBesideTheGaussians) {
   model.background = {1, 0.5f, 0.1f};
   model.eps2d = 0.1;
   model.origin = {448262.5, -5411932.0625, 1.0 / 3};
-  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply"}) {
+  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply", "a.sog"}) {
     WriteSplat(folder / name, model);
     const SplatModel again = ReadSplat(folder / name);
     EXPECT_TRUE(again.has_background) << name;
