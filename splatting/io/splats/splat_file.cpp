@@ -55,7 +55,7 @@ bool HasExtension(std::string_view path, std::string_view extension) {
                                                       [&](char wanted, char c) { return wanted == lower(c); });
 }
 
-SplatModel ReadAnyPly(const std::string& path, std::string bytes, Notes notes) {
+SplatModel ReadAnyPly(const std::string& path, std::string& bytes, Notes notes) {
   const PlyFile file(path, std::move(bytes));
   return IsCompressedPly(file) ? ReadCompressedPly(file, notes) : ReadSplatPly(file, notes);
 }
@@ -67,17 +67,20 @@ bool IsPly(std::string_view bytes) { return bytes.starts_with("ply\n") || bytes.
 constexpr struct {
   const char* names;
   bool (*recognises)(std::string_view path, std::string_view bytes);
-  SplatModel (*read)(const std::string& path, std::string bytes, Notes notes);
+  SplatModel (*read)(const std::string& path, std::string& bytes, Notes notes);  // may move the bytes
 } kReaders[] = {
     {".ply, .compressed.ply", [](std::string_view, std::string_view bytes) { return IsPly(bytes); }, ReadAnyPly},
     {".spz", [](std::string_view, std::string_view bytes) { return IsSpz(bytes); },
-     [](const std::string& path, std::string bytes, Notes notes) { return ReadSpz(path, bytes, notes); }},
+     [](const std::string& path, std::string& bytes, Notes notes) { return ReadSpz(path, bytes, notes); }},
     {".sog", [](std::string_view, std::string_view bytes) { return IsSog(bytes); },
-     [](const std::string& path, std::string bytes, Notes notes) { return ReadSog(path, bytes, notes); }},
+     [](const std::string& path, std::string& bytes, Notes notes) { return ReadSog(path, bytes, notes); }},
     // Formats without a magic number follow. Their extension decides.
-    {".ksplat", [](std::string_view path, std::string_view) { return HasExtension(path, ".ksplat"); }, ReadKsplat},
+    {".ksplat", [](std::string_view path, std::string_view) { return HasExtension(path, ".ksplat"); },
+     [](const std::string& path, std::string& bytes, Notes notes) {
+       return ReadKsplat(path, std::move(bytes), notes);
+     }},
     {".splat", [](std::string_view path, std::string_view) { return HasExtension(path, ".splat"); },
-     [](const std::string& path, std::string bytes, Notes notes) { return ReadAntimatterSplat(path, bytes, notes); }},
+     [](const std::string& path, std::string& bytes, Notes notes) { return ReadAntimatterSplat(path, bytes, notes); }},
 };
 
 constexpr struct {
@@ -172,7 +175,7 @@ SplatModel ReadSplat(const std::string& path, std::vector<std::string>* notes) {
     Fail(kUnsupported, "{}: .glb is not read, only written; use the splat from which it was made", path);
   }
   for (const auto& format : kReaders) {
-    if (format.recognises(path, bytes)) return format.read(path, std::move(bytes), notes);
+    if (format.recognises(path, bytes)) return format.read(path, bytes, notes);
   }
   Fail(kBadFile, "{}: not a splat in a format that vesta reads ({}); export it in one of them", path, NamesOfReaders());
 }
