@@ -30,6 +30,7 @@ constexpr Target kTargets[] = {{"bal", FuzzBal},
                                {"nerf", FuzzNerf},
                                {"operators", FuzzOperators},
                                {"point_ply", FuzzPointPly},
+                               {"sog", FuzzSog},
                                {"splat_ply", FuzzSplatPly},
                                {"spz", FuzzSpz}};
 

@@ -18,6 +18,7 @@ void FuzzG2o(std::string_view bytes);
 void FuzzImage(std::string_view bytes);  // JPEG, or PNG with any checksums
 void FuzzNerf(std::string_view bytes);   // transforms.json
 void FuzzPointPly(std::string_view bytes);
+void FuzzSog(std::string_view bytes);  // meta.json in a line, then its images; or a zip archive
 void FuzzSplatPly(std::string_view bytes);
 void FuzzSpz(std::string_view bytes);  // uncompressed, after an optional line "vesta..." for the comment; or compressed
 
