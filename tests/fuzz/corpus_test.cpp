@@ -32,6 +32,7 @@ constexpr Target kTargets[] = {{"antimatter_splat", FuzzAntimatterSplat},
                                {"nerf", FuzzNerf},
                                {"operators", FuzzOperators},
                                {"point_ply", FuzzPointPly},
+                               {"sog", FuzzSog},
                                {"splat_ply", FuzzSplatPly},
                                {"spz", FuzzSpz},
                                {"spz_streams", FuzzSpzStreams}};

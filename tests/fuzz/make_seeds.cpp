@@ -6,12 +6,15 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "apps/training/checkpointing.h"
 #include "splatting/io/bytes/bytes.h"
+#include "splatting/io/bytes/zip.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/compressed_ply.h"
 #include "splatting/io/splats/ply.h"
+#include "splatting/io/splats/sog.h"
 #include "splatting/io/splats/splat_file.h"
 #include "splatting/io/splats/spz.h"
 #include "splatting/train/lm_stage/lm_solve.h"
@@ -49,6 +52,27 @@ std::string Unzipped(const std::string& zipped) {
   return bytes;
 }
 
+// The files of a .sog in the form of its target. Codebooks are cut to the numbers that are used.
+std::string SogParts(const std::string& bundle) {
+  const gs::ZipReader reader("seed", bundle);
+  nlohmann::json meta = nlohmann::json::parse(reader.Read("meta.json"));
+  std::string images;
+  int number = 0;
+  for (const char* property : {"means", "quats", "scales", "sh0", "shN"}) {
+    if (!meta.contains(property)) continue;
+    for (nlohmann::json& file : meta[property]["files"]) {
+      images += reader.Read(file.get<std::string>());
+      file = std::to_string(number++);
+    }
+    if (meta[property].contains("codebook")) {
+      nlohmann::json& codebook = meta[property]["codebook"];
+      while (codebook.size() > 1 && codebook.back() == codebook[codebook.size() - 2])
+        codebook.erase(codebook.size() - 1);
+    }
+  }
+  return meta.dump() + "\n" + images;
+}
+
 void SplatSeeds(const ScratchFolder& scratch, const std::string& corpus) {
   for (const char* folder : {"/splat_ply", "/compressed_ply"}) std::filesystem::create_directories(corpus + folder);
   for (int degree = 0; degree <= 3; ++degree) {
@@ -62,6 +86,10 @@ void SplatSeeds(const ScratchFolder& scratch, const std::string& corpus) {
     const std::string name = "degree" + std::to_string(degree);
     gs::WriteSplatPly(corpus + "/splat_ply/" + name + ".ply", model);
     gs::WriteCompressedPly(corpus + "/compressed_ply/" + name + ".ply", model);
+    gs::WriteSog(scratch / "seed.sog", model);
+    const std::string bundle = scratch.Read("seed.sog");
+    WriteSeed(corpus + "/sog/" + name, SogParts(bundle));
+    if (degree == 0) WriteSeed(corpus + "/sog/bundle.sog", bundle);
     gs::WriteSpz(scratch / "seed.spz", model);
     WriteSeed(corpus + "/spz_streams/" + name, scratch.Read("seed.spz"));
     gs::WriteSpz(scratch / "seed.spz", model, gs::kUniversalSpz);

@@ -20,6 +20,7 @@ void FuzzImage(std::string_view bytes);   // JPEG, or PNG with any checksums
 void FuzzKsplat(std::string_view bytes);  // without the unused bytes of the headers
 void FuzzNerf(std::string_view bytes);    // transforms.json
 void FuzzPointPly(std::string_view bytes);
+void FuzzSog(std::string_view bytes);  // meta.json in a line, then its images; or a zip archive
 void FuzzSplatPly(std::string_view bytes);
 void FuzzSpz(std::string_view bytes);  // uncompressed, after an optional line "vesta..." for the comment; or compressed
 void FuzzSpzStreams(std::string_view bytes);  // version 4
