@@ -342,7 +342,7 @@ void WriteCompressedPly(const std::string& path, const SplatModel& in_any_order)
   const int rest = ShCoefficients(model.sh_degree) - 1;
 
   std::string header = "ply\nformat binary_little_endian 1.0\n";
-  for (const std::string& comment : SplatComments(model)) header += fmt::format("comment {}\n", comment);
+  for (const std::string& comment : PlyComments(model)) header += fmt::format("comment {}\n", comment);
   header += fmt::format("element chunk {}\n", chunks);
   for (const BoundName& bound : kBounds) header += fmt::format("property float {}\n", bound.name);
   header += fmt::format("element vertex {}\n", count);

@@ -128,7 +128,7 @@ std::string Describe(const SplatModel& model, const std::vector<GlbAttribute>& a
     accessors[0]["max"].push_back(std::max(sign * *least, sign * *greatest));
   }
   json asset = {{"version", "2.0"}, {"generator", "vesta"}};
-  const std::vector<std::string> comments = SplatComments(model);
+  const std::vector<std::string> comments = PlyComments(model);
   if (!comments.empty()) asset["extras"] = {{"vesta", comments}};
   const json extension = {{"kernel", "ellipse"},
                           {"colorSpace", "srgb_rec709_display"},

@@ -143,7 +143,7 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
               model.data.size(), model.count, model.sh_degree);
   const std::vector<FileColumn> columns = FileColumns(model.sh_degree);
   std::string header = "ply\nformat binary_little_endian 1.0\n";
-  for (const std::string& comment : SplatComments(model)) header += fmt::format("comment {}\n", comment);
+  for (const std::string& comment : PlyComments(model)) header += fmt::format("comment {}\n", comment);
   header += fmt::format("element vertex {}\n", model.count);
   for (const FileColumn& column : columns) header += fmt::format("property float {}\n", column.property);
   header += "end_header\n";

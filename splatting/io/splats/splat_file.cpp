@@ -190,11 +190,16 @@ std::vector<std::string> SplatComments(const SplatModel& model) {
   std::vector<std::string> comments;
   const auto& [r, g, b] = model.background;
   const auto& [x, y, z] = model.origin;
-  if (model.antialiased) comments.emplace_back(kAntialiased);
   if (model.has_background) comments.push_back(fmt::format("{} {} {} {}", kBackground, r, g, b));
   if (model.origin != std::array<double, 3>{}) comments.push_back(fmt::format("{} {} {} {}", kOrigin, x, y, z));
   VESTA_CHECK(splat::IsValidEps2d(model.eps2d), "a splat with eps2d of {} pixels^2", model.eps2d);
   if (model.eps2d != splat::kEps2d) comments.push_back(fmt::format("{} {}", kEps2d, model.eps2d));
+  return comments;
+}
+
+std::vector<std::string> PlyComments(const SplatModel& model) {
+  std::vector<std::string> comments = SplatComments(model);
+  if (model.antialiased) comments.insert(comments.begin(), std::string(kAntialiased));
   return comments;
 }
 

@@ -41,13 +41,14 @@ void CheckSplatExtension(const std::string& path);
 
 // Comment lines of a splat:
 // "vesta background R G B": the background colour in training;
-// "SplatRenderMode: mip": trained with compensated opacities (SplatModel::antialiased);
 // "vesta eps2d H": the 2D dilation in pixels^2 for rendering, unless it is the default;
 // "vesta origin X Y Z": the world point that is the origin of the means, unless it is zero.
 std::vector<std::string> SplatComments(const SplatModel& model);
+// The same for formats that have no flag for SplatModel::antialiased, with "SplatRenderMode: mip" if it is true.
+std::vector<std::string> PlyComments(const SplatModel& model);
 
-// Sets background, eps2d and origin from these lines; ignores others. Throws Error, with the file, if numbers are
-// missing or invalid.
+// Sets background, eps2d and origin from these lines, and antialiased if the line is there; ignores others. Throws
+// Error, with the file, if numbers are missing or invalid.
 void ReadSplatComments(const std::string& path, const std::vector<std::string>& comments, SplatModel* model);
 
 }  // namespace vesta::gs
