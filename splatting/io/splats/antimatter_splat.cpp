@@ -66,7 +66,8 @@ void WriteAntimatterSplat(const std::string& path, const SplatModel& model, std:
         fmt::format("{}: .splat has no SH bands above 0; bands 1 to {} are left out", path, model.sh_degree));
   }
   if (notes != nullptr && !PlyComments(model).empty()) {
-    notes->push_back(fmt::format("{}: .splat stores neither background, origin nor eps2d; they are left out", path));
+    notes->push_back(
+        fmt::format("{}: .splat stores no background, origin, eps2d or antialiasing; they are left out", path));
   }
   std::vector<SplatRow> rows(static_cast<std::size_t>(model.count));
   ParallelForChunks(model.count, 1024, [&](Index begin, Index end) {
