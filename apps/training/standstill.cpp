@@ -40,8 +40,7 @@ std::string StandstillNote(const gs::Scene& scene, const std::vector<gs::History
   const std::vector<std::string> reasons = ReasonsFor(scene, refined);
   return fmt::format(
       "the test PSNR stands still ({:.2f} dB after {} iterations, {:.2f} dB now), while the training PSNR rises "
-      "({:.2f} "
-      "to {:.2f} dB): the splat fits only the training views{}{}",
+      "({:.2f} to {:.2f} dB): the splat fits only the training views{}{}",
       before.test.psnr, before.iteration, now.test.psnr, before.train.psnr, now.train.psnr,
       reasons.empty() ? "" : ". Possible reasons: ", fmt::join(reasons, "; "));
 }

@@ -16,7 +16,7 @@ namespace vesta::gs {
 //   OPACITY            0..1
 //   SH_DEGREE_l_COEF_n all SH coefficients
 //   COLOR_0            colour of degree 0 and opacity in bytes, for programs without the extension
-// The colours are those of the photographs: sRGB. vesta's comments (SplatComments) are in "extras" of the asset. Throws
+// The colours are those of the photographs: sRGB. The comments (PlyComments) are in "extras" of the asset. Throws
 // Error, with the file, if a value is not finite or the file would exceed 4 GiB.
 void WriteGlb(const std::string& path, const SplatModel& model);
 
