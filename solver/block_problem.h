@@ -28,6 +28,8 @@
 namespace vesta {
 
 class BlockNormalMatrix;
+class Couplings;
+class ReducedMatrixPlan;
 class SparseCholesky;
 enum class ExceededLimit;
 
@@ -67,7 +69,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
     // Creates the caller's own preconditioner, used for PreconditionerKind::kAuto and kProblem. If empty,
     // MakePreconditioner chooses one.
     std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
-    // Largest size of the sparse Cholesky factor, in GiB; > 0.
+    // Largest size of a sparse Cholesky factor, and of the Schur complement with the data that form it, in GiB; > 0.
     double max_factor_gib = 4;
     // For residual blocks whose Jacobian is zero for most of their parameter blocks, if these zero blocks change with
     // x. Uses the sparse Cholesky factor, planned again in each linearization without the zero blocks. No parameter
@@ -220,13 +222,21 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   void Changed();
   const BlockStructure& Structure() const;
   BlockNormalMatrix& NormalMatrix() const;
-  // Lower bound on the operation counts of a sparse Cholesky factor. Does not plan the factorisation.
+  const Couplings& EliminatedCouplings() const;
+  // Lower bound on the operation counts of a sparse Cholesky factor of H. Does not plan the factorisation.
   StepCounts::Factor LeastFactor() const;
   // max_factor_gib in bytes. Throws Error if it is not positive.
   double MaxFactorBytes() const;
   // Plans the sparse Cholesky factorisation. Returns null if the factor would exceed max_factor_gib or need more than
   // max_multiplications. In this case, the function sets `exceeded`, if not null, to the limit that would be exceeded.
   std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications, ExceededLimit* exceeded = nullptr) const;
+  // Plans the Cholesky factor of the reduced system. Returns null if PCG with Schur-Jacobi is preferred
+  // (FactorBeatsIterations). If `always` is true, it plans even a slow factor, and throws Error if the factor would
+  // exceed max_factor_gib.
+  std::shared_ptr<ReducedMatrixPlan> PlanReduced(bool always);
+  // Returns the plan. Throws Error that max_factor_gib is too small if it is null.
+  template <class Plan>
+  std::shared_ptr<Plan> Planned(std::shared_ptr<Plan> plan) const;
   // Work memory for evaluating one residual block, reused for the next.
   struct Scratch {
     std::vector<const double*> arguments;
@@ -280,6 +290,9 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   // The structure of H = J^T J, the plan of its Cholesky factor, and the memory of both. All linearizations share them.
   mutable std::shared_ptr<BlockNormalMatrix> normal_matrix_;
   std::shared_ptr<SparseCholesky> cholesky_;
+  // The same for the reduced system.
+  mutable std::shared_ptr<const Couplings> couplings_;
+  std::shared_ptr<ReducedMatrixPlan> reduced_matrix_;
   std::optional<StepCounts> counts_;
 };
 

@@ -19,7 +19,7 @@ namespace vesta {
 // Split the tangent space into kept parameters (the first size() entries) and eliminated ones (the rest). Then
 //   H + lambda D = [B E; E^T C],  C block diagonal.
 // The operator is y = S x with S = B - E C^-1 E^T; x and y have one entry per kept parameter. WithReducedSystem creates
-// it from a linearization, which must outlive it. SetDamping is called before all other functions.
+// it from a linearization, which must outlive it. SetDamping is called before all other functions except PlanFactor.
 template <Backend B>
 class ReducedSystem : public LinearOperator<B> {
  public:
@@ -46,10 +46,14 @@ class ReducedSystem : public LinearOperator<B> {
   virtual std::vector<BlockGroup> kept_groups() const = 0;
   // Overwrites diagonal, made from kept_groups(), with the diagonal blocks of S, damping included.
   virtual void DiagonalBlocks(BlockDiagonal<B>& diagonal) = 0;
+  // Decides whether Factorize is the preconditioner, and prepares it. Called at most once, before SetDamping. Returns
+  // false if this system has no factor, or prefers Schur-Jacobi. always: use the factor even if it is slow; throws
+  // Error if it is then too large.
+  virtual bool PlanFactor(bool /*always*/) { return false; }
   // Returns a preconditioner that approximates S^-1 for the current damping better than the diagonal blocks do. Valid
-  // until the next SetDamping. Null if Schur-Jacobi is faster.
+  // until the next SetDamping. Called only if PlanFactor returned true.
   virtual LinearOperator<B>* Factorize() { return nullptr; }
-  // Description of the preconditioner from Factorize, for reports. Empty if Factorize returns null.
+  // Description of the preconditioner from Factorize, for reports; called after PlanFactor.
   virtual std::string factor_description() const { return ""; }
 };
 

@@ -71,7 +71,7 @@ def app_rooms():
         "reconstruct": "cli",
         "report": "cli inputs settings",
         "viewer": "cli inputs report",
-        "training": "cli device inputs settings report viewer",
+        "training": "cli device doctor inputs settings report viewer",
         "commands": "cli device inputs settings usage render doctor reconstruct report viewer training",
     }
     return {"apps/" + room: ["apps/" + below for below in lower.split()] + base for room, lower in rooms.items()}
@@ -102,6 +102,7 @@ ALLOWED = {
     INTERNAL + "/normal_equations": [INTERNAL + "/linear", *CONTRACT, *KERNELS],
     INTERNAL + "/trust_region": KERNELS,
     INTERNAL + "/blocks": [INTERNAL + "/linear", INTERNAL + "/normal_equations", *CONTRACT, *KERNELS],
+    INTERNAL + "/reduced": [INTERNAL + "/blocks", INTERNAL + "/linear", INTERNAL + "/sparse_cholesky", *CONTRACT, *KERNELS],
     INTERNAL + "/sparse_cholesky": [INTERNAL + "/blocks", INTERNAL + "/linear", INTERNAL + "/normal_equations",
                                     *CONTRACT, *KERNELS],
     "solver/distributed": ["solver", "kernels/ranks", *KERNELS],

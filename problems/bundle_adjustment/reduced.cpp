@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problems/bundle_adjustment/reduced.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -24,6 +22,22 @@ constexpr double kMultiplicationsPerEntry = 1000;
 
 std::vector<BlockGroup> PointBlocks(Index num_points) { return {{kPointSize, num_points, 0, 1, kPointSize}}; }
 
+// Copies the blocks of a matrix, laid out as for SymmetricProduct (kernels.h), to a BlockMatrix with the same pattern.
+void CopyBlocks(const ReducedPattern& pattern, const double* blocks, BlockMatrix& matrix) {
+  const std::vector<Index>& block_of_pair = matrix.pattern().block_of_pair();
+  ParallelFor(pattern.row_first.size() - 1, 16, [&](Index i) {
+    for (Index k = pattern.row_first[i]; k < pattern.row_first[i + 1]; ++k) {
+      const double* from = blocks + kBlockSize * k;
+      // The numbering of pairs omits the diagonal block, which is the first block of each row.
+      double* to = pattern.column[k] == i ? matrix.diagonal(i)
+                                          : matrix.block(block_of_pair[static_cast<std::size_t>(k - i - 1)]);
+      for (int r = 0; r < kCameraSize; ++r) {
+        for (int c = 0; c < kCameraSize; ++c) to[kCameraSize * c + r] = from[kRowSize * r + kPointSize + c];
+      }
+    }
+  });
+}
+
 }  // namespace
 
 std::shared_ptr<ReducedCholeskyPlan> ReducedCholeskyPlan::Make(const ReducedPattern& pattern) {
@@ -41,29 +55,6 @@ std::shared_ptr<ReducedCholeskyPlan> ReducedCholeskyPlan::Make(const ReducedPatt
   const auto entries = static_cast<double>(pattern.column.size()) * kCameraSize * kCameraSize;
   plan->cholesky_ = SparseCholesky::Plan(*plan->pattern_, kMaxBytes, kMultiplicationsPerEntry * entries);
   return plan->cholesky_ ? plan : nullptr;
-}
-
-std::string ReducedCholeskyPlan::description() const {
-  return fmt::format("sparse Cholesky of {:.1f} MiB", cholesky_->bytes() / 0x1p20);
-}
-
-ReducedCholesky::ReducedCholesky(const ReducedCholeskyPlan& plan)
-    : matrix_(plan.pattern_), no_damping_(plan.pattern_->num_scalars()), factor_(plan.cholesky_->Factor()) {}
-
-void ReducedCholesky::Factorize(const ReducedPattern& pattern, const double* blocks) {
-  const std::vector<Index>& block_of_pair = matrix_.pattern().block_of_pair();
-  ParallelFor(pattern.row_first.size() - 1, 16, [&](Index i) {
-    for (Index k = pattern.row_first[i]; k < pattern.row_first[i + 1]; ++k) {
-      const double* from = blocks + kBlockSize * k;
-      // The numbering of pairs omits the diagonal block, which is the first block of each row.
-      double* to = pattern.column[k] == i ? matrix_.diagonal(i)
-                                          : matrix_.block(block_of_pair[static_cast<std::size_t>(k - i - 1)]);
-      for (int r = 0; r < kCameraSize; ++r) {
-        for (int c = 0; c < kCameraSize; ++c) to[kCameraSize * c + r] = from[kRowSize * r + kPointSize + c];
-      }
-    }
-  });
-  factor_->Factorize(matrix_, 0.0, no_damping_);
 }
 
 template <class S>
@@ -222,8 +213,9 @@ template <class S>
 LinearOperator<Cpu>* BundleReducedSystem<S>::Factorize() {
   if (!context_.cholesky) return nullptr;
   FormBlocks();
-  if (!factor_) factor_.emplace(*context_.cholesky);
-  factor_->Factorize(context_.pattern, blocks_.data());
+  if (!factor_) factor_.emplace(context_.cholesky->MakeMatrix());
+  CopyBlocks(context_.pattern, blocks_.data(), factor_->matrix());
+  factor_->Factorize();
   return &*factor_;
 }
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "problems/bundle_adjustment/context.h"
-#include "solver/internal/sparse_cholesky/block_cholesky.h"
+#include "solver/internal/sparse_cholesky/factored_matrix.h"
 #include "solver/linear_operator.h"
 #include "solver/reduced_system.h"
 
@@ -22,33 +22,14 @@ class ReducedCholeskyPlan {
   // than about a hundred products with the matrix. (PCG with the diagonal blocks usually needs fewer products.)
   static std::shared_ptr<ReducedCholeskyPlan> Make(const ReducedPattern& pattern);
 
-  std::string description() const;
+  std::string description() const { return cholesky_->description(); }
+  FactoredMatrix MakeMatrix() const { return {pattern_, *cholesky_}; }
 
  private:
-  friend class ReducedCholesky;
   ReducedCholeskyPlan() = default;
 
   std::shared_ptr<const BlockPattern> pattern_;  // of the lower triangle; the reduced matrix stores the upper one
   std::shared_ptr<SparseCholesky> cholesky_;
-};
-
-// A Cholesky factor of the reduced matrix as a preconditioner. PCG then takes one or two iterations at any problem
-// size.
-class ReducedCholesky final : public LinearOperator<CpuBackend<double>> {
- public:
-  using B = CpuBackend<double>;
-  explicit ReducedCholesky(const ReducedCholeskyPlan& plan);
-
-  // Factorises the matrix with these blocks, laid out as for SymmetricProduct (kernels.h). `pattern` must be the plan's
-  // pattern.
-  void Factorize(const ReducedPattern& pattern, const double* blocks);
-  Index size() const override { return matrix_.size(); }
-  void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
-
- private:
-  BlockMatrix matrix_;
-  HostBuffer<double> no_damping_;  // zero: the blocks already include the damping
-  std::shared_ptr<BlockCholesky> factor_;
 };
 
 // Nine consecutive parameters per camera.
@@ -71,6 +52,7 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   void BackSubstitute(ConstVectorView rhs, VectorView step) override;
   std::vector<BlockGroup> kept_groups() const override { return {CameraBlocks(structure_)}; }
   void DiagonalBlocks(BlockDiagonal<Cpu>& blocks) override;
+  bool PlanFactor(bool /*always*/) override { return context_.cholesky != nullptr; }
   LinearOperator<Cpu>* Factorize() override;
   std::string factor_description() const override;
 
@@ -99,7 +81,7 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   HostBuffer<double> blocks_;  // blocks of the matrix, in the order of the pattern
   std::vector<Index> row_chunks_;
   std::optional<CameraSums> row_sums_;
-  std::optional<ReducedCholesky> factor_;
+  std::optional<FactoredMatrix> factor_;
   bool formed_ = false;  // true if blocks_ is valid for the current damping
 };
 

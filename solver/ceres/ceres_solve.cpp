@@ -157,8 +157,10 @@ LmOptions FromCeres(const ceres::Solver::Options& from) {
       system.preconditioner = from.preconditioner_type == ceres::IDENTITY ? PreconditionerKind::kIdentity
                                                                           : PreconditionerKind::kBlockJacobi;
       break;
+    case ceres::DENSE_SCHUR:
+    case ceres::SPARSE_SCHUR:
     case ceres::SPARSE_NORMAL_CHOLESKY:
-      system.linear_solver = LinearSolverKind::kPcg;
+      system.linear_solver = UsesSparseCholesky(from) ? LinearSolverKind::kPcg : LinearSolverKind::kAuto;
       system.preconditioner = PreconditionerKind::kSparseCholesky;
       // Solve to rounding, like a direct solver. The second test ends solves whose rounding error exceeds the first.
       system.pcg.relative_tolerance = 1e-10;
@@ -193,10 +195,7 @@ std::vector<std::string> IgnoredOptions(const ceres::Solver::Options& options) {
   note(options.linear_solver_ordering != nullptr, "linear_solver_ordering",
        "the group to eliminate is found automatically");
   changed(&Options::use_explicit_schur_complement, "use_explicit_schur_complement",
-          "the Schur complement is never formed");
-  note(options.linear_solver_type == ceres::DENSE_SCHUR || options.linear_solver_type == ceres::SPARSE_SCHUR,
-       "linear_solver_type = DENSE_SCHUR or SPARSE_SCHUR",
-       "kAuto chooses the solver, and steps may be inexact; SPARSE_NORMAL_CHOLESKY factorises");
+          "DENSE_SCHUR and SPARSE_SCHUR form the Schur complement");
   const bool iterative =
       options.linear_solver_type == ceres::CGNR || options.linear_solver_type == ceres::ITERATIVE_SCHUR;
   note(iterative && options.preconditioner_type != ceres::IDENTITY && options.preconditioner_type != ceres::JACOBI &&

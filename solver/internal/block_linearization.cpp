@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kernels/core/parallel.h"
-#include "solver/internal/blocks/block_reduced_system.h"
 #include "solver/internal/evaluation_faults.h"
+#include "solver/internal/reduced/block_reduced_system.h"
 #include "solver/internal/sparse_cholesky/block_matrix.h"
 
 namespace vesta {
@@ -17,7 +17,7 @@ namespace {
 constexpr Index kGrain = 64;
 }
 
-BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstVectorView x)
+BlockLinearization::BlockLinearization(BlockProblem& problem, ConstVectorView x)
     : problem_(problem),
       memory_(problem.memory_),
       jacobian_(problem.Structure(), std::move(memory_.jacobian)),
@@ -96,7 +96,8 @@ const BlockMatrix& BlockLinearization::NormalMatrix() {
 
 std::unique_ptr<ReducedSystem<BlockLinearization::B>> BlockLinearization::MakeReducedSystem() {
   if (jacobian_.structure().num_kept() == jacobian_.structure().num_tangent()) return nullptr;
-  return std::make_unique<BlockReducedSystem>(jacobian_);
+  return std::make_unique<BlockReducedSystem>(jacobian_, problem_.EliminatedCouplings(),
+                                              [this](bool always) { return problem_.PlanReduced(always); });
 }
 
 }  // namespace vesta

@@ -22,7 +22,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
   // Evaluates all residuals and Jacobians at x. Multiplies the Jacobians by the derivatives of the manifolds, and
   // corrects residuals and Jacobians for the losses (LossCorrection). The problem must outlive this object, and must
   // not change while this object exists.
-  BlockLinearization(const BlockProblem& problem, ConstVectorView x);
+  BlockLinearization(BlockProblem& problem, ConstVectorView x);
   ~BlockLinearization() override { memory_ = {jacobian_.TakeStorage(), std::move(residuals_), std::move(product_)}; }
 
   Index num_residuals() const override { return residuals_.size(); }
@@ -43,7 +43,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>,
   // The same for one residual block, with index `row`.
   void EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index row, Scratch& scratch);
 
-  const BlockProblem& problem_;
+  BlockProblem& problem_;
   BlockProblem::LinearizationMemory& memory_;  // owned by the problem
   BlockJacobian jacobian_;
   B::Vector residuals_;                               // corrected for the losses, like the Jacobian

@@ -13,8 +13,6 @@
 #include "solver/internal/block_linearization.h"
 #include "solver/internal/blocks/block_structure.h"
 #include "solver/internal/evaluation_faults.h"
-#include "solver/internal/sparse_cholesky/block_cholesky.h"
-#include "solver/internal/sparse_cholesky/block_matrix.h"
 
 namespace vesta {
 
@@ -26,6 +24,8 @@ void BlockProblem::Changed() {
   structure_.reset();
   normal_matrix_.reset();
   cholesky_.reset();
+  couplings_.reset();
+  reduced_matrix_.reset();
   counts_.reset();
 }
 
@@ -154,113 +154,6 @@ std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVec
   CheckSize(x);
   if (options_.evaluation_callback) options_.evaluation_callback(x, true);
   return std::make_unique<BlockLinearization>(*this, x);
-}
-
-std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
-  if (options_.make_preconditioner) return options_.make_preconditioner();
-  if (options_.dynamic_sparsity) return MakeSparseCholesky();
-  const StepCounts& counts = *CountSteps(false);
-  if (!counts.factor) {
-    return std::make_unique<BlockJacobiPreconditioner<B>>(
-        counts.factor_too_large
-            ? fmt::format(" (a sparse Cholesky factor would exceed {} GiB)", options_.max_factor_gib)
-            : fmt::format(" (a sparse Cholesky factor would be slower: {})", SlowFactor(counts)));
-  }
-  const double cost = IterationsCost(counts);
-  const std::string why = fmt::format(
-      " ({}{})", FactorBeatsIterations(counts) && FactorCost(*counts.factor, counts) > cost ? "no fill, " : "",
-      CompareFactorCost(counts, DescribeIterations(counts), cost));
-  if (FactorBeatsIterations(counts)) return std::make_unique<SparseCholeskyPreconditioner>(cholesky_, why);
-  return std::make_unique<BlockJacobiPreconditioner<B>>(" (a sparse Cholesky factor" + why + ")");
-}
-
-StepCounts::Factor BlockProblem::LeastFactor() const {
-  const BlockStructure& structure = Structure();
-  StepCounts::Factor least{.sums = BlockNormalMatrix::Multiplications(structure)};
-  // Each eliminated block is a front. It passes to its parent a matrix over the kept blocks that it shares residuals
-  // with.
-  std::vector<int> last_user(structure.free_blocks().size(), -1);
-  for (int e = structure.num_kept_blocks(); e < static_cast<int>(structure.free_blocks().size()); ++e) {
-    double below = 0;
-    for (const BlockUse& use : structure.uses(e)) {
-      for (const BlockCell& cell : structure.cells(structure.rows()[static_cast<std::size_t>(use.row)])) {
-        if (std::exchange(last_user[static_cast<std::size_t>(cell.free)], e) != e)
-          below += cell.free == e ? 0 : cell.size;
-      }
-    }
-    least.updates += below * below;
-    least.fronts += 1;
-  }
-  return least;
-}
-
-const StepCounts* BlockProblem::CountSteps(bool eliminating) {
-  if (options_.make_preconditioner || options_.dynamic_sparsity) return nullptr;
-  const BlockStructure& structure = Structure();
-  const bool reduced = eliminating && structure.num_kept() < structure.num_tangent();
-  if (counts_ && counts_->reduced == reduced) return &*counts_;
-  counts_.emplace(
-      StepCounts{.residuals = static_cast<double>(structure.num_residuals()),
-                 .columns = static_cast<double>(structure.num_tangent()),
-                 .entries = static_cast<double>(structure.num_values()),
-                 .reduced = reduced,
-                 .system_columns = static_cast<double>(reduced ? structure.num_kept() : structure.num_tangent()),
-                 .hops = static_cast<double>(LongestDistanceLowerBound(structure))});
-  const StepCounts::Factor least = LeastFactor();
-  const double allowed = MaxFactorMultiplications(*counts_, least);
-  if (!cholesky_ && allowed > 0) {
-    ExceededLimit exceeded = ExceededLimit::kNone;
-    cholesky_ = PlanCholesky(allowed, &exceeded);
-    counts_->factor_too_large = exceeded == ExceededLimit::kFactorValues;
-  }
-  if (cholesky_) {
-    const EliminationPlan& plan = cholesky_->plan();
-    counts_->factor = {.sums = least.sums,
-                       .multiplications = plan.multiplications,
-                       .values = plan.factor_values,
-                       .updates = plan.update_values,
-                       .fronts = static_cast<double>(plan.fronts.size())};
-  }
-  return &*counts_;
-}
-
-std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakeSparseCholesky() {
-  const auto planned = [this](std::shared_ptr<SparseCholesky> plan) {
-    if (!plan) {
-      Fail(kOutOfMemory,
-           "preconditioner = {}: the factor would be larger than max_factor_gib = {}; raise it or choose kBlockJacobi",
-           ToString(PreconditionerKind::kSparseCholesky), options_.max_factor_gib);
-    }
-    return plan;
-  };
-  if (options_.dynamic_sparsity) {
-    return std::make_unique<SparseCholeskyPreconditioner>([this, planned](const BlockPattern& pattern) {
-      return planned(SparseCholesky::Plan(pattern, MaxFactorBytes()));
-    });
-  }
-  if (!cholesky_) cholesky_ = planned(PlanCholesky(std::numeric_limits<double>::infinity()));
-  return std::make_unique<SparseCholeskyPreconditioner>(cholesky_);
-}
-
-BlockNormalMatrix& BlockProblem::NormalMatrix() const {
-  if (!normal_matrix_) normal_matrix_ = std::make_shared<BlockNormalMatrix>(Structure());
-  return *normal_matrix_;
-}
-
-double BlockProblem::MaxFactorBytes() const {
-  if (!(options_.max_factor_gib > 0)) {
-    Fail(kBadArgument, "max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
-  }
-  return options_.max_factor_gib * 0x1p30;
-}
-
-std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplications, ExceededLimit* exceeded) const {
-  const double max_bytes = MaxFactorBytes();
-  if (BlockNormalMatrix::Bytes(Structure()) > max_bytes) {
-    if (exceeded) *exceeded = ExceededLimit::kFactorValues;
-    return nullptr;
-  }
-  return SparseCholesky::Plan(NormalMatrix().pattern(), max_bytes, max_multiplications, exceeded);
 }
 
 void BlockProblem::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {

@@ -69,7 +69,7 @@ struct Calibration {
   B::Vector x;
 };
 
-// Points observed from three consecutive stations each, on a long street or in a small square.
+// Points observed from consecutive stations each, on a street, or from random stations.
 struct Sighting {
   double seen;
   template <class T>
@@ -77,7 +77,8 @@ struct Sighting {
     for (int i = 0; i < 2; ++i) r[i] = point[i] - station[i] - T(seen);
   }
 };
-void Street(BlockProblem& problem, int stations, int points, int seen_by) {
+void Street(BlockProblem& problem, int stations, int points, int seen_by, bool random_stations = false) {
+  CounterRandom random(1, 2);
   std::vector<int> station;
   station.reserve(static_cast<std::size_t>(stations));
   for (int i = 0; i < stations; ++i) station.push_back(problem.AddParameterBlock(2));
@@ -85,8 +86,9 @@ void Street(BlockProblem& problem, int stations, int points, int seen_by) {
   for (int k = 0; k < points; ++k) {
     const int point = problem.AddParameterBlock(2);
     for (int i = 0; i < seen_by; ++i) {
+      const int from = random_stations ? static_cast<int>(random.Below(static_cast<std::uint64_t>(stations))) : k + i;
       problem.AddResidualBlock(std::make_shared<AutoDiffCost<Sighting, 2, 2, 2>>(Sighting{std::sin(7.0 * k + i)}),
-                               nullptr, {station[static_cast<std::size_t>((k + i) % stations)], point});
+                               nullptr, {station[static_cast<std::size_t>(from % stations)], point});
     }
   }
 }
@@ -114,20 +116,20 @@ TEST(AutoChoice, FullJacobiansKeepDenseQr) {
   EXPECT_EQ(summary.linear_solver, "dense QR (auto: a Jacobian of 60 x 7)");
 }
 
-TEST(AutoChoice, LongStreetsAreFactorisedAndSmallSquaresIterated) {
+TEST(AutoChoice, LongStreetsAreFactorisedAndScatteredViewsIterated) {
   B backend;
   LmOptions options;
   options.max_iterations = 1;
-  const auto chosen = [&](int stations, int seen_by) {
+  const auto chosen = [&](int stations, bool random_stations) {
     BlockProblem problem;
-    Street(problem, stations, 2000, seen_by);
+    Street(problem, stations, 4000, 3, random_stations);
     B::Vector x(problem.num_parameters());
     return SolveLm<B>(options, backend, problem, x.view()).linear_solver;
   };
-  const std::string street = chosen(600, 3), square = chosen(6, 3);
-  EXPECT_EQ(street.find("PCG, sparse Cholesky of "), 0U) << street;
+  const std::string street = chosen(1000, false), scattered = chosen(1000, true);
+  EXPECT_EQ(street.find("PCG on the Schur complement, sparse Cholesky of "), 0U) << street;
   EXPECT_NE(street.find(" iterations on the Schur complement "), std::string::npos) << street;
-  EXPECT_EQ(square.find("PCG on the Schur complement, Schur-Jacobi (auto: "), 0U) << square;
+  EXPECT_EQ(scattered.find("PCG on the Schur complement, Schur-Jacobi (auto: "), 0U) << scattered;
 }
 
 // A closed contour of line segments through points on an ellipse, a smaller version of Ceres's example

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "kernels/core/check.h"
 #include "solver/compose.h"
@@ -13,6 +14,7 @@
 #include "tests/solver/dense_operator.h"
 #include "tests/support/any_threads.h"
 #include "tests/support/linearize_at.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta {
 namespace {
@@ -33,6 +35,14 @@ struct Prior {
   template <class T>
   void operator()(const T* p, T* r) const {
     for (int i = 0; i < 3; ++i) r[i] = T(0.1) * (p[i] - T(value));
+  }
+};
+
+// Keeps two blocks together.
+struct Together {
+  template <class T>
+  void operator()(const T* a, const T* b, T* r) const {
+    for (int i = 0; i < 3; ++i) r[i] = a[i] - b[i] * b[i];
   }
 };
 
@@ -129,6 +139,15 @@ TEST_F(BlockProblemTest, EliminationGivesTheSameMinimum) {
 // S, its diagonal blocks and the back-substituted step agree with dense algebra.
 TEST_F(BlockProblemTest, ReducedSystemIsTheSchurComplement) {
   Scene scene;
+  // Two more blocks; the last one is eliminated. The residual block of the other two has no eliminated block.
+  const int kept_block = scene.problem.AddParameterBlock(3), last = scene.problem.AddParameterBlock(3);
+  const auto together = std::make_shared<AutoDiffCost<Together, 3, 3, 3>>();
+  scene.problem.AddResidualBlock(together, nullptr, {scene.shifts[0], kept_block});
+  scene.problem.AddResidualBlock(together, nullptr, {kept_block, last});
+  Cpu::Vector start(scene.problem.num_parameters());
+  AsEigen(start.view()).setConstant(0.5);
+  AsEigen(start.view()).head(scene.x.size()) = AsEigen(scene.x.view());
+  scene.x = std::move(start);
   const auto linearization = LinearizeAt(scene.problem, scene.x);
   const Index n = scene.problem.num_tangent(), m = linearization->num_residuals();
   Eigen::MatrixXd j(m, n);
@@ -149,7 +168,7 @@ TEST_F(BlockProblemTest, ReducedSystemIsTheSchurComplement) {
   const auto reduced = linearization->MakeReducedSystem();
   ASSERT_NE(reduced, nullptr);
   const Index kept = reduced->size();
-  EXPECT_EQ(kept, n - 90);
+  EXPECT_EQ(kept, n - 93);
   reduced->SetDamping(lambda, metric);
   const Eigen::MatrixXd s = test::SchurComplement(h, kept);
   Cpu::Vector x(kept), y(kept);
@@ -175,14 +194,88 @@ TEST_F(BlockProblemTest, ReducedSystemIsTheSchurComplement) {
       }
     }
   }
+  EXPECT_EQ(reduced->Factorize(), nullptr) << "not planned";
+  ASSERT_TRUE(reduced->PlanFactor(true));
+  EXPECT_EQ(reduced->factor_description().find("sparse Cholesky of "), 0U) << reduced->factor_description();
+  for (const double damping : {lambda, 2 * lambda}) {
+    reduced->SetDamping(damping, metric);
+    Eigen::MatrixXd damped = test::Gram(j);
+    damped.diagonal() += damping * AsEigen(metric.view());
+    LinearOperator<Cpu>* const factor = reduced->Factorize();
+    ASSERT_NE(factor, nullptr);
+    ASSERT_EQ(factor->size(), kept);
+    factor->Apply(x, y);
+    const Eigen::VectorXd back = test::Apply(test::SchurComplement(damped, kept), AsEigen(y.view()));
+    EXPECT_LE((back - AsEigen(x.view())).norm(), 1e-10 * AsEigen(x.view()).norm());
+  }
+}
+
+// The factor of the reduced system gives the same steps as PCG, in one or two iterations each.
+TEST_F(BlockProblemTest, TheReducedSystemIsFactorisedOnDemand) {
+  LmOptions options;
+  options.normal_system.linear_solver = LinearSolverKind::kReducedPcg;
+  options.normal_system.preconditioner = PreconditionerKind::kSparseCholesky;
+  Scene factorised, iterated, small({.max_factor_gib = 1e-9});
+  const LmSummary a = SolveLm<Cpu>(options, backend_, factorised.problem, factorised.x.view());
+  EXPECT_EQ(a.linear_solver.find("PCG on the Schur complement, sparse Cholesky of "), 0U) << a.linear_solver;
+  EXPECT_LE(a.num_pcg_iterations, 2 * (a.num_accepted + a.num_rejected));
+  EXPECT_THAT([&] { SolveLm<Cpu>(options, backend_, small.problem, small.x.view()); },
+              ThrowsError(kOutOfMemory, "max_factor_gib", "1e-09"));
+  options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
+  options.normal_system.pcg = {.max_iterations = 1000, .relative_tolerance = 1e-12, .model_tolerance = 0};
+  const LmSummary b = SolveLm<Cpu>(options, backend_, iterated.problem, iterated.x.view());
+  EXPECT_NEAR(a.final_cost, b.final_cost, 1e-10 * b.final_cost);
+}
+
+// Systems that live at the same time have their own memory.
+TEST_F(BlockProblemTest, TwoReducedSystemsHaveTwoFactors) {
+  Scene scene;
+  const auto linearization = LinearizeAt(scene.problem, scene.x);
+  Cpu::Vector metric(scene.problem.num_tangent());
+  linearization->DiagJTJ(metric);
+  const auto first = linearization->MakeReducedSystem(), second = linearization->MakeReducedSystem();
+  Cpu::Vector b(first->size()), of_first(first->size()), again(first->size()), of_second(first->size());
+  FillRandom<Cpu>(backend_, 5, b.view());
+  ASSERT_TRUE(first->PlanFactor(true) && second->PlanFactor(true));
+  first->SetDamping(0.1, metric);
+  second->SetDamping(10, metric);
+  LinearOperator<Cpu>* const factor = first->Factorize();
+  factor->Apply(b, of_first);
+  second->Factorize()->Apply(b, of_second);
+  factor->Apply(b, again);
+  EXPECT_EQ(AsEigen(again.view()), AsEigen(of_first.view()));
+  EXPECT_GT((AsEigen(of_second.view()) - AsEigen(of_first.view())).norm(), 0.1 * AsEigen(of_first.view()).norm());
+}
+
+TEST_F(BlockProblemTest, TheFactorFollowsChangesOfTheProblem) {
+  LmOptions options;
+  options.normal_system.preconditioner = PreconditionerKind::kSparseCholesky;
+  Scene changed;
+  SolveLm<Cpu>(options, backend_, changed.problem, changed.x.view());
+  changed.problem.RemoveParameterBlock(changed.points[3]);
+  changed.problem.SetConstant(changed.shifts[1]);
+  const LmSummary summary = SolveLm<Cpu>(options, backend_, changed.problem, changed.x.view());
+  EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
+  EXPECT_EQ(summary.num_tangent, 3 * 3 + 3 * 3 + 29 * 3);
+}
+
+TEST_F(BlockProblemTest, AutoFallsBackToSchurJacobiIfTheFactorIsTooLarge) {
+  Scene scene({.max_factor_gib = 1e-9});
+  const LmSummary summary = SolveLm<Cpu>(LmOptions(), backend_, scene.problem, scene.x.view());
+  EXPECT_EQ(summary.linear_solver,
+            "PCG on the Schur complement, Schur-Jacobi (auto: a sparse Cholesky factor would exceed 1e-09 GiB)");
 }
 
 TEST_F(BlockProblemTest, AnyNumberOfThreadsGivesTheSameBits) {
-  test::ExpectSameForAnyThreads([&] {
-    Scene scene;
-    SolveLm<Cpu>(LmOptions(), backend_, scene.problem, scene.x.view());
-    return Eigen::VectorXd(AsEigen(scene.x.view()));
-  });
+  for (const auto preconditioner : {PreconditionerKind::kBlockJacobi, PreconditionerKind::kSparseCholesky}) {
+    LmOptions options;
+    options.normal_system.preconditioner = preconditioner;
+    test::ExpectSameForAnyThreads([&] {
+      Scene scene;
+      SolveLm<Cpu>(options, backend_, scene.problem, scene.x.view());
+      return Eigen::VectorXd(AsEigen(scene.x.view()));
+    });
+  }
 }
 
 TEST_F(BlockProblemTest, BoundsHoldTheMinimum) {

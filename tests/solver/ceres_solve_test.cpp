@@ -239,11 +239,36 @@ TEST(CeresSolve, ListsWhatItIgnores) {
   options.minimizer_type = ceres::LINE_SEARCH;
   ASSERT_EQ(ceres_bridge::IgnoredOptions(options).size(), 1U);
   EXPECT_EQ(ceres_bridge::IgnoredOptions(options).front().find("minimizer_type = LINE_SEARCH"), 0U);
+}
+
+// Each residual block reads the common block and its own one, which is eliminated.
+struct CommonAndOwn {
+  double seen;
+  template <class T>
+  bool operator()(const T* common, const T* own, T* r) const {
+    r[0] = common[0] + own[0] * own[0] - T(seen);
+    r[1] = T(0.5) * own[0] - common[0];
+    return true;
+  }
+};
+
+TEST(CeresSolve, DirectSchurSolversFactorise) {
   for (const auto type : {ceres::DENSE_SCHUR, ceres::SPARSE_SCHUR}) {
-    options = {};
+    double common = 1;
+    std::vector<double> own(20, 2.0);
+    ceres::Problem problem;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<CommonAndOwn, 2, 1, 1>(new CommonAndOwn{0.1 * static_cast<double>(i)}),
+          nullptr, &common, &own[i]);
+    }
+    ceres::Solver::Options options = Quiet();
     options.linear_solver_type = type;
-    ASSERT_EQ(ceres_bridge::IgnoredOptions(options).size(), 1U);
-    EXPECT_EQ(ceres_bridge::IgnoredOptions(options).front().find("linear_solver_type"), 0U);
+    const LmSummary summary = Solve(options, problem);
+    EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
+    EXPECT_EQ(summary.linear_solver.find("PCG on the Schur complement, sparse Cholesky of "), 0U)
+        << summary.linear_solver;
+    EXPECT_LE(summary.num_pcg_iterations, 2 * (summary.num_accepted + summary.num_rejected));
   }
 }
 

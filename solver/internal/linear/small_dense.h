@@ -70,28 +70,6 @@ inline void AddGram(const double* a, int stride, int rows, int cols, double* pac
   });
 }
 
-// W += A^T B. W is row-major, cols_a x cols_b. A and B have the same rows and stride.
-inline void AddCrossProduct(const double* a, const double* b, int stride, int rows, int cols_a, int cols_b, double* w) {
-  WithSize(cols_b, [&](auto n) {
-    for (int i = 0; i < rows; ++i) {
-      for (int r = 0; r < cols_a; ++r) {
-        for (int c = 0; c < n; ++c) w[r * n + c] += a[i * stride + r] * b[i * stride + c];
-      }
-    }
-  });
-}
-
-// packed -= V V^T, as a packed lower triangle. V is row-major, rows x cols.
-inline void SubtractOuterProduct(const double* v, int rows, int cols, double* packed) {
-  WithSize(cols, [&](auto n) {
-    for (int r = 0; r < rows; ++r) {
-      for (int c = 0; c <= r; ++c) {
-        for (int k = 0; k < n; ++k) packed[PackedLower(r, c)] -= v[r * n + k] * v[c * n + k];
-      }
-    }
-  });
-}
-
 // x = L^-1 x and x = L^-T x. l: packed lower triangle of L with 1 / L_kk on the diagonal, as from
 // BlockDiagonal::Factorize.
 inline void SolveLower(const double* l, int size, double* x) {
@@ -107,6 +85,18 @@ inline void SolveLowerTranspose(const double* l, int size, double* x) {
     for (int r = n - 1; r >= 0; --r) {
       for (int c = r + 1; c < n; ++c) x[r] -= l[PackedLower(c, r)] * x[c];
       x[r] *= l[PackedLower(r, r)];
+    }
+  });
+}
+
+// X = L^-1 X for a row-major matrix X with `size` rows.
+inline void SolveLowerMatrix(const double* l, int size, int cols, double* x) {
+  WithSize(cols, [&](auto n) {
+    for (int r = 0; r < size; ++r) {
+      for (int c = 0; c < r; ++c) {
+        for (int k = 0; k < n; ++k) x[r * n + k] -= l[PackedLower(r, c)] * x[c * n + k];
+      }
+      for (int k = 0; k < n; ++k) x[r * n + k] *= l[PackedLower(r, r)];
     }
   });
 }

@@ -171,15 +171,20 @@ class ReducedPcgStep final : public StepSolver<B> {
                  std::unique_ptr<ReducedSystem<B>> reduced)
       : options_(options), system_(system), reduced_(std::move(reduced)), reduced_rhs_(reduced_->size()) {
     const PreconditionerKind kind = options.preconditioner;
-    const bool wants_factor = kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem ||
-                              kind == PreconditionerKind::kSparseCholesky;
-    const std::string factor = wants_factor ? reduced_->factor_description() : "";
-    if (kind == PreconditionerKind::kSparseCholesky && factor.empty()) {
-      Fail(kUnsupported, "preconditioner = {}: this problem has no factor of its reduced system; choose kAuto",
+    const bool always = kind == PreconditionerKind::kSparseCholesky;
+    if (always || kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem) {
+      factorize_ = reduced_->PlanFactor(always);
+    }
+    if (always && !factorize_) {
+      Fail(kUnsupported,
+           "preconditioner = {}: this problem has no factor of its reduced system, or a too slow one; choose kAuto",
            ToString(kind));
     }
-    factorize_ = !factor.empty();
-    preconditioner_ = kind == PreconditionerKind::kIdentity ? ToString(kind) : factorize_ ? factor : "Schur-Jacobi";
+    preconditioner_ = kind == PreconditionerKind::kIdentity ? ToString(kind)
+                      : factorize_                          ? reduced_->factor_description()
+                                                            : "Schur-Jacobi";
+    // As in PcgStep: one iteration is enough if the factor is exact, as usual.
+    if (factorize_ && options_.pcg.relative_tolerance == 0) options_.pcg.relative_tolerance = kExactTolerance;
     if (!factorize_ && kind != PreconditionerKind::kIdentity) schur_jacobi_.emplace(*reduced_);
   }
   const std::string& preconditioner() const { return preconditioner_; }

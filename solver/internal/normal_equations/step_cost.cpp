@@ -23,6 +23,7 @@ constexpr double kLeastIterations = 100;  // with block Jacobi: coupled blocks n
 constexpr double kMostIterations = 500;   // default of PcgOptions
 // Largest time of a factor, relative to the time of the other solver.
 constexpr double kMaxRatio = 0.5;
+constexpr double kMaxRatioReduced = 1.5;    // relative to the iterations on the Schur complement
 constexpr double kMaxRatioWithoutFill = 2;  // relative to the iterations with block Jacobi
 
 std::string Duration(double nanoseconds) {
@@ -30,9 +31,14 @@ std::string Duration(double nanoseconds) {
   return ms < 10 ? fmt::format("{:.2f} ms", ms) : fmt::format("{:.0f} ms", ms);
 }
 
+// Time of a product with H or the Schur complement.
+double ProductCost(const StepCounts& counts) {
+  return counts.entries * (counts.reduced ? kReducedProductEntry : kProductEntry);
+}
+
 // Largest time of a factor that can be preferred to the other solvers.
 double MaxFactorCost(const StepCounts& counts) {
-  if (counts.reduced) return kMaxRatio * IterationsCost(counts);
+  if (counts.reduced) return kMaxRatioReduced * IterationsCost(counts);
   const double most = kMaxRatioWithoutFill * IterationsCost(counts);
   return DenseQrFits(counts.residuals, counts.columns) ? std::max(most, kMaxRatio * DenseQrCost(counts)) : most;
 }
@@ -49,8 +55,7 @@ double DenseQrCost(const StepCounts& counts) {
 
 double FactorCost(const StepCounts::Factor& factor, const StepCounts& counts) {
   return kSumMultiplication * factor.sums + kFrontMultiplication * factor.multiplications +
-         kUpdateValue * factor.updates + kFront * factor.fronts + kSolveValue * factor.values +
-         kProductEntry * counts.entries;
+         kUpdateValue * factor.updates + kFront * factor.fronts + kSolveValue * factor.values + ProductCost(counts);
 }
 
 double NumIterations(const StepCounts& counts) {
@@ -58,9 +63,7 @@ double NumIterations(const StepCounts& counts) {
   return std::min(counts.system_columns, std::clamp(kIterationsPerHop * counts.hops, least, kMostIterations));
 }
 
-double IterationsCost(const StepCounts& counts) {
-  return NumIterations(counts) * counts.entries * (counts.reduced ? kReducedProductEntry : kProductEntry);
-}
+double IterationsCost(const StepCounts& counts) { return NumIterations(counts) * ProductCost(counts); }
 
 double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least) {
   return (MaxFactorCost(counts) - FactorCost(least, counts)) / kFrontMultiplication;
@@ -68,8 +71,9 @@ double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Fact
 
 bool FactorBeatsIterations(const StepCounts& counts) {
   if (!counts.factor) return false;
-  const bool fills = counts.reduced || counts.factor->values > counts.entries;
-  return FactorCost(*counts.factor, counts) <= (fills ? kMaxRatio : kMaxRatioWithoutFill) * IterationsCost(counts);
+  const bool fills = counts.factor->values > counts.entries;
+  const double ratio = counts.reduced ? kMaxRatioReduced : fills ? kMaxRatio : kMaxRatioWithoutFill;
+  return FactorCost(*counts.factor, counts) <= ratio * IterationsCost(counts);
 }
 
 bool FactorBeatsDenseQr(const StepCounts& counts) {
@@ -89,9 +93,13 @@ std::string DescribeIterations(const StepCounts& counts) {
                      counts.reduced ? "on the Schur complement" : "with block Jacobi");
 }
 
-std::string SlowFactor(const StepCounts& counts) {
-  return fmt::format("over {} per step, {} {}", Duration(MaxFactorCost(counts)), DescribeIterations(counts),
-                     Duration(IterationsCost(counts)));
+std::string WhyNoFactor(const StepCounts& counts) {
+  if (counts.exceeded_gib > 0) return fmt::format("a sparse Cholesky factor would exceed {} GiB", counts.exceeded_gib);
+  const std::string iterations = DescribeIterations(counts);
+  return "a sparse Cholesky factor would be slower: " +
+         (counts.factor ? CompareFactorCost(counts, iterations, IterationsCost(counts))
+                        : fmt::format("over {} per step, {} {}", Duration(MaxFactorCost(counts)), iterations,
+                                      Duration(IterationsCost(counts))));
 }
 
 }  // namespace vesta

@@ -10,10 +10,10 @@ namespace vesta {
 
 // Operation counts and sizes of one step, which are known before the first step.
 struct StepCounts {
-  // The sparse Cholesky factor of H + lambda D, computed by the multifrontal method
+  // The sparse Cholesky factor of H + lambda D or of the Schur complement, computed by the multifrontal method
   // (solver/internal/sparse_cholesky/elimination.h).
   struct Factor {
-    double sums = 0;             // multiplications to compute H
+    double sums = 0;             // multiplications to compute the matrix
     double multiplications = 0;  // multiplications of the factorisation, in dense fronts
     double values = 0;           // number of values of the factor
     double updates = 0;          // number of values that fronts pass to their parents
@@ -21,15 +21,17 @@ struct StepCounts {
   };
   double residuals = 0, columns = 0;  // size of J
   double entries = 0;                 // stored entries of J
-  bool reduced = false;               // true: PCG would solve the Schur complement; false: PCG on H with block Jacobi
-  double system_columns = 0;          // number of unknowns of the system that PCG would solve
+  // true: PCG with Schur-Jacobi, and the factor, belong to the Schur complement; false: PCG with block Jacobi, and the
+  // factor, belong to H.
+  bool reduced = false;
+  double system_columns = 0;  // number of unknowns of the system that PCG would solve
   // Lower bound on the longest distance between two kept blocks, in hops (LongestDistanceLowerBound in
   // block_structure.h). PCG spreads information by one hop per iteration, so it needs more iterations if this distance
   // is long.
   double hops = 0;
   // The factor; empty if it would be too large or too slow.
   std::optional<Factor> factor = {};
-  bool factor_too_large = false;  // true: the factor is missing because of its size
+  double exceeded_gib = 0;  // the size limit that the missing factor would exceed; 0: it is missing for another reason
 };
 
 // An optional interface of problems, for LinearSolverKind::kAuto. Default: unknown counts.
@@ -55,9 +57,12 @@ double IterationsCost(const StepCounts& counts);
 // Returns an upper bound on Factor::multiplications for a factor that can be chosen. A factor with more multiplications
 // is too slow. Negative if no factor can be chosen. least: lower bounds on the other counts of the factor.
 double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least);
-// True if the factor is preferred to the iterations. Its estimated time must be at most half of their time, because the
-// estimates have errors. But iterations on H with block Jacobi often need more steps, or do not converge at all. So
-// compared with these iterations, a factor without fill (at most as many values as J) may take up to twice the time.
+// True if the factor is preferred to the iterations. Exact steps often save steps, each with a linearization.
+// * Of the Schur complement: the estimated time of the factor must be at most 1.5 times the time of the iterations.
+// * Of H: at most half of their time, because the estimates have errors. But iterations with block Jacobi often need
+// many
+//   more steps, or do not converge at all. So a factor without fill (at most as many values as J) may take up to twice
+//   their time.
 bool FactorBeatsIterations(const StepCounts& counts);
 // True if the estimated time of the factor is at most half the time of dense QR, and H is sparse. If H is nearly full,
 // QR is hardly slower and more accurate: its accuracy depends on J's condition number, not on the square of it.
@@ -68,8 +73,9 @@ bool FactorBeatsDenseQr(const StepCounts& counts);
 std::string CompareFactorCost(const StepCounts& counts, const std::string& other, double cost);
 // Text for reports, such as "112 iterations on the Schur complement".
 std::string DescribeIterations(const StepCounts& counts);
-// Text for reports on a factor that was too slow to be planned: "over 74 ms per step, 100 iterations with block Jacobi
-// 37 ms".
-std::string SlowFactor(const StepCounts& counts);
+// Text for reports on a factor that is not preferred to the iterations: "a sparse Cholesky factor would exceed 4 GiB",
+// "a sparse Cholesky factor would be slower: over 74 ms per step, 100 iterations with block Jacobi 37 ms", or the same
+// with the estimated time.
+std::string WhyNoFactor(const StepCounts& counts);
 
 }  // namespace vesta

@@ -34,8 +34,8 @@ struct NormalSystemOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kAuto;
   // Preconditioner of kPcg and kReducedPcg. For kReducedPcg, the kinds have the following meaning. kIdentity: none.
   // kJacobi and kBlockJacobi: Schur-Jacobi (the diagonal blocks of the Schur complement). kAuto and kProblem: the
-  // preconditioner of ReducedSystem::Factorize if the problem has one, else Schur-Jacobi. kSparseCholesky:
-  // ReducedSystem::Factorize; the solve throws Error if the problem does not have it.
+  // problem decides between its factor and Schur-Jacobi (ReducedSystem::PlanFactor). kSparseCholesky: the factor; the
+  // solve throws Error if the problem does not have it.
   PreconditionerKind preconditioner = PreconditionerKind::kAuto;
   // The preconditioner of kPcg approximates H + preconditioner_lambda D. If not set, the lambda of the system is used.
   // 3DGS-LM uses 0 in its paper (diag(H) alone) and 1 in its released code.

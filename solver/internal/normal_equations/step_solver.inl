@@ -184,15 +184,14 @@ Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCou
   Index rows = 0;
   for (LinearizationAdaptor<B>* batch : system.batches) rows += batch->num_residuals();
   if (CanReduce(system)) {
-    // The counts decide without creating the reduced system.
-    if (counts && counts->reduced && FactorBeatsIterations(*counts)) {
-      return {LinearSolverKind::kPcg, true,
-              reason([&] { return CompareFactorCost(*counts, DescribeIterations(*counts), IterationsCost(*counts)); })};
-    }
     reduced = system.batches.front()->MakeReducedSystem();
     if (reduced) {
-      return {LinearSolverKind::kReducedPcg, false,
-              reason([] { return "the problem has a block-diagonal group to eliminate"; })};
+      return {LinearSolverKind::kReducedPcg, false, reason([&] {
+                if (!counts || !counts->reduced)
+                  return std::string("the problem has a block-diagonal group to eliminate");
+                if (!FactorBeatsIterations(*counts)) return WhyNoFactor(*counts);
+                return CompareFactorCost(*counts, DescribeIterations(*counts), IterationsCost(*counts));
+              })};
     }
   }
   const auto shape = [&] { return fmt::format("a Jacobian of {} x {}", rows, n); };

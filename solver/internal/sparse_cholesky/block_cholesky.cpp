@@ -288,6 +288,10 @@ std::shared_ptr<SparseCholesky> SparseCholesky::Plan(const BlockPattern& pattern
   return std::shared_ptr<SparseCholesky>(new SparseCholesky(std::move(*plan)));
 }
 
+std::string SparseCholesky::description() const {
+  return fmt::format("{} of {:.1f} MiB", ToString(PreconditionerKind::kSparseCholesky), bytes() / 0x1p20);
+}
+
 SparseCholeskyPreconditioner::SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why)
     : cholesky_(std::move(cholesky)), why_(std::move(why)) {}
 
@@ -309,8 +313,7 @@ void SparseCholeskyPreconditioner::SetDamping(double lambda, B::ConstVectorView 
 
 std::string SparseCholeskyPreconditioner::description() const {
   if (!cholesky_) return ToString(PreconditionerKind::kSparseCholesky);
-  return fmt::format("{} of {:.1f} MiB{}", ToString(PreconditionerKind::kSparseCholesky), cholesky_->bytes() / 0x1p20,
-                     why_);
+  return cholesky_->description() + why_;
 }
 
 VESTA_DECLARE_PER_ISA(const FrontKernels& CompiledFrontKernels();)

@@ -94,6 +94,8 @@ class SparseCholesky {
 
   const EliminationPlan& plan() const { return *plan_; }
   double bytes() const { return BlockCholesky::Bytes(*plan_); }
+  // Text for reports, such as "sparse Cholesky of 1.5 MiB".
+  std::string description() const;
   // An object for a factor. Reuses the previous object, whose memory is large, if it is no longer in use.
   std::shared_ptr<BlockCholesky> Factor() {
     return factor_.Get([&] { return std::make_shared<BlockCholesky>(plan_); });

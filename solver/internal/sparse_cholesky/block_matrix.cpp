@@ -8,6 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "solver/internal/linear/cross_product.h"
 #include "solver/internal/linear/small_dense.h"
 
 namespace vesta {
@@ -208,10 +209,11 @@ std::shared_ptr<const BlockMatrix> BlockNormalMatrix::Sum(const BlockJacobian& j
   BlockMatrix& h = *matrix;
   const BlockPattern& pattern = *pattern_;
   const BlockStructure& structure = jacobian.structure();
+  AddCrossProduct* const cross_product = AddCrossProductFor(ActiveIsa());
   const auto add = [&](Index r, int a, int size_a, int b, int size_b, double* sum) {
     const BlockRow& row = structure.rows()[At(r)];
     const double* values = jacobian.row_values(r);
-    small_dense::AddCrossProduct(values + a, values + b, row.width, row.num_residuals, size_a, size_b, sum);
+    cross_product({values + a, row.width, size_a}, {values + b, row.width, size_b}, row.num_residuals, 1, sum);
   };
   // One row of blocks: the diagonal block and the blocks left of it.
   ParallelFor(pattern.num_rows(), kNormalGrain, [&](Index i) {
@@ -245,5 +247,9 @@ double BlockNormalMatrix::Bytes(const BlockStructure& structure) {
   constexpr double kPair = 2 * sizeof(Term) + sizeof(BlockPattern::Pair) + 6 * sizeof(Index);
   return kPair * static_cast<double>(NumPairs(structure));
 }
+
+VESTA_DECLARE_PER_ISA(AddCrossProduct CompiledAddCrossProduct;)
+
+AddCrossProduct* AddCrossProductFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledAddCrossProduct); }
 
 }  // namespace vesta

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <initializer_list>
 #include <memory>
 #include <numbers>
 #include <vector>
@@ -17,12 +19,12 @@ namespace vesta {
 namespace {
 
 // The diagonal of H after RaiseRoundingColumns, for a Jacobian in one or two batches.
-Eigen::VectorXd Raised(const std::vector<Eigen::MatrixXd>& jacobians) {
+Eigen::VectorXd Raised(std::initializer_list<std::reference_wrapper<const Eigen::MatrixXd>> jacobians) {
   Cpu backend;
   std::vector<std::unique_ptr<LinearizationAdaptor<Cpu>>> owned;
   std::vector<LinearizationAdaptor<Cpu>*> batches;
   std::vector<LinearProblem::Batch> parts;
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(jacobians.front().cols());
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(jacobians.begin()->get().cols());
   for (const Eigen::MatrixXd& a : jacobians) {
     parts.push_back({a, Eigen::VectorXd::Ones(a.rows())});
     squares += a.colwise().squaredNorm().transpose();
@@ -45,7 +47,8 @@ TEST(RoundingColumns, GetTheSizeOfTheirRows) {
   a << 3, 1e-16, 0, 0,  //
       -2, 2e-16, 0, 0,  //
       0, 0, 1e9, 0;
-  for (const Eigen::VectorXd& raised : {Raised({a}), Raised({a.topRows(1), a.bottomRows(2)})}) {
+  const Eigen::MatrixXd first = a.topRows(1), rest = a.bottomRows(2);
+  for (const Eigen::VectorXd& raised : {Raised({a}), Raised({first, rest})}) {
     EXPECT_EQ(raised[0], 13);
     EXPECT_GT(raised[1], 0.1);
     EXPECT_LT(raised[1], 100);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/internal/blocks/block_reduced_system.h"
+#include "solver/internal/reduced/block_reduced_system.h"
 
 #include <algorithm>
 #include <utility>
@@ -14,11 +14,15 @@ namespace {
 using Part = BlockJacobian::Part;
 // Memory for the partial sums of a product: 16 MiB, which fits in a large cache.
 constexpr Index kPartialEntries = 1 << 21;
+constexpr Index kMostTasks = 256;  // each allocates a pointer per kept block
 }  // namespace
 
-BlockReducedSystem::BlockReducedSystem(const BlockJacobian& jacobian)
+BlockReducedSystem::BlockReducedSystem(const BlockJacobian& jacobian, const Couplings& couplings, PlanOf plan_of)
     : jacobian_(jacobian),
       structure_(jacobian.structure()),
+      couplings_(couplings),
+      plan_of_(std::move(plan_of)),
+      cross_product_(AddCrossProductFor(ActiveIsa())),
       kept_metric_(structure_.num_kept()),
       eliminated_(num_eliminated(), structure_.eliminated_groups()),
       num_ranges_(std::clamp<Index>(kPartialEntries / std::max<Index>(structure_.num_kept(), 1), 4, 64)),
@@ -145,43 +149,86 @@ void BlockReducedSystem::BackSubstitute(ConstVectorView rhs, VectorView step) {
   PassRows(step.subspan(0, size()), rhs.subspan(size(), num_eliminated()), {}, step.subspan(size(), num_eliminated()));
 }
 
+void BlockReducedSystem::ReduceCoupling(const Coupling& coupling, double* v) const {
+  const int kept = Free(coupling.kept).size, gone = Eliminated(coupling.eliminated).size;
+  std::fill_n(v, kept * gone, 0.0);
+  for (const CouplingTerm& term : couplings_.terms(coupling)) {
+    const BlockRow& row = structure_.rows()[static_cast<std::size_t>(term.row)];
+    const double* values = jacobian_.row_values(term.row);
+    cross_product_({values + term.eliminated, row.width, gone}, {values + term.kept, row.width, kept},
+                   row.num_residuals, 1, v);
+  }
+  const double* factor = factors_.data() + first_factor_[static_cast<std::size_t>(coupling.eliminated)];
+  small_dense::SolveLowerMatrix(factor, gone, kept, v);
+}
+
 void BlockReducedSystem::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
   jacobian_.Gram(Part::kKept, diagonal);
   diagonal.AddToDiagonal(lambda_, kept_metric_);
-  ParallelFor(structure_.num_kept_blocks(), 1, [&](Index k) { SubtractFill(static_cast<int>(k), diagonal); });
+  ParallelFor(structure_.num_kept_blocks(), 1, [&](Index k) {
+    const FreeBlock& kept = Free(static_cast<int>(k));
+    std::vector<double> v, fill(static_cast<std::size_t>(PackedLower(kept.size, 0)), 0.0);
+    for (const Coupling& coupling : couplings_.of_kept(static_cast<int>(k))) {
+      const int gone = Eliminated(coupling.eliminated).size;
+      v.resize(static_cast<std::size_t>(kept.size) * static_cast<std::size_t>(gone));
+      ReduceCoupling(coupling, v.data());
+      small_dense::AddGram(v.data(), kept.size, gone, kept.size, fill.data());
+    }
+    const auto values = diagonal.values(kept.group);
+    const Index count = diagonal.groups()[static_cast<std::size_t>(kept.group)].count;
+    for (std::size_t i = 0; i < fill.size(); ++i)
+      values[static_cast<Index>(i) * count + kept.index_in_group] -= fill[i];
+  });
 }
 
-void BlockReducedSystem::SubtractFill(int free, BlockDiagonal<B>& diagonal) const {
-  const FreeBlock& kept = structure_.free_blocks()[static_cast<std::size_t>(free)];
-  // Sort the rows by eliminated block, so that those shared with one block are adjacent.
-  std::vector<std::pair<int, BlockUse>> shared;
-  for (const BlockUse& use : structure_.uses(free)) {
+LinearOperator<BlockReducedSystem::B>* BlockReducedSystem::Factorize() {
+  if (!plan_) return nullptr;
+  if (!memory_) memory_ = plan_->GetMemory();
+  const auto all = couplings_.all();
+  ParallelFor(static_cast<Index>(all.size()), 256, [&](Index k) {
+    const Coupling& coupling = all[static_cast<std::size_t>(k)];
+    ReduceCoupling(coupling, memory_->couplings.data() + coupling.first_value);
+  });
+  const Index rows = structure_.num_kept_blocks();
+  ParallelForChunks(rows, std::max<Index>(4, rows / kMostTasks), [&](Index begin, Index end) {
+    std::vector<double*> block_of(static_cast<std::size_t>(rows));
+    for (Index k = begin; k < end; ++k) FormRow(static_cast<int>(k), block_of, *memory_);
+  });
+  memory_->matrix.Factorize();
+  return &memory_->matrix;
+}
+
+void BlockReducedSystem::FormRow(int k, std::vector<double*>& block_of, ReducedMatrixPlan::Memory& memory) const {
+  const FreeBlock& own = Free(k);
+  BlockMatrix& matrix = memory.matrix.matrix();
+  for (const auto& [other, block] : matrix.pattern().neighbors(k)) {
+    if (other > k) break;
+    block_of[static_cast<std::size_t>(other)] = matrix.block(block);
+    std::fill_n(matrix.block(block), own.size * Free(static_cast<int>(other)).size, 0.0);
+  }
+  double* const diagonal = matrix.diagonal(k);
+  block_of[static_cast<std::size_t>(k)] = diagonal;
+  std::fill_n(diagonal, own.size * own.size, 0.0);
+  for (int c = 0; c < own.size; ++c) diagonal[c * own.size + c] = lambda_ * kept_metric_[own.offset + c];
+  for (const BlockUse& use : structure_.uses(k)) {
     const BlockRow& row = structure_.rows()[static_cast<std::size_t>(use.row)];
-    if (row.eliminated_cell < 0) continue;
-    shared.emplace_back(structure_.cells(row)[static_cast<std::size_t>(row.eliminated_cell)].free, use);
-  }
-  std::stable_sort(shared.begin(), shared.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<double> w, fill(static_cast<std::size_t>(PackedLower(kept.size, 0)), 0.0);
-  for (std::size_t i = 0; i < shared.size();) {
-    const int e = shared[i].first;
-    const int gone = structure_.free_blocks()[static_cast<std::size_t>(e)].size;
-    w.assign(static_cast<std::size_t>(kept.size) * static_cast<std::size_t>(gone), 0.0);
-    for (; i < shared.size() && shared[i].first == e; ++i) {
-      const BlockUse& use = shared[i].second;
-      const BlockRow& row = structure_.rows()[static_cast<std::size_t>(use.row)];
-      const int local = structure_.cells(row)[static_cast<std::size_t>(row.eliminated_cell)].local;
-      const double* values = jacobian_.row_values(use.row);
-      small_dense::AddCrossProduct(values + use.local, values + local, row.width, row.num_residuals, kept.size, gone,
-                                   w.data());
+    const double* values = jacobian_.row_values(use.row);
+    for (const BlockCell& cell : structure_.cells(row)) {
+      if (cell.free > k) continue;
+      cross_product_({values + use.local, row.width, own.size}, {values + cell.local, row.width, cell.size},
+                     row.num_residuals, 1, block_of[static_cast<std::size_t>(cell.free)]);
     }
-    // W C^-1 W^T = V V^T with V = W L^-T.
-    const double* factor = factors_.data() + first_factor_[static_cast<std::size_t>(e - structure_.num_kept_blocks())];
-    for (int r = 0; r < kept.size; ++r) small_dense::SolveLower(factor, gone, w.data() + r * gone);
-    small_dense::SubtractOuterProduct(w.data(), kept.size, gone, fill.data());
   }
-  const auto values = diagonal.values(kept.group);
-  const Index count = diagonal.groups()[static_cast<std::size_t>(kept.group)].count;
-  for (std::size_t k = 0; k < fill.size(); ++k) values[static_cast<Index>(k) * count + kept.index_in_group] += fill[k];
+  for (const Coupling& coupling : couplings_.of_kept(k)) {
+    const int gone = Eliminated(coupling.eliminated).size;
+    const double* v = memory.couplings.data() + coupling.first_value;
+    for (const CoupledKept& other : couplings_.of_eliminated(coupling.eliminated)) {
+      if (other.kept > k) break;
+      const int size = Free(other.kept).size;
+      cross_product_({v, own.size, own.size}, {memory.couplings.data() + other.first_value, size, size}, gone, -1,
+                     block_of[static_cast<std::size_t>(other.kept)]);
+    }
+  }
 }
 
 }  // namespace vesta
