@@ -62,6 +62,16 @@ std::optional<gs::Prediction> Foresee(const gs::Scene& scene, const gs::TrainOpt
   return prediction;
 }
 
+// Empty, with a note, if the tracks are damaged: nothing else needs them.
+gs::PointTracks TracksOf(const std::string& path, const gs::Scene& scene) {
+  try {
+    return gs::ReadTracks(path, scene);
+  } catch (const Error& error) {
+    Print("Note: the tracks are not used: {}\n", error.what());
+    return {};
+  }
+}
+
 void PrintWhatItTakes(const gs::Scene& scene, const TrainSettings& settings, Device device) {
   const gs::TrainOptions fitted = gs::FitToScene(settings.options, gs::NumTrainingViews(scene));
   Print("A training run with --preset={} takes {} iterations", settings.preset, fitted.adam.iterations.value_or(0));
@@ -81,7 +91,7 @@ int RunDoctor(const CommandLine& line) {
   CheckSceneFolder(path);
   const gs::Scene scene = gs::LoadScene(path, SceneOptions(line.flags, settings.options));
   PrintWhatItIs(path, scene);
-  const std::vector<std::string> doubts = SceneWarnings(scene);
+  const std::vector<std::string> doubts = SceneWarnings(scene, TracksOf(path, scene));
   Print("{}", doubts.empty() ? "No warnings\n" : "Warnings:\n");
   for (const std::string& doubt : doubts) Print("  {}\n", OneLine(doubt));
   std::fflush(stdout);

@@ -9,8 +9,8 @@
 #include <limits>
 #include <memory>
 
+#include "apps/doctor/exposures.h"
 #include "kernels/core/check.h"
-#include "kernels/gaussian_splatting/lenses/models.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
@@ -56,52 +56,6 @@ std::vector<float> ThumbnailOf(const gs::Image& image) {
     }
   }
   return pixels;
-}
-
-constexpr Index kSample = 5000;      // at most about this many points
-constexpr std::size_t kFewest = 20;  // points for a reliable estimate
-
-// log2 of the light of a colour with channels 0..1; NaN if too dark or too bright.
-double Stops(double red, double green, double blue) {
-  const double luma = Luma(red, green, blue);
-  return luma > 0.04 && luma < 0.98 ? 2.2 * std::log2(luma) : std::numeric_limits<double>::quiet_NaN();
-}
-
-// The pixel of a point inside the image.
-std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
-  const auto t =
-      gs::InCamera(view, {static_cast<double>(point[0]), static_cast<double>(point[1]), static_cast<double>(point[2])});
-  double u = 0, v = 0;
-  splat::PixelOf(view.camera.lens, t.data(), u, v);
-  const int x = std::clamp(static_cast<int>(u), 0, view.camera.width - 1);
-  const int y = std::clamp(static_cast<int>(v), 0, view.camera.height - 1);
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
-}
-
-// Quartiles of the brightness differences of a view's points; NaN with too few points.
-struct Quartiles {
-  double low = std::numeric_limits<double>::quiet_NaN(), middle = low, high = low;
-};
-
-Quartiles DifferencesOf(const gs::View& view, const gs::PointCloud& points) {
-  std::vector<double> differences;
-  const std::shared_ptr<const gs::Image> photograph = view.Photograph();
-  const Index stride = std::max<Index>(1, points.size() / kSample);
-  for (Index i = 0; i < points.size(); i += stride) {
-    const auto& point = points.positions[static_cast<std::size_t>(i)];
-    const auto& color = points.colors[static_cast<std::size_t>(i)];
-    if (!(gs::DepthInView(view, point) > 0)) continue;
-    const std::size_t pixel = PixelOf(view, point);
-    const auto channel = [&](int c) { return static_cast<double>(photograph->plane(c)[pixel]); };
-    const double difference =
-        Stops(channel(0), channel(1), channel(2)) -
-        Stops(static_cast<double>(color[0]), static_cast<double>(color[1]), static_cast<double>(color[2]));
-    if (std::isfinite(difference)) differences.push_back(difference);
-  }
-  if (differences.size() < kFewest) return {};
-  std::sort(differences.begin(), differences.end());
-  const std::size_t count = differences.size();
-  return {differences[count / 4], differences[count / 2], differences[count - 1 - count / 4]};
 }
 
 // Thresholds for warnings.
@@ -186,13 +140,13 @@ void WarnOfPoses(const gs::Scene& scene, std::vector<std::string>* warnings) {
   findings.AppendTo(warnings, "views with the same pose as another");
 }
 
-void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics>& diagnostics,
-                       std::vector<std::string>* warnings) {
+void WarnOfPhotographs(const gs::Scene& scene, const gs::PointTracks& tracks,
+                       const std::vector<ViewDiagnostics>& diagnostics, std::vector<std::string>* warnings) {
   std::vector<double> sharpness;
   sharpness.reserve(diagnostics.size());
   for (const ViewDiagnostics& one : diagnostics) sharpness.push_back(one.sharpness);
   const double usual_sharpness = gs::Median(std::move(sharpness));
-  const std::vector<double> stops_of = ExposureStops(scene);
+  const std::vector<double> stops_of = ExposureStops(scene, tracks);
   Findings flat, blurred, exposed, saturated;
   for (std::size_t i = 0; i < diagnostics.size(); ++i) {
     const ViewDiagnostics& one = diagnostics[i];
@@ -217,6 +171,11 @@ void WarnOfPhotographs(const gs::Scene& scene, const std::vector<ViewDiagnostics
   flat.AppendTo(warnings, "photographs of one colour");
   blurred.AppendTo(warnings, "photographs that may be blurred");
   exposed.AppendTo(warnings, "photographs with a different exposure");
+  if (const double spread = ExposureSpread(stops_of); !tracks.empty() && spread > kExposureSpread) {
+    warnings->push_back(fmt::format(
+        "the exposures of the photographs differ (brightness by {:.0f} %): --refine_cameras=pose+exposure fits them",
+        100 * spread));
+  }
   saturated.AppendTo(warnings, "photographs with many saturated pixels");
 }
 
@@ -256,24 +215,7 @@ double ThumbnailDistance(const ViewDiagnostics& a, const ViewDiagnostics& b) {
   return sum / static_cast<double>(a.thumbnail.size());
 }
 
-std::vector<double> ExposureStops(const gs::Scene& scene) {
-  std::vector<Quartiles> quartiles;
-  std::vector<double> known;
-  for (const gs::View& view : scene.views) {
-    quartiles.push_back(DifferencesOf(view, scene.points));
-    if (std::isfinite(quartiles.back().middle)) known.push_back(quartiles.back().middle);
-  }
-  const double usual = known.empty() ? 0 : gs::Median(std::move(known));
-  std::vector<double> stops;
-  stops.reserve(quartiles.size());
-  for (const Quartiles& of : quartiles) {
-    const bool agrees = !((of.low - usual) * (of.high - usual) <= 0);
-    stops.push_back(agrees ? of.middle - usual : 0);
-  }
-  return stops;
-}
-
-std::vector<std::string> SceneWarnings(const gs::Scene& scene) {
+std::vector<std::string> SceneWarnings(const gs::Scene& scene, const gs::PointTracks& tracks) {
   std::vector<std::string> warnings;
   if (scene.views.empty()) return warnings;
   std::vector<ViewDiagnostics> diagnostics;
@@ -283,7 +225,7 @@ std::vector<std::string> SceneWarnings(const gs::Scene& scene) {
   WarnOfSeen(scene, &warnings);
   WarnOfPoses(scene, &warnings);
   WarnOfDuplicates(scene, diagnostics, &warnings);
-  WarnOfPhotographs(scene, diagnostics, &warnings);
+  WarnOfPhotographs(scene, tracks, diagnostics, &warnings);
   return warnings;
 }
 

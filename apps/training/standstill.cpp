@@ -5,12 +5,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+
+#include "apps/doctor/exposures.h"
 
 namespace vesta::app {
 namespace {
 
-std::vector<std::string> ReasonsFor(const gs::Scene& scene, gs::CameraChoice refined) {
+std::vector<std::string> ReasonsFor(const gs::Scene& scene, gs::CameraChoice refined,
+                                    const std::function<double()>& exposure_spread) {
   constexpr Index kFewViews = 30;
   std::vector<std::string> reasons;
   const Index views = gs::NumTrainingViews(scene);
@@ -19,15 +23,19 @@ std::vector<std::string> ReasonsFor(const gs::Scene& scene, gs::CameraChoice ref
     reasons.emplace_back("inaccurate cameras (--refine_cameras=auto measures whether refining them helps)");
   }
   if (refined != gs::CameraChoice::kPoseAndExposure && refined != gs::CameraChoice::kAll) {
-    reasons.emplace_back("exposures that differ (--refine_cameras=pose+exposure fits them)");
+    constexpr const char* kFlag = "(--refine_cameras=pose+exposure fits them)";
+    const double spread = exposure_spread();
+    if (std::isnan(spread)) reasons.push_back(fmt::format("exposures that differ {}", kFlag));
+    if (spread > kExposureSpread)
+      reasons.push_back(fmt::format("exposures that differ (brightness by {:.0f} %) {}", 100 * spread, kFlag));
   }
   return reasons;
 }
 
 }  // namespace
 
-std::string StandstillNote(const gs::Scene& scene, const std::vector<gs::HistoryRow>& history,
-                           gs::CameraChoice refined) {
+std::string StandstillNote(const gs::Scene& scene, const std::vector<gs::HistoryRow>& history, gs::CameraChoice refined,
+                           const std::function<double()>& exposure_spread) {
   constexpr double kRise = 0.5;      // dB of training PSNR
   constexpr double kFraction = 0.1;  // of this rise
   std::vector<gs::HistoryRow> rows;
@@ -37,7 +45,7 @@ std::string StandstillNote(const gs::Scene& scene, const std::vector<gs::History
   const gs::HistoryRow &before = rows[(rows.size() - 1) / 2], &now = rows.back();
   const double rise = now.train.psnr - before.train.psnr;
   if (!(rise >= kRise) || !(now.test.psnr - before.test.psnr < kFraction * rise)) return "";
-  const std::vector<std::string> reasons = ReasonsFor(scene, refined);
+  const std::vector<std::string> reasons = ReasonsFor(scene, refined, exposure_spread);
   return fmt::format(
       "the test PSNR stands still ({:.2f} dB after {} iterations, {:.2f} dB now), while the training PSNR rises "
       "({:.2f} to {:.2f} dB): the splat fits only the training views{}{}",

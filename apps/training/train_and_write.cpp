@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <system_error>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/device/ranks.h"
+#include "apps/doctor/exposures.h"
 #include "apps/inputs/input_warnings.h"
 #include "apps/inputs/scene_and_splat.h"
 #include "apps/report/report.h"
@@ -29,6 +31,7 @@
 #include "kernels/core/profile.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/io/scenes/colmap.h"
 #include "splatting/io/splats/ply.h"
 #include "splatting/train/settings/train_options.h"
 
@@ -236,7 +239,17 @@ std::vector<std::string> NotesOn(const TrainingJob& job, const gs::TrainResult& 
   RemarkOnOrigin(result.model, &remarks);
   NoteFilter(result.model, &remarks);
   RemarkOnMemory(job.settings.options.memory, result.memory, &remarks);
-  const std::string standstill = StandstillNote(job.scene, result.history, job.settings.options.cameras.refine);
+  const auto exposure_spread = [&] {
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    try {
+      const gs::PointTracks tracks = gs::ReadTracks(job.path, job.scene);
+      return tracks.empty() ? kUnknown : ExposureSpread(ExposureStops(job.scene, tracks));
+    } catch (const Error&) {  // damaged tracks, or the files have changed: the result must not be lost
+      return kUnknown;
+    }
+  };
+  const std::string standstill =
+      StandstillNote(job.scene, result.history, job.settings.options.cameras.refine, exposure_spread);
   if (!standstill.empty()) remarks.push_back(standstill);
   RemarkOnMeasuring(job, result.camera_changes, splat, &remarks);
   return remarks;

@@ -4,9 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
+#include "apps/doctor/exposures.h"
 #include "apps/doctor/scene_warnings.h"
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -113,6 +118,58 @@ TEST(SceneWarnings, ExposureThatDiffers) {
   EXPECT_THAT(SceneWarnings(scene),
               ElementsAre(testing::MatchesRegex("01.png: 1.[5-9] stops darker than the others"),
                           testing::MatchesRegex("08.png: 1.[1-6] stops lighter than the others")));
+}
+
+// A scene whose photographs show the points in their colours, times a gain per view. Every third point is hidden in
+// every other view, and dark there; the tracks know it.
+struct ExposedScene {
+  explicit ExposedScene(const std::vector<double>& gains) : scene(SoundScene()), tracks(scene.points.positions.size()) {
+    for (std::size_t i = 0; i < scene.views.size(); ++i) {
+      gs::View& view = scene.views[i];
+      view.id = static_cast<std::uint32_t>(100 + i);
+      for (std::size_t p = 0; p < scene.points.positions.size(); ++p) {
+        const auto& at = scene.points.positions[p];
+        const bool is_hidden = p % 3 == 0 && i % 2 == 0;
+        if (!(gs::DepthInView(view, at) > 0)) continue;
+        const auto t = gs::InCamera(view, {at[0], at[1], at[2]});
+        double u = 0, v = 0;
+        splat::PixelOf(view.camera.lens, t.data(), u, v);
+        const std::size_t pixel = static_cast<std::size_t>(v) * kSize + static_cast<std::size_t>(u);
+        const double brightness = is_hidden ? 0.1 : gains[i] * (0.3 + 0.05 * static_cast<double>(p % 5));
+        for (int c = 0; c < 3; ++c) view.image.plane(c)[pixel] = static_cast<float>(brightness);
+        if (!is_hidden) tracks[p].push_back(view.id);
+      }
+    }
+  }
+  gs::Scene scene;
+  gs::PointTracks tracks;
+};
+
+TEST(ExposureStops, TracksGiveTheGainsOfViewsThatHidePoints) {
+  std::vector<double> gains;
+  for (int i = 0; i < 12; ++i) gains.push_back(0.9 + 0.2 * (i * 5 % 12) / 11.0);
+  const ExposedScene exposed(gains);
+  const std::vector<double> stops = ExposureStops(exposed.scene, exposed.tracks);
+  std::vector<double> sorted = gains;
+  std::ranges::sort(sorted);
+  ASSERT_EQ(stops.size(), gains.size());
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    EXPECT_NEAR(std::exp2(stops[i] / 2.2), gains[i] / sorted[6], 0.02) << "view " << i;
+  }
+  EXPECT_NEAR(ExposureSpread(stops), sorted[10] / sorted[1] - 1, 0.03);
+  EXPECT_THAT(SceneWarnings(exposed.scene, exposed.tracks), testing::Contains(HasSubstr("exposures")));
+  const ExposedScene equal(std::vector<double>(12, 1.0));
+  EXPECT_LT(ExposureSpread(ExposureStops(equal.scene, equal.tracks)), 0.02);
+}
+
+TEST(ExposureStops, UnknownViewsAndFewPointsAreNoEstimate) {
+  ExposedScene exposed(std::vector<double>(12, 1.0));
+  exposed.scene.views[3].id = 7;  // in no track
+  for (auto& track : exposed.tracks) track.push_back(4'000'000'000U);
+  const std::vector<double> stops = ExposureStops(exposed.scene, exposed.tracks);
+  EXPECT_TRUE(std::isnan(stops[3]));
+  EXPECT_FALSE(std::isnan(stops[4]));
+  EXPECT_TRUE(std::isnan(ExposureSpread({std::nan(""), 1.0})));
 }
 
 TEST(SceneWarnings, OfOneColorAndBurnt) {

@@ -53,6 +53,7 @@ enum class ViewRole {
 
 // One image with its pose. Camera axes: x right, y down, z forward (COLMAP); x_camera = rotation x_world + translation.
 struct View {
+  std::uint32_t id = 0;    // of the image in a COLMAP model; 0 in other scenes
   std::string name;        // relative to the image folder; views are sorted and split by it (SortAndSplit)
   std::string image_path;  // path of the image file
   std::string mask_path;   // empty: no mask, or only the alpha channel of the photograph

@@ -166,8 +166,8 @@ void FailCameraModel(const std::string& folder, const std::string& where, const 
        where, model, scene.string(), folder, scene.string());
 }
 
-ColmapModel ReadColmapModel(const std::string& folder) {
-  ColmapModel model = IsText(folder) ? ReadColmapText(folder) : ReadColmapBinary(folder);
+ColmapModel ReadColmapModel(const std::string& folder, bool tracks) {
+  ColmapModel model = IsText(folder) ? ReadColmapText(folder, tracks) : ReadColmapBinary(folder, tracks);
   CheckModel(model, folder);
   return model;
 }
@@ -208,6 +208,7 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   PhotographFinder finder;
   for (const ColmapImage& image : model.images) {
     View view;
+    view.id = image.id;
     view.name = WithSlashes(image.name);
     if (LeavesScene(image_folder, view.name)) {
       Fail(kBadFile, "{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name),
@@ -231,6 +232,21 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   if (points.positions.empty()) points = PointsForCameras("the model in " + folder, random, &scene);
   PlaceInScene(points, &scene);
   return scene;
+}
+
+PointTracks ReadTracks(const std::string& scene_folder, const Scene& scene) {
+  const std::string folder = FindColmapModel(scene_folder);
+  if (folder.empty()) return {};
+  ColmapModel model = ReadColmapModel(folder, true);
+  if (std::ssize(model.points) != scene.points.size()) return {};
+  PointTracks tracks;
+  tracks.reserve(model.points.size());
+  bool any = false;
+  for (ColmapPoint& point : model.points) {
+    any = any || !point.seen_by.empty();
+    tracks.push_back(std::move(point.seen_by));
+  }
+  return any ? tracks : PointTracks();
 }
 
 ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views) {

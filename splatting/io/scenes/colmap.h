@@ -45,9 +45,11 @@ struct ColmapPoint {
   std::array<double, 3> position{};
   std::array<std::uint8_t, 3> color{};
   double error = 0;  // mean reprojection error in pixels
+  // ColmapImage::id of the images that see the point; empty unless requested.
+  std::vector<std::uint32_t> seen_by = {};
 };
 
-// Image observations (2D points and tracks) are skipped on reading and left empty on writing.
+// 2D points are skipped on reading, and left empty on writing, like ColmapPoint::seen_by.
 struct ColmapModel {
   std::vector<ColmapCamera> cameras;
   std::vector<ColmapImage> images;
@@ -61,8 +63,8 @@ enum class ColmapFormat { kBinary, kText };
 // file, the byte (or line) and what to do, unless all of this holds: sizes and focal lengths are positive and finite;
 // distortion, poses and points are finite; quaternions are not zero; image names and camera ids are unique; the cameras
 // of all images exist; there is at least one image. For an unsupported camera model (FOV, THIN_PRISM_FISHEYE), the
-// message has the colmap command that undistorts the images.
-ColmapModel ReadColmapModel(const std::string& folder);
+// message has the colmap command that undistorts the images. tracks: read ColmapPoint::seen_by.
+ColmapModel ReadColmapModel(const std::string& folder, bool tracks = false);
 
 // Creates the folder and writes the three files, each completely or not at all. Both formats preserve numbers exactly.
 void WriteColmapModel(const ColmapModel& model, const std::string& folder, ColmapFormat format);
@@ -75,6 +77,12 @@ std::string FindColmapModel(const std::string& scene_folder);
 // (PointsForCameras) and a note.
 Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder,
                       const RandomPoints& random = {});
+
+// Per point of a scene: View::id of the views that are known to see it.
+using PointTracks = std::vector<std::vector<std::uint32_t>>;
+// Reads the tracks of a scene that was loaded from this folder. Empty if the folder has no COLMAP model, if the model
+// has no tracks, or if the scene has other points. Throws Error like ReadColmapModel.
+PointTracks ReadTracks(const std::string& scene_folder, const Scene& scene);
 
 // views: the views of the scene with the cameras to store, in the coordinates of the scene. The model is in the
 // coordinates of the scene's files (Scene::origin). Equal cameras are stored once. If LoadScene has undistorted a

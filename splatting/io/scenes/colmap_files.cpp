@@ -76,7 +76,7 @@ std::vector<ColmapImage> ReadBinaryImages(const std::string& folder) {
   return images;
 }
 
-std::vector<ColmapPoint> ReadBinaryPoints(const std::string& folder) {
+std::vector<ColmapPoint> ReadBinaryPoints(const std::string& folder, bool tracks) {
   ByteReader in(folder + "/points3D.bin");
   std::vector<ColmapPoint> points(static_cast<std::size_t>(in.ReadCount(51, "the number of points")));
   for (ColmapPoint& point : points) {
@@ -85,7 +85,15 @@ std::vector<ColmapPoint> ReadBinaryPoints(const std::string& folder) {
     CheckColmapPoint(point, in.Where());
     for (std::uint8_t& v : point.color) v = in.Read<std::uint8_t>("a point's colour");
     point.error = in.Read<double>("a point's error");
-    in.Skip(in.ReadCount(8, "the length of a point's track"), 8, "a point's track");
+    const Index length = in.ReadCount(8, "the length of a point's track");
+    if (!tracks) {
+      in.Skip(length, 8, "a point's track");
+      continue;
+    }
+    for (Index k = 0; k < length; ++k) {
+      point.seen_by.push_back(in.Read<std::uint32_t>("an image of a point's track"));
+      in.Read<std::uint32_t>("a 2-D point of a point's track");
+    }
   }
   in.ExpectEnd();
   return points;
@@ -141,6 +149,7 @@ class LineReader {
     }
     return static_cast<T>(value);
   }
+  bool HasWord() const { return !Trimmed(line_).empty(); }
   // Without surrounding white space.
   std::string Rest() { return std::string(Trimmed(line_)); }
   std::string Where() const { return fmt::format("{}: line {}", path_, number_); }
@@ -223,7 +232,7 @@ std::vector<ColmapImage> ReadTextImages(const std::string& folder, Index* stated
   return images;
 }
 
-std::vector<ColmapPoint> ReadTextPoints(const std::string& folder) {
+std::vector<ColmapPoint> ReadTextPoints(const std::string& folder, bool tracks) {
   LineReader in(folder + "/points3D.txt");
   std::vector<ColmapPoint> points;
   while (in.NextRecord()) {
@@ -233,7 +242,11 @@ std::vector<ColmapPoint> ReadTextPoints(const std::string& folder) {
     for (std::uint8_t& v : point.color) v = in.Whole<std::uint8_t>("the point's colour");
     point.error = in.Number("the point's error");
     CheckColmapPoint(point, in.Where());
-    points.push_back(point);
+    while (tracks && in.HasWord()) {
+      point.seen_by.push_back(in.Whole<std::uint32_t>("an image of the point's track"));
+      in.Whole<std::uint32_t>("a 2D point of the point's track");
+    }
+    points.push_back(std::move(point));
   }
   return points;
 }
@@ -297,8 +310,8 @@ const char* WhatIs(CameraParameter parameter) {
   }
 }
 
-ColmapModel ReadColmapBinary(const std::string& folder) {
-  return {ReadBinaryCameras(folder), ReadBinaryImages(folder), ReadBinaryPoints(folder), 0};
+ColmapModel ReadColmapBinary(const std::string& folder, bool tracks) {
+  return {ReadBinaryCameras(folder), ReadBinaryImages(folder), ReadBinaryPoints(folder, tracks), 0};
 }
 
 void WriteColmapBinary(const ColmapModel& model, const std::string& folder) {
@@ -337,11 +350,11 @@ void WriteColmapBinary(const ColmapModel& model, const std::string& folder) {
   WriteFileAtomically(folder + "/points3D.bin", bytes);
 }
 
-ColmapModel ReadColmapText(const std::string& folder) {
+ColmapModel ReadColmapText(const std::string& folder, bool tracks) {
   ColmapModel model;
   model.cameras = ReadTextCameras(folder);
   model.images = ReadTextImages(folder, &model.stated_images);
-  model.points = ReadTextPoints(folder);
+  model.points = ReadTextPoints(folder, tracks);
   return model;
 }
 

@@ -62,8 +62,8 @@ void WriteParameters(const ColmapCamera& record, const Write& write) {
   for (const CameraParameter parameter : InfoOf(record.model).parameters) write(ParameterOf(copy, parameter));
 }
 
-ColmapModel ReadColmapBinary(const std::string& folder);
-ColmapModel ReadColmapText(const std::string& folder);
+ColmapModel ReadColmapBinary(const std::string& folder, bool tracks);
+ColmapModel ReadColmapText(const std::string& folder, bool tracks);
 void WriteColmapBinary(const ColmapModel& model, const std::string& folder);
 void WriteColmapText(const ColmapModel& model, const std::string& folder);
 

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace vesta::app {
 namespace {
 
@@ -28,27 +30,38 @@ gs::Scene SceneOf(std::size_t views) {
 
 constexpr auto kNone = gs::CameraChoice::kNone, kAll = gs::CameraChoice::kAll;
 
+double Unknown() { return std::numeric_limits<double>::quiet_NaN(); }
+
 TEST(StandstillNote, NamesTheReasonsAndFlags) {
   const auto rows = Rows({18, 22, 24, 26, 27}, {17, 20, 20.5, 20.6, 20.5});
-  const std::string few = StandstillNote(SceneOf(20), rows, kNone);
+  const std::string few = StandstillNote(SceneOf(20), rows, kNone, Unknown);
   EXPECT_THAT(few, HasSubstr("20.50 dB after 200 iterations"));
   EXPECT_THAT(few, HasSubstr("24.00 to 27.00 dB"));
   EXPECT_THAT(few, HasSubstr("20 training views"));
   EXPECT_THAT(few, HasSubstr("--refine_cameras=auto"));
-  const std::string many = StandstillNote(SceneOf(200), rows, kAll);
+  const std::string many = StandstillNote(SceneOf(200), rows, kAll, Unknown);
   EXPECT_THAT(many, Not(HasSubstr("training views (")));
   EXPECT_THAT(many, Not(HasSubstr("--refine_cameras")));
 }
 
+TEST(StandstillNote, MeasuresExposures) {
+  const auto rows = Rows({18, 22, 24, 26, 27}, {17, 20, 20.5, 20.6, 20.5});
+  const auto with = [&](double spread) { return StandstillNote(SceneOf(20), rows, kNone, [=] { return spread; }); };
+  EXPECT_THAT(StandstillNote(SceneOf(20), rows, kNone, Unknown), HasSubstr("--refine_cameras=pose+exposure"));
+  EXPECT_THAT(with(0.02), Not(HasSubstr("exposures")));
+  EXPECT_THAT(with(0.25), HasSubstr("(brightness by 25 %) (--refine_cameras=pose+exposure"));
+}
+
 TEST(StandstillNote, IsEmptyWhereTestViewsGain) {
-  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22, 24, 26, 27}, {17, 20, 20.5, 20.6, 21}), kNone), "");
-  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22, 24, 24.2, 24.3}, {17, 20, 20.5, 20.6, 20.5}), kNone), "");
+  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22, 24, 26, 27}, {17, 20, 20.5, 20.6, 21}), kNone, Unknown), "");
+  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22, 24, 24.2, 24.3}, {17, 20, 20.5, 20.6, 20.5}), kNone, Unknown),
+            "");
 }
 
 TEST(StandstillNote, NeedsRowsWithTestViews) {
-  EXPECT_EQ(StandstillNote(SceneOf(20), {}, kNone), "");
-  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22}, {17, 17}), kNone), "");
-  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22, 24, 26, 27}, {0, 0, 0, 0, 0}), kNone), "");
+  EXPECT_EQ(StandstillNote(SceneOf(20), {}, kNone, Unknown), "");
+  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22}, {17, 17}), kNone, Unknown), "");
+  EXPECT_EQ(StandstillNote(SceneOf(20), Rows({18, 22, 24, 26, 27}, {0, 0, 0, 0, 0}), kNone, Unknown), "");
 }
 
 }  // namespace

@@ -85,6 +85,23 @@ TEST(Colmap, ReadsTheObservationsOfABinaryModelAway) {
   points.replace(points.size() - 8, 8, std::string("\1\0\0\0\0\0\0\0", 8) + std::string(8, 't'));
   WriteBytes(folder / "points3D.bin", points);
   ExpectSameModel(ReadColmapModel(folder.path()), model);
+  EXPECT_EQ(ReadColmapModel(folder.path(), true).points[0].seen_by, std::vector<std::uint32_t>{0x74747474});
+}
+
+TEST(Colmap, TracksBelongToTheScene) {
+  const TempFolder folder;
+  WriteColmapModel(ExampleModel(), folder / "sparse/0", ColmapFormat::kText);
+  Scene scene = ReadColmapScene(folder.path(), "images");
+  EXPECT_TRUE(ReadTracks(folder.path(), scene).empty()) << "no tracks";
+  std::string points = ReadBytes(folder / "sparse/0/points3D.txt");
+  points.insert(points.find_last_not_of('\n') + 1, " 2 0 5 1");
+  WriteBytes(folder / "sparse/0/points3D.txt", points);
+  const PointTracks tracks = ReadTracks(folder.path(), scene);
+  ASSERT_EQ(std::ssize(tracks), scene.points.size());
+  EXPECT_EQ(tracks.back(), (std::vector<std::uint32_t>{2, 5}));
+  scene.points.positions.pop_back();
+  EXPECT_TRUE(ReadTracks(folder.path(), scene).empty()) << "other points";
+  EXPECT_TRUE(ReadTracks(folder / "sparse", scene).empty()) << "no model";
 }
 
 // Text as COLMAP writes it: comments, observations, tracks, \r
@@ -98,6 +115,8 @@ TEST(Colmap, ReadsTextOfOtherHands) {
       "3 0 1 0 0 0 0 0 1 two.jpg");
   WriteBytes(folder / "points3D.txt", "7 1 2 3 10 20 30 0.5 2 0 5 1\n");
   const ColmapModel model = ReadColmapModel(folder.path());
+  EXPECT_TRUE(model.points[0].seen_by.empty());
+  EXPECT_EQ(ReadColmapModel(folder.path(), true).points[0].seen_by, (std::vector<std::uint32_t>{2, 5}));
   ASSERT_EQ(model.images.size(), 3u);
   EXPECT_EQ(model.images[0].name, "one.jpg");
   EXPECT_EQ(model.images[0].translation, (std::array<double, 3>{0.5, 0, -1}));
