@@ -8,11 +8,42 @@
 #include "splatting/pruning/pruning_options.h"
 
 namespace vesta::gs {
+namespace {
+
+// Forecasts simulate the stage in this many pieces.
+constexpr int kPieces = 100;
+
+int NumDensifications(const TrainingSchedule& schedule) {
+  int count = 0;
+  for (double k = 0; k < kPieces; ++k) count += schedule.At({k / kPieces, (k + 1) / kPieces}).densifies ? 1 : 0;
+  return count;
+}
+
+}  // namespace
+
+GrowthForecast GrowthForecast::Assuming(double growth, int changes) {
+  GrowthForecast forecast;
+  double low = 0, high = growth;  // the part for one change is growth - 1
+  for (int k = 0; k < 50; ++k) {
+    forecast.assumed_part_ = (low + high) / 2;
+    (forecast.After(1, changes) < growth ? low : high) = forecast.assumed_part_;
+  }
+  return forecast;
+}
+
+double ExpectedGrowth(const Scene& scene) {
+  constexpr double kFactor = 0.094, kExponent = 0.75, kLeast = 2.5;
+  double pixels = 0;
+  for (const View* view : TrainingViews(scene.views)) {
+    pixels += static_cast<double>(view->camera.width) * view->camera.height;
+  }
+  const double per_point = pixels / static_cast<double>(std::max<Index>(scene.points.size(), 1));
+  return std::max(kLeast, kFactor * std::pow(per_point, kExponent));
+}
 
 RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& growth, const TrainingSchedule& schedule,
                             const StageProgress& now, double iterations_per_scoring) {
   const TrainOptions& options = schedule.options();
-  constexpr int kPieces = 100;  // per stage; the remaining ones are simulated one by one
   const double done = now.span.after;
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
@@ -47,6 +78,11 @@ RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& g
       is_limited ? std::min(scoring_seconds, kScoringFraction * options.time_limit) : scoring_seconds;
   return ahead;
 }
+
+StagePlanner::StagePlanner(TrainingSession& session)
+    : session_(session),
+      begin_seconds_(session.Seconds()),
+      growth_(GrowthForecast::Assuming(ExpectedGrowth(session.scene()), NumDensifications(session.schedule()))) {}
 
 void StagePlanner::ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds) {
   timer_.Observe(is_coarse, gaussians, seconds);

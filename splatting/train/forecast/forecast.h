@@ -96,6 +96,11 @@ class IterationTimer {
 // growth by about kFall (docs/decisions/forecast.md).
 class GrowthForecast {
  public:
+  // Assumes a typical growth until is_known().
+  GrowthForecast() = default;
+  // Assumes that `changes` densifications multiply the number of Gaussians by `growth` (>= 1).
+  static GrowthForecast Assuming(double growth, int changes);
+
   void Observe(Index before, Index after) {
     ++changes_;
     part_ = std::max(0.0, static_cast<double>(after) / static_cast<double>(std::max<Index>(before, 1)) - 1);
@@ -103,9 +108,9 @@ class GrowthForecast {
 
   // True after enough densifications.
   bool is_known() const { return changes_ >= kNeeded; }
-  // The number after `changes` more densifications, if there are `gaussians` now. Uses typical growth until is_known().
+  // The number after `changes` more densifications, if there are `gaussians` now.
   double After(double gaussians, int changes) const {
-    double part = is_known() ? part_ : kUsualPart;
+    double part = is_known() ? part_ : assumed_part_;
     for (int k = std::min(changes_, kNeeded); k < std::min(changes_, kNeeded) + changes; ++k) {
       if (k >= kNeeded) part *= kFall;
       gaussians *= 1 + part;
@@ -115,11 +120,16 @@ class GrowthForecast {
 
  private:
   static constexpr int kNeeded = 4;
-  static constexpr double kUsualPart = 0.27, kFall = 0.82;
+  static constexpr double kFall = 0.82;
 
+  double assumed_part_ = 0.23;  // assumed growth in each of the first densifications
   int changes_ = 0;
   double part_ = 0;  // relative growth in the latest densification
 };
+
+// Predicts by what number densification multiplies the Gaussians of a scene, from its pixels and points
+// (docs/decisions/forecast.md).
+double ExpectedGrowth(const Scene& scene);
 
 struct StageProgress {
   int iteration = 0;     // iterations done
@@ -154,7 +164,7 @@ RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& g
 // user.
 class StagePlanner {
  public:
-  explicit StagePlanner(TrainingSession& session) : session_(session), begin_seconds_(session.Seconds()) {}
+  explicit StagePlanner(TrainingSession& session);
 
   // Pruning adds the times of its scoring rounds (StagePruning).
   IterationTimer& timer() { return timer_; }

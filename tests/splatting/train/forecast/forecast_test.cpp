@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "splatting/pruning/pruning_options.h"
 
@@ -24,6 +25,29 @@ TEST(GrowthForecast, FollowsWhatHasGrown) {
   EXPECT_LT(fall, 0.9);
   EXPECT_NEAR(growth.After(1000, 3), 1000 * (1 + 0.5 * fall) * (1 + 0.5 * fall * fall) * (1 + 0.5 * fall * fall * fall),
               1e-9);
+}
+
+TEST(GrowthForecast, FollowsTheAssumptionUntilItIsKnown) {
+  for (const int changes : {1, 4, 10}) {
+    GrowthForecast growth = GrowthForecast::Assuming(4.5, changes);
+    EXPECT_NEAR(growth.After(1000, changes), 4500, 1e-6);
+    growth.Observe(100, 200);
+    EXPECT_LT(growth.After(1000, changes - 1), 4500) << "one of them has passed";
+  }
+  EXPECT_NEAR(GrowthForecast::Assuming(1, 10).After(1000, 10), 1000, 1e-6);
+}
+
+TEST(ExpectedGrowth, RisesWithThePixelsPerPoint) {
+  Scene scene;
+  scene.views.resize(4);
+  for (View& view : scene.views) view.camera.width = 100, view.camera.height = 50;
+  scene.views[3].role = ViewRole::kTest;
+  scene.points.positions.resize(150);
+  EXPECT_NEAR(ExpectedGrowth(scene), 0.094 * std::pow(100, 0.75), 1e-12) << "of the training views";
+  scene.points.positions.clear();
+  EXPECT_TRUE(std::isfinite(ExpectedGrowth(scene)));
+  scene.points.positions.resize(1'000'000);
+  EXPECT_GT(ExpectedGrowth(scene), 2);
 }
 
 TEST(GrowthForecast, OfAModelThatDoesNotGrow) {
