@@ -2,7 +2,10 @@
 # All external packages with minimum versions. ./run installs them on Debian 12.
 find_package(Threads REQUIRED)
 find_package(fmt 9 REQUIRED)
-find_package(xsimd 8 REQUIRED)
+find_package(xsimd REQUIRED)  # xsimd's package rejects a request for another major version
+if(xsimd_VERSION VERSION_LESS 8)
+  message(FATAL_ERROR "xsimd ${xsimd_VERSION} is too old: version 8 or later is needed")
+endif()
 find_package(Eigen3 3.4 REQUIRED)
 if(NOT VESTA_STD_THREADS)
   find_package(TBB 2021 REQUIRED)

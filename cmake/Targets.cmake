@@ -56,7 +56,7 @@ function(vesta_simd_sources target)
   endif()
   set(flags_baseline "")
   set(flags_avx2 -mavx2 -mfma)
-  set(flags_avx512 -mavx2 -mfma -mavx512f -mavx512bw -mavx512dq -mavx512vl -mprefer-vector-width=512)
+  set(flags_avx512 -mavx2 -mfma -mavx512f -mavx512cd -mavx512bw -mavx512dq -mavx512vl -mprefer-vector-width=512)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     # The AVX-512 intrinsics of gcc 12 read an intentionally uninitialised variable (gcc bug 105593).
     list(APPEND flags_avx512 -Wno-uninitialized -Wno-maybe-uninitialized)
@@ -145,7 +145,11 @@ function(vesta_test name)
     return()
   endif()
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX "${ARG_PREFIX}" PROPERTIES TIMEOUT ${ARG_TIMEOUT}
+  set(prefix "")
+  if(ARG_PREFIX)  # CMake 3.31 rejects an empty prefix
+    set(prefix TEST_PREFIX "${ARG_PREFIX}")
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 ${prefix} PROPERTIES TIMEOUT ${ARG_TIMEOUT}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
   # In a separate file: gtest_discover_tests would treat the second label as the name of a property.
   set(labels_file ${CMAKE_CURRENT_BINARY_DIR}/${name}_labels.cmake)

@@ -39,8 +39,21 @@ class BoundedStream : public httplib::Stream {
   // Returns false if no byte of a request arrives in time.
   bool WaitForRequest();
 
-  bool is_readable() const override { return true; }  // read waits
-  bool is_writable() const override { return true; }
+  // Members of Stream in some versions of httplib only, so not marked `override`. read and write wait.
+#if defined(__clang__)
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Winconsistent-missing-override"
+#endif
+  // NOLINTBEGIN(modernize-use-override,readability-convert-member-functions-to-static)
+  bool is_readable() const { return true; }
+  bool is_writable() const { return true; }
+  bool wait_readable() const { return true; }
+  bool wait_writable() const { return true; }
+  time_t duration() const { return 0; }
+  // NOLINTEND(modernize-use-override,readability-convert-member-functions-to-static)
+#if defined(__clang__)
+#pragma clang diagnostic pop
+#endif
   ssize_t read(char* to, size_t size) override;
   ssize_t write(const char* from, size_t size) override;
   void get_remote_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}

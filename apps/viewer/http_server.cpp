@@ -61,18 +61,21 @@ class Workers : public httplib::TaskQueue {
   }
   ~Workers() override { shutdown(); }
 
-  void enqueue(std::function<void()> connection) override {
+  // void before httplib 0.15, bool since then.
+  using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(nullptr));
+  Enqueued enqueue(std::function<void()> connection) override {
     {
       const std::lock_guard lock(mutex_);
       if (open_ < kMostConnections) {
         ++open_, waiting_.push_back(std::move(connection));
         changed_.notify_one();
-        return;
+        return Enqueued(true);
       }
     }
     t_refuses = true;
     connection();
     t_refuses = false;
+    return Enqueued(true);
   }
   void shutdown() override {
     {
@@ -129,11 +132,21 @@ class BoundedServer : public httplib::Server {
         const std::string length = request.get_header_value("Content-Length");
         has_body = request.has_header("Transfer-Encoding") || (!length.empty() && length != "0");
       };
-      goes_on = process_request(stream, is_last, is_closed, look) && is_sound && !is_last && !is_closed && !has_body;
+      goes_on = Process(stream, is_last, is_closed, look) && is_sound && !is_last && !is_closed && !has_body;
     }
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
     return true;
+  }
+
+  // Since httplib 0.17, process_request also takes both addresses, which only logs use.
+  template <class Stream, class Look>
+  bool Process(Stream& stream, bool is_last, bool& is_closed, const Look& look) {
+    if constexpr (requires { this->process_request(stream, is_last, is_closed, look); }) {
+      return this->process_request(stream, is_last, is_closed, look);
+    } else {
+      return this->process_request(stream, std::string(), 0, std::string(), 0, is_last, is_closed, look);
+    }
   }
 
   std::atomic<bool> stopping_{false};
@@ -162,25 +175,6 @@ class HttpServer::Impl {
  public:
   Impl(const std::string& address, int port, std::vector<HttpRoute> routes)
       : address_(address), token_(MakeToken()), routes_(std::move(routes)) {
-    const KeepSigpipe keep;
-    server_ = std::make_unique<BoundedServer>();
-    server_->new_task_queue = [this] { return workers_.release(); };
-    server_->set_tcp_nodelay(true);
-    server_->set_keep_alive_max_count(kMostOnConnection);  // announced in replies
-    server_->set_keep_alive_timeout(BoundedStream::kMostIdle.count());
-    // httplib would share the port with other programs (SO_REUSEPORT).
-    server_->set_socket_options([](socket_t socket) {
-      const int yes = 1;
-      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-    });
-    server_->set_default_headers(SafeHeaders());
-    server_->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-      const HttpReply reply = Answer(request);
-      response.status = reply.status;
-      for (const auto& [name, value] : reply.headers) response.set_header(name, value);
-      response.set_content(reply.body, reply.type);
-      return httplib::Server::HandlerResponse::Handled;
-    });
     Bind(port);
     try {
       thread_ = std::thread([this] { server_->listen_after_bind(); });
@@ -212,9 +206,33 @@ class HttpServer::Impl {
     return ::gethostname(name, sizeof(name) - 1) == 0 ? name : "localhost";
   }
 
+  // A server of httplib 0.18 that failed to bind once never binds again, so each port gets a new one.
+  void Open() {
+    const KeepSigpipe keep;
+    server_ = std::make_unique<BoundedServer>();
+    server_->new_task_queue = [this] { return workers_.release(); };
+    server_->set_tcp_nodelay(true);
+    server_->set_keep_alive_max_count(kMostOnConnection);  // announced in replies
+    server_->set_keep_alive_timeout(BoundedStream::kMostIdle.count());
+    // httplib would share the port with other programs (SO_REUSEPORT).
+    server_->set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    });
+    server_->set_default_headers(SafeHeaders());
+    server_->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+      const HttpReply reply = Answer(request);
+      response.status = reply.status;
+      for (const auto& [name, value] : reply.headers) response.set_header(name, value);
+      response.set_content(reply.body, reply.type);
+      return httplib::Server::HandlerResponse::Handled;
+    });
+  }
+
   void Bind(int port) {
     const int first = port > 0 ? port : kFirstPort, count = port > 0 ? 1 : kPortsToTry;
     for (port_ = first; port_ < first + count; ++port_) {
+      Open();
       if (server_->bind_to_port(address_, port_)) return;
     }
     const std::string ports = count > 1

@@ -3,6 +3,7 @@
 // instruction set. (double is a batch of one lane, see scalar.h.) Only for *.simd.cpp files and their shared headers.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <xsimd/xsimd.hpp>
 
@@ -10,6 +11,16 @@
 
 namespace vesta {
 inline namespace VESTA_ISA {
+
+// The sum of all lanes.
+template <class Lanes>
+inline typename Lanes::value_type LaneSum(const Lanes& v) {
+#if XSIMD_VERSION_MAJOR >= 10
+  return xsimd::reduce_add(v);
+#else
+  return xsimd::hadd(v);
+#endif
+}
 
 using FloatLanes = xsimd::batch<float>;
 using FloatMask = FloatLanes::batch_bool_type;
@@ -50,9 +61,10 @@ struct Elementary<FloatLanes> {
     const FloatLanes f = x - (biased - magic);
     const FloatLanes p = Quintic(f, 1.0000000716546757f, 0.693146967064535f, 0.24022119723863694f,
                                  0.055507132738658184f, 0.009675541333494672f, 0.0013276471873520587f);
-    const auto exponent = xsimd::bitwise_cast<xsimd::batch<int32_t>>(biased) << 23;
-    return Select(mask, xsimd::bitwise_cast<FloatLanes>(xsimd::bitwise_cast<xsimd::batch<int32_t>>(p) + exponent),
-                  FloatLanes(0));
+    // xsimd's own bitwise_cast has other arguments since version 10.
+    using IntLanes = xsimd::batch<int32_t>;
+    const IntLanes exponent = std::bit_cast<IntLanes>(biased) << 23;
+    return Select(mask, std::bit_cast<FloatLanes>(std::bit_cast<IntLanes>(p) + exponent), FloatLanes(0));
 #endif
   }
 
@@ -174,7 +186,7 @@ inline void SumLanes(const FloatLanes* v, float* out) {
 #else
 template <int kCount>
 inline void SumLanes(const FloatLanes* v, float* out) {
-  for (int i = 0; i < kCount; ++i) out[i] = xsimd::hadd(v[i]);
+  for (int i = 0; i < kCount; ++i) out[i] = LaneSum(v[i]);
 }
 #endif
 

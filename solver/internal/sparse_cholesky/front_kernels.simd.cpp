@@ -4,7 +4,7 @@
 #include <cmath>
 #include <xsimd/xsimd.hpp>
 
-#include "kernels/math/isa.h"
+#include "kernels/math/lanes.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {
@@ -150,7 +150,7 @@ void BackwardStrip(const FrontPanel& panel, Index first, double* x) {
     for (int c = 0; c < kColumns; ++c) sum[c] = SubtractProduct(V::load_unaligned(column[c] + r), below, sum[c]);
   }
   for (int c = kColumns - 1; c >= 0; --c) {
-    double value = x[first + c] + xsimd::hadd(sum[c]);
+    double value = x[first + c] + LaneSum(sum[c]);
     for (Index i = r; i < panel.rows; ++i) value -= column[c][i] * x[i];
     for (int k = c + 1; k < kColumns; ++k) value -= column[c][first + k] * x[first + k];
     x[first + c] = value / column[c][first + c];

@@ -2,6 +2,7 @@
 #include "problems/bundle_adjustment/projection.h"
 
 #include <ceres/jet.h>
+#include <ceres/version.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,6 +71,8 @@ TEST(Projection, JacobianIsThatOfJets) {
         std::copy_n(ceres_prediction[i].v.data(), kRowSize, ceres_jets + kRowSize * i);
       }
       ExpectRowsNear(jacobian, jets, 2, 1e-9);
+      // The derivatives of Ceres 2.2 are NaN where the squared angle underflows.
+      if (CERES_VERSION_MINOR >= 2 && angle > 0 && angle < 1e-150) continue;
       // Below its epsilon for the squared angle, Ceres uses a first-order rotation.
       ExpectRowsNear(jacobian, ceres_jets, 2, angle > 0 && angle < 1e-7 ? 1e-7 : 1e-9);
     }
