@@ -146,8 +146,8 @@ struct ExposedScene {
 };
 
 TEST(ExposureStops, TracksGiveTheGainsOfViewsThatHidePoints) {
-  std::vector<double> gains;
-  for (int i = 0; i < 12; ++i) gains.push_back(0.9 + 0.2 * (i * 5 % 12) / 11.0);
+  std::vector<double> gains(12);
+  for (std::size_t i = 0; i < gains.size(); ++i) gains[i] = 0.9 + 0.2 * static_cast<double>(i * 5 % 12) / 11;
   const ExposedScene exposed(gains);
   const std::vector<double> stops = ExposureStops(exposed.scene, exposed.tracks);
   std::vector<double> sorted = gains;

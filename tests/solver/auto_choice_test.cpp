@@ -175,7 +175,7 @@ std::vector<double> FillWithContour(BlockProblem& problem) {
   std::vector<double> x;
   std::vector<int> blocks(1 + kSegments);
   for (int k = 0; k < kSegments; ++k) {
-    blocks[static_cast<std::size_t>(1 + k)] = problem.AddParameterBlock(2);
+    blocks[static_cast<std::size_t>(k) + 1] = problem.AddParameterBlock(2);
     const double angle = 2 * std::numbers::pi * k / kSegments;
     x.insert(x.end(), {std::cos(angle), std::sin(angle)});
   }
@@ -184,7 +184,8 @@ std::vector<double> FillWithContour(BlockProblem& problem) {
     const double angle = 2 * std::numbers::pi * (i + 2 * std::sin(37.0 * i)) / kPoints;
     const double u = 4 * std::cos(angle), v = std::sin(angle), at[2] = {c * u - s * v, s * u + c * v};
     const auto distance = [&](int k) {
-      return std::hypot(x[static_cast<std::size_t>(2 * k)] - at[0], x[static_cast<std::size_t>(2 * k + 1)] - at[1]);
+      const double* const point = x.data() + 2 * k;
+      return std::hypot(point[0] - at[0], point[1] - at[1]);
     };
     int nearest = 0;
     for (int k = 1; k < kSegments; ++k) nearest = distance(k) < distance(nearest) ? k : nearest;

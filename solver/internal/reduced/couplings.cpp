@@ -41,8 +41,10 @@ Couplings::Couplings(const BlockStructure& structure) {
   for (Coupling* const coupling : order) {
     coupling->first_value = num_values_;
     by_eliminated_.push_back({coupling->kept, num_values_});
-    num_values_ += Index{structure.free_blocks()[static_cast<std::size_t>(coupling->kept)].size} *
-                   structure.free_blocks()[static_cast<std::size_t>(num_kept + coupling->eliminated)].size;
+    num_values_ +=
+        Index{structure.free_blocks()[static_cast<std::size_t>(coupling->kept)].size} *
+        structure.free_blocks()[static_cast<std::size_t>(num_kept) + static_cast<std::size_t>(coupling->eliminated)]
+            .size;
   }
   couplings_.push_back({num_kept, 0, static_cast<Index>(terms_.size()), num_values_});
 }

@@ -132,7 +132,7 @@ TEST_P(RoundingColumnsSolve, AHexagonGrowsToItsPerimeter) {
           EXPECT_NEAR(x[12] / unit, 2, 1e-4);
           // No vertex leaves.
           for (int i = 0; i < 6; ++i) {
-            const auto k = static_cast<std::size_t>(2 * i);
+            const auto k = 2 * static_cast<std::size_t>(i);
             const double radius =
                 std::hypot(x[k] - hexagon.size * centre, x[k + 1] - hexagon.size * centre) / hexagon.size;
             EXPECT_LT(std::abs(radius - 10.0 / 6), 1) << i;
