@@ -23,9 +23,8 @@ inline double Luma(double red, double green, double blue) { return 0.299 * red +
 // lower and the upper quartile differ in sign, as when foreground hides the points.
 std::vector<double> ExposureStops(const gs::Scene& scene, const gs::PointTracks& tracks = {});
 
-// By how much the brightness of the same object differs between photographs: the ratio of the luma of the 95th
-// percentile of the views to that of the 5th, minus 1. NaN with fewer than two known exposures. stops: from
-// ExposureStops.
+// By how much the brightness of the same object differs between photographs: the ratio of luma between the 95th and the
+// 5th percentile of the views, minus 1. NaN with fewer than two known exposures. stops: from ExposureStops.
 double ExposureSpread(const std::vector<double>& stops);
 
 // A larger spread is worth fitting (docs/decisions/exposures.md).
