@@ -63,7 +63,7 @@ int RunEval(const CommandLine& line) {
   PrintQuality("train", evaluation.train);
   const std::optional<gs::AlignedEvaluation> aligned = MeasureAligned(posed, flags.align);
   if (aligned) PrintAligned(*aligned);
-  Print("training loss {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count,
+  Print("training loss {}, {} Gaussians of SH degree {}\n", Figure(evaluation.cost, 6), posed.model.count,
         posed.model.sh_degree);
   if (evaluation.train.views > 0) Print("{}", WarningOfScene(evaluation.train.psnr));
   if (!flags.json.empty()) {

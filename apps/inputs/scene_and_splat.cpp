@@ -29,6 +29,10 @@ const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
   return nullptr;
 }
 
+void PrintLines(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) Print("{}\n", line);
+}
+
 bool IsGiven(const schema::Field<Flags>& flag, const Flags& flags) { return flag.Text(flags) != flag.Text(Flags()); }
 
 // Bytes for decoded photographs: --photographs_mib, or half of the program's memory.
@@ -83,17 +87,17 @@ void PrintScene(const gs::Scene& scene) {
     return std::ranges::count_if(scene.views, [&](const gs::View& view) { return view.role == role; });
   };
   const auto held_out = count(gs::ViewRole::kHeldOut);
-  Print("{} training views, {}{} test views; {} points; loaded in {:.1f} s\n", count(gs::ViewRole::kTraining),
-        held_out > 0 ? fmt::format("{} held out, ", held_out) : "", count(gs::ViewRole::kTest), scene.points.size(),
-        SecondsSinceStart());
-  for (const std::string& note : scene.notes) Print("{}\n", note);
+  Print("{} training views, {}{} test views ({}); {} points; loaded in {:.1f} s\n", count(gs::ViewRole::kTraining),
+        held_out > 0 ? fmt::format("{} held out, ", held_out) : "", count(gs::ViewRole::kTest), scene.split,
+        scene.points.size(), SecondsSinceStart());
+  PrintLines(scene.notes);
   std::fflush(stdout);
 }
 
 gs::SplatModel LoadSplat(const std::string& path) {
   std::vector<std::string> notes;
   gs::SplatModel model = gs::ReadSplat(path, &notes);
-  for (const std::string& note : notes) Print("{}\n", note);
+  PrintLines(notes);
   return model;
 }
 
@@ -123,7 +127,9 @@ PosedModel LoadPosedModel(const CommandLine& line) {
   options.may_lack_training = true;
   options.downscale = line.flags.downscale;
   UseSceneFlags(line.flags, 0, &options);
-  return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags, options);
+  PosedModel posed = LoadPosedModel(line.arguments[0], line.arguments[1], line.flags, options);
+  PrintLines(posed.scene.notes);
+  return posed;
 }
 
 std::array<double, 3> ToDouble(const std::array<float, 3>& color) {

@@ -47,7 +47,7 @@ void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* option
 // `options`.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);
-// For the arguments SPLAT and SCENE of eval, render or view.
+// For the arguments SPLAT and SCENE of eval, render or view. Prints Scene::notes.
 PosedModel LoadPosedModel(const CommandLine& line);
 
 std::array<double, 3> ToDouble(const std::array<float, 3>& color);

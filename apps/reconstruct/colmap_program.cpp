@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
@@ -39,14 +40,6 @@ std::string ListedName(std::string_view help, const std::string& alternatives) {
   return {};
 }
 
-std::size_t CountIn(std::string_view text, const std::vector<std::string>& wanted) {
-  std::size_t count = 0;
-  for (const std::string& each : wanted) {
-    for (std::size_t at = text.find(each); at != text.npos; at = text.find(each, at + each.size())) ++count;
-  }
-  return count;
-}
-
 // Counts in the part of the log that has been written since the start.
 class LogReader {
  public:
@@ -78,7 +71,7 @@ class LogReader {
       const std::size_t end = got.rfind('\n');
       const std::size_t used = end != got.npos ? end + 1 : got.size() == kBuffer ? kBuffer : 0;
       if (used == 0) return;
-      count_ += CountIn(got.substr(0, used), counter_.texts);
+      count_ = CountAfter(got.substr(0, used), counter_, count_);
       read_ += static_cast<std::streamoff>(used);
     }
   }
@@ -91,6 +84,36 @@ class LogReader {
 };
 
 }  // namespace
+
+namespace {
+
+// The last number in parentheses after one of the texts, in its line; `unknown` without such a number.
+std::size_t LastNumberIn(std::string_view text, const std::vector<std::string>& wanted, std::size_t unknown) {
+  std::size_t last = text.npos;
+  for (const std::string& each : wanted) {
+    const std::size_t at = text.rfind(each);
+    if (at != text.npos && (last == text.npos || at > last)) last = at;
+  }
+  if (last == text.npos) return unknown;
+  std::string_view line = text.substr(last, text.substr(last).find('\n'));
+  const std::size_t end = line.rfind(')');
+  if (end == line.npos) return unknown;
+  line = line.substr(0, end);
+  const std::size_t digits = line.find_last_not_of("0123456789") + 1;
+  std::size_t number = unknown;
+  std::from_chars(line.data() + digits, line.data() + line.size(), number);
+  return number;
+}
+
+}  // namespace
+
+std::size_t CountAfter(std::string_view lines, const LogCounter& counter, std::size_t count) {
+  if (counter.is_numbered) return LastNumberIn(lines, counter.texts, count);
+  for (const std::string& each : counter.texts) {
+    for (std::size_t at = lines.find(each); at != lines.npos; at = lines.find(each, at + each.size())) ++count;
+  }
+  return count;
+}
 
 std::string FindColmap() { return RequireProgram("colmap", "colmap", "for the cameras of photographs"); }
 

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,11 +15,16 @@ namespace vesta::app {
 // Throws Error, with the package to install, if there is no program `colmap`. Returns its file.
 std::string FindColmap();
 
-// The progress of a COLMAP command: the number of times that its messages contain one of the texts.
+// The progress of a COLMAP command: the number of times that its messages contain one of the texts. If is_numbered,
+// the last number in parentheses after one of the texts, as in "Registering image #7 (3)".
 struct LogCounter {
   std::vector<std::string> texts;
+  bool is_numbered = false;
   std::function<void(std::size_t count)> changed;  // called at most every 10 seconds
 };
+
+// The count after more lines of messages.
+std::size_t CountAfter(std::string_view lines, const LogCounter& counter, std::size_t count);
 
 class ColmapProgram {
  public:

@@ -24,7 +24,7 @@ using Options = ColmapProgram::Options;
 // Prints "features: 12 of 48 photographs" while COLMAP runs. before: count of earlier runs.
 LogCounter Counter(const char* stage, std::vector<std::string> texts, std::size_t before, std::size_t total,
                    const char* unit) {
-  return {std::move(texts), [=](std::size_t count) {
+  return {.texts = std::move(texts), .changed = [=](std::size_t count) {
             Print("{}: {} of {} {}\n", stage, std::min(before + count, total), total, unit);
             std::fflush(stdout);
           }};
@@ -90,13 +90,14 @@ void MatchFeatures(const ColmapProgram& colmap, const ReconstructionPaths& paths
 void MapPhotographs(const ColmapProgram& colmap, const ReconstructionPaths& paths, std::size_t photographs) {
   MakeEmptyFolder(paths.models);
   std::string reason;
-  const bool has_succeeded =
-      colmap.TryRun("mapper",
-                    {{"database_path", paths.database},
-                     {"image_path", paths.images},
-                     {"output_path", paths.models},
-                     {"Mapper.num_threads", colmap.threads()}},
-                    Counter("mapping", {"Registering image #"}, 0, photographs, "photographs"), &reason);
+  LogCounter registered = Counter("mapping", {"Registering image #"}, 0, photographs, "photographs");
+  registered.is_numbered = true;
+  const bool has_succeeded = colmap.TryRun("mapper",
+                                           {{"database_path", paths.database},
+                                            {"image_path", paths.images},
+                                            {"output_path", paths.models},
+                                            {"Mapper.num_threads", colmap.threads()}},
+                                           registered, &reason);
   // COLMAP fails if it finds no model. A failure that leaves models behind has another reason.
   if (has_succeeded && CountModels(paths.models) > 0) return;
   if (CountModels(paths.models) > 0) {

@@ -34,7 +34,8 @@ struct TrainingJob {
   const gs::StageRunners& stages;
   ExpectedModel expected;
   double load_seconds;
-  OutputFolder* out;  // null except on rank 0, which writes the results
+  OutputFolder* out;       // null except on rank 0, which writes the results
+  bool is_pruned = false;  // whether Gaussians of a given splat were removed before the training
 };
 
 // Notes for the user, one line each: about the origin and eps2d of the splat, its evaluation, and exceeded memory

@@ -53,9 +53,12 @@ Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measu
     quality->psnr /= quality->views;
     quality->ssim /= quality->views;
   }
-  // No measurement; 0 dB would be wrong.
-  if (mean.test.views == 0) mean.test.psnr = mean.test.ssim = std::numeric_limits<double>::quiet_NaN();
-  mean.cost = values > 0 ? mean.cost / values : 0;
+  // No measurement; 0 would be wrong.
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  for (Quality* quality : {&mean.train, &mean.test}) {
+    if (quality->views == 0) quality->psnr = quality->ssim = kUnknown;
+  }
+  mean.cost = values > 0 ? mean.cost / values : kUnknown;
   return mean;
 }
 

@@ -88,6 +88,18 @@ TEST_F(ConvertFilters, CleanSaysHowManyGoForWhat) {
   EXPECT_EQ(left.background[1], 0.5f);
 }
 
+TEST_F(ConvertFilters, CleanLeavesOutWhatIsNotFinite) {
+  gs::SplatModel damaged = gs::ReadSplat(ply_);
+  damaged.attribute(splat::kMean)[43] = std::nanf("");
+  damaged.attribute(splat::kLogScale + 1)[100] = -HUGE_VALF;
+  damaged.attribute(splat::kSh)[150] = HUGE_VALF;
+  gs::WriteSplatPly(ply_, damaged);
+  EXPECT_THAT(Said({"--clean"}), testing::AllOf(HasSubstr("3 of 220"), HasSubstr("kept 214 of 217")));
+  const gs::SplatModel left = gs::ReadSplat(out_);
+  EXPECT_EQ(left.count, 214);
+  EXPECT_TRUE(std::all_of(left.data.begin(), left.data.end(), [](float value) { return std::isfinite(value); }));
+}
+
 TEST_F(ConvertFilters, ABoxComesFirst) {
   EXPECT_THAT(
       Said({"--clean", "--box=-2,-2,-2,2,2,2"}),

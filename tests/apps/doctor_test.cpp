@@ -205,7 +205,7 @@ TEST(Doctor, SaysWhatASceneIsAndTakes) {
   EXPECT_EQ(output.err, "");
   EXPECT_THAT(output.out,
               HasSubstr("a COLMAP model, 10 photographs of 32 x 24 pixels, horizontal field of view 44 degrees"));
-  EXPECT_THAT(output.out, HasSubstr("8 training views, 2 test views; 60 points"));
+  EXPECT_THAT(output.out, HasSubstr("8 training views, 2 test views (every 8th); 60 points"));
   EXPECT_THAT(output.out, HasSubstr("only 60 points"));
   EXPECT_THAT(
       output.out,

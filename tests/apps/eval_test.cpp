@@ -121,6 +121,7 @@ TEST_F(AlignedEval, AllViewsMayBeTestViews) {
   const ProgramOutput output = Eval({"--test_every=1"});
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_THAT(output.out, HasSubstr(fmt::format("\ntest    {:4}", kTinyViews)));
+  EXPECT_THAT(output.out, testing::ContainsRegex("\ntrain +0 +- +-\n"));
   EXPECT_EQ(Numbers()["test"]["psnr"], all_training["train"]["psnr"]);
   const std::string renders = folder_ / "all";
   ASSERT_EQ(RunProgram({"render", splat_, scene_, "--test_every=1", "--out=" + renders}).status, 0);

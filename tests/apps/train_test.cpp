@@ -31,7 +31,7 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
                    "--set=pruning.aic_weight=0", "--set=pruning.sh_aic_weight=0"});
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_EQ(output.err, "");
-  EXPECT_THAT(output.out, HasSubstr("8 training views, 2 test views; 60 points"));
+  EXPECT_THAT(output.out, HasSubstr("8 training views, 2 test views (every 8th); 60 points"));
   EXPECT_THAT(output.out, HasSubstr("adam 40/40  training loss "));
   EXPECT_THAT(output.out, HasSubstr("lm   2/2  training loss "));
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
@@ -266,11 +266,19 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
     return output.out;
   };
   const auto count = [&] { return Metrics(pruned)["gaussians"].get<Index>(); };
-  prune("--keep=0.5", "40");
+  const std::string table = prune("--keep=0.5", "40");
   EXPECT_NEAR(static_cast<double>(count()), 0.5 * static_cast<double>(all), 1);
-  EXPECT_EQ(Metrics(pruned)["history"][0]["gaussians"], all) << "the history begins with the input";
+  const json history = Metrics(pruned)["history"];
+  EXPECT_EQ(history[0]["gaussians"], all) << "the history begins with the input";
+  for (std::size_t i = 1; i < history.size(); ++i) EXPECT_EQ(history[i]["stage"], "adam") << "LM does not run";
+  EXPECT_THAT(table, testing::ContainsRegex(fmt::format("\ngiven +0 +[0-9.]+ +{} ", all)));
+  EXPECT_THAT(table, Not(testing::ContainsRegex("\nlm ")));
+  const double gain = 100 * (history.back()["cost"].get<double>() / history[0]["cost"].get<double>() - 1);
+  EXPECT_THAT(table, HasSubstr(fmt::format("pruned: training loss {:+.1f} %, ", gain)));
   // Without iterations the model is pruned once, not trained.
-  EXPECT_THAT(prune("--keep=0.5", "0"), HasSubstr(fmt::format("pruned from {} to {} Gaussians in", all, count())));
+  const std::string at_once = prune("--keep=0.5", "0");
+  EXPECT_THAT(at_once, HasSubstr(fmt::format("pruned from {} to {} Gaussians in", all, count())));
+  EXPECT_THAT(at_once, testing::ContainsRegex(fmt::format("\npruned +0 +[0-9.]+ +{} ", count())));
   const double size = 0.3 * static_cast<double>(fs::file_size(Ply(out_))) / (1 << 20);
   prune(fmt::format("--size_mib={}", size), "0");
   EXPECT_LE(fs::file_size(Ply(pruned)), size * (1 << 20));

@@ -116,6 +116,41 @@ TEST(Bounds, AnIncreaseByAClippedStepIsNoFault) {
   }
 }
 
+// The joint angles of an arm with links of length 1 and 1.5. The target is out of reach.
+struct TwoLinkArm {
+  static constexpr int kResiduals = 2, kParameters = 2;
+  static constexpr double kTarget[2] = {1.595, 2.842};
+  template <class T>
+  void operator()(const T* joints, T* r) const {
+    using std::cos, std::sin;
+    const T both = joints[0] + joints[1];
+    r[0] = cos(joints[0]) + T(1.5) * cos(both) - T(kTarget[0]);
+    r[1] = sin(joints[0]) + T(1.5) * sin(both) - T(kTarget[1]);
+  }
+};
+
+TEST(Bounds, JointLimitsOfAnArmAreNoFault) {
+  constexpr double kLower = -0.5, kUpper = 0.7;
+  Cpu backend;
+  ResidualBlocks<TwoLinkArm, Cpu> inner(2, std::vector<TwoLinkArm>(1));
+  BoundedProblem<Cpu> problem(inner, {kLower, kLower}, {kUpper, kUpper});
+  // The second link points to the target.
+  const double link = std::atan2(TwoLinkArm::kTarget[1] - std::sin(kUpper), TwoLinkArm::kTarget[0] - std::cos(kUpper));
+  for (const double start : {0.0, 0.1, 0.3, -0.2}) {
+    Cpu::Vector x = Vector({start, start});
+    const LmSummary summary = SolveLm<Cpu>(Options(LinearSolverKind::kDenseQr), backend, problem, x.view());
+    EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
+    EXPECT_EQ(x[0], kUpper);
+    EXPECT_NEAR(x[1], link - kUpper, 1e-6);
+    LmOptions options;
+    for (options.max_iterations = 1; options.max_iterations < 20; ++options.max_iterations) {
+      Cpu::Vector short_x = Vector({start, start});
+      const LmSummary limited = SolveLm<Cpu>(options, backend, problem, short_x.view());
+      EXPECT_THAT(limited.message, testing::Not(testing::HasSubstr("CheckProblem"))) << options.max_iterations;
+    }
+  }
+}
+
 TEST(Bounds, RefuseWhatIsEmptyAndAStartOutside) {
   Cpu backend;
   ResidualBlocks<Rosenbrock, Cpu> inner(2, std::vector<Rosenbrock>(1));

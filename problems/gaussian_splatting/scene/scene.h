@@ -99,6 +99,8 @@ struct Scene {
   double extent = 1;               // see SceneExtent
   std::array<double, 3> origin{};  // origin of the scene's frame, in the coordinates of the files
   std::vector<std::string> files;  // input files besides the images
+  // What chose the test views, for messages: a list in the scene, a flag, or the rule of SortAndSplit.
+  std::string split = "every 8th";
   std::vector<std::string> notes;  // of the loader for the user, one line each, for example about ignored input
   // Null if the images are in the views.
   std::shared_ptr<PhotographStore> photographs;

@@ -112,6 +112,12 @@ std::uint32_t IdOf(const LensCamera& bent, std::vector<ColmapCamera>* cameras) {
   return id;
 }
 
+bool IsFiniteInFloat(const ColmapPoint& point) {
+  return std::ranges::all_of(point.position, [](double value) {
+    return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
+  });
+}
+
 }  // namespace
 
 void CheckColmapCamera(const ColmapCamera& record, const std::string& where) {
@@ -149,14 +155,6 @@ void CheckColmapImage(const ColmapImage& image, const std::string& where) {
   }
 }
 
-void CheckColmapPoint(const ColmapPoint& point, const std::string& where) {
-  for (double v : point.position) {
-    if (!(std::abs(v) <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      Fail(kBadFile, "{}: point {} is not finite; remove it from the model", where, point.id);
-    }
-  }
-}
-
 void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model) {
   fs::path scene = fs::path(folder).parent_path();
   if (scene.filename() == "sparse") scene = scene.parent_path();
@@ -169,6 +167,8 @@ void FailCameraModel(const std::string& folder, const std::string& where, const 
 ColmapModel ReadColmapModel(const std::string& folder, bool tracks) {
   ColmapModel model = IsText(folder) ? ReadColmapText(folder, tracks) : ReadColmapBinary(folder, tracks);
   CheckModel(model, folder);
+  model.unusable_points =
+      static_cast<Index>(std::erase_if(model.points, [](const ColmapPoint& point) { return !IsFiniteInFloat(point); }));
   return model;
 }
 
@@ -204,6 +204,10 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   if (std::ssize(model.images) < model.stated_images) {
     scene.notes.push_back(fmt::format("{}/images.txt has {} images, but its header states {}", folder,
                                       model.images.size(), model.stated_images));
+  }
+  if (model.unusable_points > 0) {
+    scene.notes.push_back(fmt::format("{}: {} of {} points are not finite, and are left out", folder,
+                                      model.unusable_points, model.unusable_points + std::ssize(model.points)));
   }
   PhotographFinder finder;
   for (const ColmapImage& image : model.images) {

@@ -54,14 +54,15 @@ struct ColmapModel {
   std::vector<ColmapCamera> cameras;
   std::vector<ColmapImage> images;
   std::vector<ColmapPoint> points;
-  Index stated_images = 0;  // the number of images that the header of images.txt states; 0 without a header
+  Index stated_images = 0;    // the number of images that the header of images.txt states; 0 without a header
+  Index unusable_points = 0;  // points that are not finite, or too large for float; they are left out
 };
 
 enum class ColmapFormat { kBinary, kText };
 
 // Reads cameras, images and points3D of the folder: .bin, or .txt if there is no cameras.bin. Throws Error, with the
 // file, the byte (or line) and what to do, unless all of this holds: sizes and focal lengths are positive and finite;
-// distortion, poses and points are finite; quaternions are not zero; image names and camera ids are unique; the cameras
+// distortion and poses are finite; quaternions are not zero; image names and camera ids are unique; the cameras
 // of all images exist; there is at least one image. For an unsupported camera model (FOV, THIN_PRISM_FISHEYE), the
 // message has the colmap command that undistorts the images. tracks: read ColmapPoint::seen_by.
 ColmapModel ReadColmapModel(const std::string& folder, bool tracks = false);

@@ -82,7 +82,6 @@ std::vector<ColmapPoint> ReadBinaryPoints(const std::string& folder, bool tracks
   for (ColmapPoint& point : points) {
     point.id = in.Read<std::uint64_t>("a point's id");
     for (double& v : point.position) v = in.Read<double>("a point's position");
-    CheckColmapPoint(point, in.Where());
     for (std::uint8_t& v : point.color) v = in.Read<std::uint8_t>("a point's colour");
     point.error = in.Read<double>("a point's error");
     const Index length = in.ReadCount(8, "the length of a point's track");
@@ -241,7 +240,6 @@ std::vector<ColmapPoint> ReadTextPoints(const std::string& folder, bool tracks) 
     for (double& v : point.position) v = in.Number("the point's position");
     for (std::uint8_t& v : point.color) v = in.Whole<std::uint8_t>("the point's colour");
     point.error = in.Number("the point's error");
-    CheckColmapPoint(point, in.Where());
     while (tracks && in.HasWord()) {
       point.seen_by.push_back(in.Whole<std::uint32_t>("an image of the point's track"));
       in.Whole<std::uint32_t>("a 2D point of the point's track");

@@ -70,7 +70,6 @@ void WriteColmapText(const ColmapModel& model, const std::string& folder);
 // Throw Error if the record is invalid. where: "FILE: byte N" or "FILE: line N".
 void CheckColmapCamera(const ColmapCamera& camera, const std::string& where);
 void CheckColmapImage(const ColmapImage& image, const std::string& where);
-void CheckColmapPoint(const ColmapPoint& point, const std::string& where);
 
 // Throws Error for a camera model. The message has the command that undistorts the images.
 [[noreturn]] void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model);

@@ -8,6 +8,7 @@
 #include "kernels/core/files.h"
 #include "kernels/core/profile.h"
 #include "splatting/io/scenes/colmap.h"
+#include "splatting/io/scenes/find_photograph.h"
 #include "splatting/io/scenes/nerf.h"
 #include "splatting/io/scenes/photographs.h"
 
@@ -19,7 +20,7 @@ void ChooseListed(const std::string& path, std::vector<View>* views) {
   for (View& view : *views) view.role = ViewRole::kTraining;
   std::string_view rest = text, line;
   for (Index number = 1; NextLine(&rest, &line); ++number) {
-    const std::string_view name = Trimmed(line);
+    const std::string name = WithSlashes(std::string(Trimmed(line)));
     if (name.empty() || name.front() == '#') continue;
     const auto view = std::find_if(views->begin(), views->end(), [&](const View& v) { return v.name == name; });
     if (view == views->end()) {
@@ -122,6 +123,8 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   Scene scene = ReadModel(path, options);
   const std::size_t named = scene.views.size();
   ChooseTestViews(options.test_views, &scene.views);
+  if (options.test_views.every) scene.split = fmt::format("--test_every={}", *options.test_views.every);
+  if (!options.test_views.list.empty()) scene.split = "--test_list";
   if (!options.test_views.list.empty()) scene.files.push_back(options.test_views.list);
   LeaveOutMissing(path, options.allow_missing, &scene);
   const bool chosen = options.test_views.every || !options.test_views.list.empty();

@@ -15,6 +15,7 @@
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/find_photograph.h"
 #include "splatting/io/scenes/load_scene.h"
+#include "splatting/io/scenes/nerf_json.h"
 #include "splatting/io/scenes/nerf_split.h"
 #include "splatting/io/splats/ply.h"
 
@@ -217,31 +218,6 @@ std::string MaskPath(const FrameValues& values, const fs::path& folder) {
   return name.empty() ? name : (folder / name).lexically_normal().string();
 }
 
-// byte: where the parser stopped. Python writes NaN and Infinity, which JSON does not have, for a failed pose.
-[[noreturn]] void FailJson(const std::string& path, std::size_t byte) {
-  const std::string text = ReadFile(path);
-  constexpr std::size_t kLongestWord = 8;
-  const std::size_t begin = byte - std::min(byte, kLongestWord);
-  const std::string_view near = std::string_view(text).substr(begin, 2 * kLongestWord);
-  if (near.find("NaN") == near.npos && near.find("Inf") == near.npos) {
-    Fail(kBadFile, "{}: not valid JSON at byte {}; copy or export it again", path, byte);
-  }
-  constexpr std::string_view kKey = "\"transform_matrix\"";
-  Index frames = 0;
-  for (std::size_t at = text.find(kKey); at < byte; at = text.find(kKey, at + 1)) ++frames;
-  Fail(kBadFile, "{}: frame {}: a value is NaN or infinite; remove the frame", path, std::max<Index>(frames - 1, 0));
-}
-
-json ReadJson(const std::string& path) {
-  try {
-    return json::parse(ReadFile(path));
-  } catch (const json::parse_error& error) {
-    FailJson(path, error.byte);
-  } catch (const json::exception& error) {  // a number outside the range of double
-    Fail(kBadFile, "{}: not valid JSON: {}", path, error.what());
-  }
-}
-
 // The folder that replaces "images" in file names.
 struct ImageFolder {
   std::string name;
@@ -308,11 +284,20 @@ void ReadFrames(const json& top, const char* key, const std::string& path, Image
 }
 
 constexpr const char* kCameraPath = "camera_path";
+constexpr double kMaxSide = 1e5;  // pixels
 
-// The cameras of a camera path of nerfstudio's viewer: camera_to_world, 16 numbers row by row, and fov, the vertical
-// field of view in degrees. `usual` gives the size.
-std::vector<View> ReadCameraPath(const json& top, const std::string& file, const Camera& usual) {
+// The cameras of a camera path of nerfstudio's viewer: render_width, render_height; camera_to_world, 16 numbers row by
+// row, and fov, the vertical field of view in degrees. `usual` replaces missing values.
+std::vector<View> ReadCameraPath(const json& top, const std::string& file, Camera usual) {
   std::vector<View> views;
+  const FrameValues path(top, top, file);
+  if (path.Has("render_width") && path.Has("render_height")) {
+    const double width = path.Number("render_width", 0), height = path.Number("render_height", 0);
+    if (!(width >= 1 && height >= 1 && width <= kMaxSide && height <= kMaxSide)) {
+      Fail(kBadFile, "{}: the image size {} x {} is unusable", file, width, height);
+    }
+    usual = ResizeCamera(usual, static_cast<int>(width), static_cast<int>(height));
+  }
   ForEachFrame(top, kCameraPath, file, [&](const FrameValues& values) {
     View view;
     view.camera = usual;
@@ -340,7 +325,7 @@ std::vector<View> ReadCameraPath(const json& top, const std::string& file, const
 
 // The file with the points, or empty.
 std::string FindPoints(const fs::path& folder, const std::string& transforms, const json& top) {
-  const std::string named = FrameValues(top, top, transforms).Text("ply_file_path", "");
+  const std::string named = WithSlashes(FrameValues(top, top, transforms).Text("ply_file_path", ""));
   if (LeavesScene("", named)) {
     Fail(kBadFile, "{}: the points {} lie outside the scene; move them there", transforms, Printable(named));
   }
@@ -388,6 +373,7 @@ Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options)
       view.role = test_names.contains(view.name) ? ViewRole::kTest : ViewRole::kTraining;
     }
   }
+  if (!test_names.empty()) scene.split = has_train_file ? "transforms_test.json" : kTestFrames;
   if (options.follow_split && test_names.empty()) ApplySplitLists(top, scene.files.front(), &scene);
   const std::string points = FindPoints(folder, scene.files.front(), top);
   if (!points.empty()) scene.files.push_back(points);

@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "splatting/io/bytes/bytes.h"
+#include "splatting/io/scenes/find_photograph.h"
 
 namespace vesta::gs {
 namespace {
@@ -27,7 +28,7 @@ std::map<std::string, List> ReadLists(const nlohmann::json& top, const std::stri
     (*present)[list] = !it->empty();
     for (const nlohmann::json& name : *it) {
       if (!name.is_string()) Fail(kBadFile, "{}: {} is not an array of file names", file, kLists[list]);
-      const auto [known, is_new] = lists.emplace(NameOfFilePath(name.get<std::string>()), list);
+      const auto [known, is_new] = lists.emplace(NameOfFilePath(WithSlashes(name.get<std::string>())), list);
       if (!is_new && known->second != list) {
         Fail(kBadFile, "{}: {} is in {} and in {}; remove it from one of them", file, Printable(known->first),
              kLists[known->second], kLists[list]);
@@ -61,11 +62,11 @@ void ApplySplitLists(const nlohmann::json& top, const std::string& file, Scene* 
     const auto it = lists.find(view.name);
     view.role = it != lists.end() && it->second == test_list ? ViewRole::kTest : ViewRole::kTraining;
   }
-  const Index trained = NumTrainingViews(*scene);
-  std::string note = fmt::format("the lists of file names in {} split the scene: {} training views, {} test views",
-                                 file, trained, std::ssize(views) - trained);
-  if (views.size() < all) note += fmt::format(", {} unused", all - views.size());
-  scene->notes.push_back(std::move(note));
+  scene->split = kLists[present[test_list] ? test_list : kTrain];
+  if (views.size() == all) return;
+  scene->notes.push_back(
+      fmt::format("{} of {} frames of {} are unused, because its lists of file names do not use them",
+                  all - views.size(), all, file));
 }
 
 std::string NameOfFilePath(std::string file_path) {

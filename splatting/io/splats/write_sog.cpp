@@ -62,8 +62,8 @@ class SogWriter {
       Fail(kBadArgument, "{}: {} Gaussians are too many for the images of .sog; write a .ply", path, model.count);
     }
     // Spatially close Gaussians are close in the images, which compress better then.
-    constexpr Index kChunk = 256;
-    order_ = ChunkOrder(model, kChunk);
+    constexpr Index kPixelChunk = 256;
+    order_ = ChunkOrder(model, kPixelChunk);
     meta_ = {{"version", sog::kVersion}, {"asset", {{"generator", "vesta"}}}, {"count", model.count}};
     if (model.antialiased) meta_["antialias"] = true, meta_["model"] = sog::kAntialiased;
     const std::vector<std::string> comments = SplatComments(model);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "apps/reconstruct/camera_groups.h"
+#include "apps/reconstruct/colmap_program.h"
 #include "apps/reconstruct/colmap_stages.h"
 #include "apps/reconstruct/film_frames.h"
 #include "tests/splatting/io/test_images.h"
@@ -95,6 +96,15 @@ TEST_F(CameraGroups, ModelForTheNumberOfPhotographs) {
   EXPECT_STREQ(Group().groups[0].model, "SIMPLE_RADIAL");
   Write("9.jpg", gs::ExampleJpeg(6, 4));
   EXPECT_STREQ(Group().groups[0].model, "OPENCV");
+}
+
+TEST(LogCounter, CountsLinesOrTakesTheNumberInParentheses) {
+  const LogCounter files{.texts = {"Processed file ["}, .changed = {}};
+  EXPECT_EQ(CountAfter("Processed file [1/9]\nother\nProcessed file [2/9]\n", files, 3), 5u);
+  const LogCounter registered{.texts = {"Registering image #"}, .is_numbered = true, .changed = {}};
+  EXPECT_EQ(CountAfter("Registering image #7 (3)\nRegistering image #12 (4)\n (99)\n", registered, 2), 4u);
+  EXPECT_EQ(CountAfter("Registering image #12 (num_reg_frames=5)\n", registered, 4), 5u) << "later versions";
+  EXPECT_EQ(CountAfter("Registering image #12\nother (6)\n", registered, 4), 4u);
 }
 
 }  // namespace

@@ -104,16 +104,17 @@ TEST(Colmap, TracksBelongToTheScene) {
   EXPECT_TRUE(ReadTracks(folder / "sparse", scene).empty()) << "no model";
 }
 
-// Text as COLMAP writes it: comments, observations, tracks, \r
-// .
+// Text as COLMAP and editors write it: a byte order mark, comments, observations, tracks, \r.
 TEST(Colmap, ReadsTextOfOtherHands) {
   const TempFolder folder;
-  WriteBytes(folder / "cameras.txt", "\xEF\xBB\xBF# Camera list\r\n#\r\n\r\n1 SIMPLE_PINHOLE 60 40 50.5 30 20\r\n");
+  const std::string mark = "\xEF\xBB\xBF";
+  WriteBytes(folder / "cameras.txt", mark + "# Camera list\r\n#\r\n\r\n1 SIMPLE_PINHOLE 60 40 50.5 30 20\r\n");
   WriteBytes(
       folder / "images.txt",
-      "# Image list\n2 1 0 0 0 0.5 0 -1 1 one.jpg\n1.5 2.5 7 8.5 9.5 -1\n5 1 0 0 0 0 0 0 1 name with space.png\n\n"
-      "3 0 1 0 0 0 0 0 1 two.jpg");
-  WriteBytes(folder / "points3D.txt", "7 1 2 3 10 20 30 0.5 2 0 5 1\n");
+      mark +
+          "# Image list\n2 1 0 0 0 0.5 0 -1 1 one.jpg\n1.5 2.5 7 8.5 9.5 -1\n5 1 0 0 0 0 0 0 1 name with space.png\n\n"
+          "3 0 1 0 0 0 0 0 1 two.jpg");
+  WriteBytes(folder / "points3D.txt", mark + "7 1 2 3 10 20 30 0.5 2 0 5 1\n");
   const ColmapModel model = ReadColmapModel(folder.path());
   EXPECT_TRUE(model.points[0].seen_by.empty());
   EXPECT_EQ(ReadColmapModel(folder.path(), true).points[0].seen_by, (std::vector<std::uint32_t>{2, 5}));

@@ -6,11 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "kernels/core/files.h"
 #include "problems/gaussian_splatting/scene/undistort.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/colmap.h"
+#include "splatting/io/scenes/nerf.h"
 #include "tests/splatting/io/nine_views.h"
 
 namespace vesta::gs {
@@ -277,6 +279,49 @@ TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
                                                 "/sparse/0 has no points: 500 random points are used instead, "
                                                 "in the cameras' views"));
   EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
+}
+
+// The cameras look at a common point, and some are in the cube of PointsInCube.
+TEST_F(LoadSceneTest, RandomPointsAreTheSameInBothKindsOfScenes) {
+  model_.points.clear();
+  for (std::size_t i = 0; i < 9; ++i) {
+    const double x = 0.5 * static_cast<double>(i) - 2, angle = std::atan2(x, 5.0);
+    model_.images[i].rotation = {std::cos(angle / 2), 0, std::sin(angle / 2), 0};
+    model_.images[i].translation = {-x * std::cos(angle), 0, x * std::sin(angle)};
+  }
+  WriteModel();
+  LoadSceneOptions options;
+  options.random_points = {.count = 200, .seed = 3};
+  const Scene colmap = LoadScene(folder_.path(), options);
+  std::vector<View> views = colmap.views;
+  for (View& view : views) view.name = "images/" + view.name;
+  std::filesystem::remove_all(folder_ / "sparse");
+  WriteNerfCameras(folder_ / "transforms.json", views);
+  const Scene nerf = LoadScene(folder_.path(), options);
+  ASSERT_EQ(nerf.points.size(), 200);
+  EXPECT_EQ(nerf.points.colors, colmap.points.colors);
+  for (std::size_t i = 0; i < 200; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(nerf.points.positions[i][k], colmap.points.positions[i][k], 1e-5f);
+    }
+  }
+}
+
+// Names in a text model: a Windows path, another case, and another case with another extension.
+TEST_F(LoadSceneTest, PhotographsOfOtherSpellingAreFound) {
+  model_.images[1].name = "day\\view1.png";
+  model_.images[2].name = "VIEW2.PNG";
+  model_.images[3].name = "View3.jpg";
+  WriteBytes(folder_ / "images/day/view1.png", ExampleJpeg(60, 40));
+  std::filesystem::remove_all(folder_ / "sparse");
+  WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kText);
+  const Scene scene = LoadScene(folder_.path());
+  std::map<std::string, std::string> files;
+  for (const View& view : scene.views) files[view.name] = view.image_path;
+  EXPECT_EQ(files["day/view1.png"], folder_ / "images/day/view1.png");
+  EXPECT_EQ(files["VIEW2.PNG"], folder_ / "images/view2.png");
+  EXPECT_EQ(files["View3.jpg"], folder_ / "images/view3.png");
+  EXPECT_THAT(scene.notes, testing::ElementsAre(HasTokens("2", "view2.png", "VIEW2.PNG")));
 }
 
 // A photograph is rotated by its EXIF orientation if the camera has the rotated size, otherwise kept as stored.

@@ -31,6 +31,7 @@ TEST_F(MaskScene, MasksAreFoundByName) {
   WriteBytes(folder_ / "masks/a/view1.jpg.png", MaskPng(60, 40, 20));
   WriteBytes(folder_ / "masks/a/view2.png", MaskPng(60, 40, 30));
   WriteBytes(folder_ / "masks/view3.jpg.png", MaskPng(60, 40, 30));
+  WriteBytes(folder_ / "masks/a/view4.jpg.mask.png", MaskPng(60, 40, 15));
   const std::vector<View> views = Load();
   EXPECT_TRUE(views[0].image.mask.empty() && views[3].image.mask.empty());
   ASSERT_EQ(views[1].image.mask.size(), 60u * 40u);
@@ -38,10 +39,11 @@ TEST_F(MaskScene, MasksAreFoundByName) {
   EXPECT_EQ(views[1].image.mask[60 * 5 + 20], 1) << "every value above black counts";
   EXPECT_EQ(UnmaskedPixels(views[1].image), 40u * 40u);
   EXPECT_EQ(UnmaskedFraction(views[2].image), 0.5);
+  EXPECT_EQ(UnmaskedFraction(views[4].image), 0.75);
   EXPECT_EQ(views[1].image.rgb, views[0].image.rgb) << "the photograph is unchanged";
   EXPECT_THAT(
       LoadScene(folder_.path()).notes,
-      testing::ElementsAre("2 of 9 images have a mask; black pixels of a mask are neither trained on nor measured"));
+      testing::ElementsAre("3 of 9 images have a mask; black pixels of a mask are neither trained on nor measured"));
 }
 
 TEST_F(MaskScene, MasksFollowTheSizeOfTheImage) {
@@ -118,7 +120,7 @@ TEST_F(MaskScene, FramesOfANerfSceneNameTheirOwn) {
   EXPECT_EQ(UnmaskedFraction(Load()[0].image), 0.75);
   EXPECT_TRUE(Load()[1].image.mask.empty());
   write("of/none.png");
-  EXPECT_THAT([&] { Load(); }, ThrowsError(kNotFound, "of/none.png"));
+  EXPECT_THAT([&] { Load(); }, ThrowsError(kNotFound, "of/none.png", "mask"));
   write("../zero.png");
   EXPECT_THAT([&] { Load(); }, ThrowsError(kBadFile, "0", "../zero.png"));
   // A transparent rendering is composited, and all pixels count.

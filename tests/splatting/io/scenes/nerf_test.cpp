@@ -139,13 +139,25 @@ TEST_F(NerfTest, NamesOfOtherSpellingAreFound) {
 }
 
 TEST_F(NerfTest, NanNamesTheFrame) {
-  for (const char* value : {"NaN", "-Infinity"}) {
-    json top = ExampleTransforms();
-    top["frames"][1]["transform_matrix"][1][2] = 12321;
+  const auto expect = [&](const json& top, const char* value, std::vector<std::string> tokens) {
     std::string text = top.dump();
     text.replace(text.find("12321"), 5, value);
     WriteBytes(folder_ / "transforms.json", text);
-    EXPECT_THAT([&] { Read(); }, ThrowsError(kBadFile, folder_ / "transforms.json", "1"));
+    tokens.push_back(folder_ / "transforms.json:");
+    EXPECT_THAT([&] { Read(); }, ThrowsErrorWith(kBadFile, tokens));
+  };
+  for (const char* value : {"NaN", "-Infinity"}) {
+    for (const json::json_pointer& at : {"/transform_matrix/1/2"_json_pointer, "/fl_x"_json_pointer}) {
+      json top = ExampleTransforms();
+      top["frames"][1][at] = 12321;
+      top["frames"][0]["a, [\"]"] = json::array({1, 2});
+      expect(top, value, {"frame", "1:"});
+    }
+    json top = ExampleTransforms();
+    top["applied_scale"] = 12321;
+    expect(top, value, {});
+    top["applied_scale"] = {7, 12321};
+    expect(top, value, {"applied_scale", "1:"});
   }
 }
 
@@ -208,17 +220,19 @@ std::string Roles(const Scene& scene) {
 TEST_F(NerfTest, FollowsTheListsOfFileNames) {
   struct Case {
     json lists;
-    std::string roles;
+    std::string roles, split;
   };
+  const std::string test = "test_filenames", validation = "val_filenames", rule = Scene().split;
   const json a = {"images/a"}, b = {"./images/b.jpg"}, c = {"images/c.JPG"};
   for (const Case& each : std::vector<Case>{
-           {{{"train_filenames", {"images/a.png", "images/c.JPG"}}, {"test_filenames", b}}, "a+btc+"},
-           {{{"train_filenames", a}, {"val_filenames", b}, {"test_filenames", c}}, "a+ct"},
-           {{{"train_filenames", a}, {"val_filenames", b}}, "a+bt"},
-           {{{"train_filenames", b}}, "b+"},
-           {{{"test_filenames", c}}, "a+b+ct"},
-           {{{"val_filenames", b}, {"test_filenames", json::array()}}, "a+btc+"},
-           {{{"train_filenames", json::array()}}, "atb+c+"},
+           {{{"train_filenames", {"images/a.png", "images/c.JPG"}}, {"test_filenames", b}}, "a+btc+", test},
+           {{{"train_filenames", a}, {"val_filenames", b}, {"test_filenames", c}}, "a+ct", test},
+           {{{"train_filenames", a}, {"val_filenames", b}}, "a+bt", validation},
+           {{{"train_filenames", b}}, "b+", "train_filenames"},
+           {{{"test_filenames", c}}, "a+b+ct", test},
+           {{{"val_filenames", b}, {"test_filenames", json::array()}}, "a+btc+", validation},
+           {{{"test_filenames", {"images\\c.JPG"}}}, "a+b+ct", test},
+           {{{"train_filenames", json::array()}}, "atb+c+", rule},
        }) {
     json top = ExampleTransforms();
     top.update(each.lists);
@@ -226,8 +240,8 @@ TEST_F(NerfTest, FollowsTheListsOfFileNames) {
     Write(top);
     const Scene scene = Read();
     EXPECT_EQ(Roles(scene), each.roles);
-    const bool none = each.roles == "atb+c+";
-    EXPECT_EQ(scene.notes.size(), none ? 1u : 2u) << "a note on the points, and one on the split";
+    EXPECT_EQ(scene.notes.size(), scene.views.size() < 3 ? 2u : 1u) << "a note on the points, and one on unused frames";
+    EXPECT_EQ(scene.split, each.split);
     EXPECT_EQ(Roles(ReadNerfScene(folder_.path(), {.follow_split = false})), "atb+c+");
   }
   for (const auto& [lists, token] :
@@ -248,6 +262,7 @@ TEST_F(NerfTest, TestFramesAreTestViewsAndBadFramesAreLeftOut) {
   top["train_filenames"] = {"images/a"};
   Write(top);
   EXPECT_EQ(Roles(Read()), "a+b+ct");
+  EXPECT_EQ(Read().split, "test_frames");
   top["frames"][0]["is_bad"] = true;
   top["frames"][1]["is_bad"] = false;
   Write(top);
@@ -356,6 +371,11 @@ TEST_F(NerfTest, CameraPathsOfNerfstudioAreRead) {
   EXPECT_NEAR(views[0].camera.lens.fx, 15, 1e-12);
   EXPECT_NEAR(views[0].camera.lens.fy, 15, 1e-12);
   EXPECT_EQ(views[1].camera, kUsual);
+  top["render_width"] = 2 * kUsual.width, top["render_height"] = 2 * kUsual.height;
+  Write(top, "path.json");
+  const std::vector<View> large = ReadNerfCameras(folder_ / "path.json", kUsual);
+  EXPECT_NEAR(large[0].camera.lens.fy, 30, 1e-12);
+  EXPECT_EQ(large[1].camera, ResizeCamera(kUsual, 2 * kUsual.width, 2 * kUsual.height));
   for (const auto& [key, value] : std::map<std::string, json>{{"camera_to_world", {1, 2, 3}}, {"fov", 180}}) {
     json bad = top;
     bad["camera_path"][1][key] = value;

@@ -38,11 +38,13 @@ TEST_F(CompressedPly, RoundTripStaysWithinItsSteps) {
   constexpr Index kCount = 1000, kChunk = 256;
   for (int degree = 0; degree <= 3; ++degree) {
     SCOPED_TRACE(degree);
-    const SplatModel model = RandomSplat(degree, kCount);
+    SplatModel model = RandomSplat(degree, kCount);
+    model.antialiased = degree % 2 == 1;
     WriteCompressedPly(path_, model);
     const SplatModel again = Read();
     ASSERT_EQ(again.count, kCount);
     ASSERT_EQ(again.sh_degree, degree);
+    EXPECT_EQ(again.antialiased, model.antialiased);
     const std::vector<Index> order = ChunkOrder(model, kChunk);
     const std::pair<int, double> steps[] = {
         {splat::kMean, 2047},     {splat::kMean + 1, 1023},     {splat::kMean + 2, 2047},

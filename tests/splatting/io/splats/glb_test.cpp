@@ -146,6 +146,10 @@ TEST_F(Glb, CommentsAreExtras) {
   model.eps2d = 0.1;
   Write(model);
   EXPECT_EQ(json_["asset"]["extras"]["vesta"], SplatComments(model));
+  model.antialiased = true;
+  Write(model);
+  EXPECT_EQ(json_["asset"]["extras"]["vesta"][0], "SplatRenderMode: mip");
+  EXPECT_EQ(json_["asset"]["extras"]["vesta"][1], SplatComments(model)[0]);
 }
 
 TEST_F(Glb, WhatCannotBeStoredIsRefused) {

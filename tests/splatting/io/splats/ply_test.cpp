@@ -44,6 +44,24 @@ TEST(SplatPly, TellsItsOrigin) {
   EXPECT_EQ(ReadSplatPly(folder / "b.ply").origin, model.origin);
 }
 
+// Comments as Brush writes them.
+TEST(SplatPly, ReadsTheRenderModeOfOtherPrograms) {
+  const TempFolder folder;
+  std::string properties;
+  for (const char* name : {"x", "y", "z", "scale_0", "scale_1", "scale_2", "opacity", "rot_0", "rot_1", "rot_2",
+                           "rot_3", "f_dc_0", "f_dc_1", "f_dc_2"}) {
+    properties += std::string("property float ") + name + "\n";
+  }
+  for (const auto& [comment, antialiased] : {std::pair{"comment SplatRenderMode: mip\n", true},
+                                             {"comment SplatRenderMode: default\n", false},
+                                             {"", false}}) {
+    WriteBytes(folder / "a.ply", std::string("ply\nformat ascii 1.0\ncomment Exported from Brush\n") + comment +
+                                     "comment Vertical axis: y\nelement vertex 1\n" + properties +
+                                     "end_header\n1 2 3 -2 -3 -4 0.5 1 0 0 0 0.1 0.2 0.3\n");
+    EXPECT_EQ(ReadSplatPly(folder / "a.ply").antialiased, antialiased) << comment;
+  }
+}
+
 // By name, because other programs rely on them.
 TEST(SplatPly, LayoutIsInrias) {
   const TempFolder folder;
@@ -90,16 +108,17 @@ TEST(SplatPly, ReadsAnyOrderTypeAndExtraProperties) {
 
 TEST(SplatPly, UnusableGaussiansAreLeftOutWithANote) {
   const TempFolder folder;
-  SplatModel model = ExampleSplat(1, 6);
+  SplatModel model = ExampleSplat(1, 7);
   model.attribute(20)[1] = std::nanf("");
   model.attribute(splat::kLogScale)[3] = HUGE_VALF;
   for (int a = 0; a < 4; ++a) model.attribute(splat::kQuaternion + a)[4] = 0;
+  model.attribute(splat::kLogScale + 2)[6] = -HUGE_VALF;
   WriteSplatPly(folder / "a.ply", model);
   std::vector<std::string> notes;
   const SplatModel kept = ReadSplatPly(folder / "a.ply", &notes);
   ASSERT_EQ(kept.count, 3);
   ASSERT_EQ(notes.size(), 1u);
-  EXPECT_THAT(notes[0], testing::HasSubstr("3 of 6"));
+  EXPECT_THAT(notes[0], testing::HasSubstr("4 of 7"));
   for (int a = 0; a < model.num_attributes(); ++a) {
     EXPECT_EQ(kept.attribute(a)[0], model.attribute(a)[0]);
     EXPECT_EQ(kept.attribute(a)[1], model.attribute(a)[2]);
