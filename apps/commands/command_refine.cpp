@@ -106,7 +106,6 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   options.antialias = posed.model.antialiased;
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
-  const Index given = posed.model.count;
   const std::string note = change(settings.options, posed);
   const double held_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
@@ -117,8 +116,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
                         .stages = stages,
                         .expected = {posed.model.count, posed.model.count, posed.model.sh_degree},
                         .load_seconds = load_seconds,
-                        .out = out ? &*out : nullptr,
-                        .is_pruned = posed.model.count < given};
+                        .out = out ? &*out : nullptr};
   return TrainAndWrite(job, [&](const gs::TrainCallbacks& callbacks) {
     gs::TrainResult result =
         gs::Refine(posed.scene, std::move(posed.model), options, {SecondsSinceStart(), held_mib}, callbacks, stages);

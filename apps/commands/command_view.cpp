@@ -37,6 +37,8 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   options.downscale = flags.downscale;
   UseSplatRendering(posed.model, &options);
   posed.scene = gs::LoadScene(line.arguments[1], options);
+  std::erase(posed.scene.notes, posed.scene.points_note);
+  PrintLines(posed.scene.notes);
   const auto trained = gs::NumTrainingViews(posed.scene);
   if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {
     to_view->cameras = checkpoint.run.cameras;

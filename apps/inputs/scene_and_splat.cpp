@@ -29,10 +29,6 @@ const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
   return nullptr;
 }
 
-void PrintLines(const std::vector<std::string>& lines) {
-  for (const std::string& line : lines) Print("{}\n", line);
-}
-
 bool IsGiven(const schema::Field<Flags>& flag, const Flags& flags) { return flag.Text(flags) != flag.Text(Flags()); }
 
 // Bytes for decoded photographs: --photographs_mib, or half of the program's memory.
@@ -72,6 +68,10 @@ bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* 
   Flags scratch;
   if (!flag->Set(value, scratch)) return false;
   return IsGiven(*flag, *flags) || flag->Set(value, *flags);
+}
+
+void PrintLines(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) Print("{}\n", line);
 }
 
 void CheckSceneFolder(const std::string& path) {
@@ -118,6 +118,7 @@ PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, co
   UseRenderingFlags(flags, &posed.model);
   UseSplatRendering(posed.model, &options);
   posed.scene = gs::LoadScene(scene, options);
+  std::erase(posed.scene.notes, posed.scene.points_note);  // the points are not used
   gs::MoveToScene(posed.scene, &posed.model);
   return posed;
 }

@@ -25,6 +25,8 @@ std::vector<std::pair<std::string, std::string>> SceneFlagTexts(const Flags& fla
 // the value is invalid.
 bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* flags);
 
+void PrintLines(const std::vector<std::string>& lines);
+
 // Throws Error if the folder does not exist.
 void CheckSceneFolder(const std::string& path);
 

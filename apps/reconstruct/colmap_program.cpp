@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <filesystem>
@@ -38,6 +39,25 @@ std::string ListedName(std::string_view help, const std::string& alternatives) {
     if (name.find('.') == name.npos || Lists(help, name)) return name;
   }
   return {};
+}
+
+// The count in the last line with one of the texts; `unknown` without such a line. COLMAP 3.8 writes "(N)" before it
+// registers image N, later versions write "(num_reg_frames=N)" with the number so far.
+std::size_t LastNumberIn(std::string_view text, const std::vector<std::string>& wanted, std::size_t unknown) {
+  std::size_t last = text.npos;
+  for (const std::string& each : wanted) {
+    const std::size_t at = text.rfind(each);
+    if (at != text.npos && (last == text.npos || at > last)) last = at;
+  }
+  if (last == text.npos) return unknown;
+  std::string_view line = text.substr(last, text.substr(last).find('\n'));
+  const std::size_t end = line.rfind(')');
+  if (end == line.npos) return unknown;
+  line = line.substr(0, end);
+  const std::size_t digits = line.find_last_not_of("0123456789") + 1;
+  std::size_t number = 0;
+  if (std::from_chars(line.data() + digits, line.data() + line.size(), number).ec != std::errc()) return unknown;
+  return number > 0 && line[digits - 1] == '(' ? number - 1 : number;
 }
 
 // Counts in the part of the log that has been written since the start.
@@ -85,30 +105,9 @@ class LogReader {
 
 }  // namespace
 
-namespace {
-
-// The last number in parentheses after one of the texts, in its line; `unknown` without such a number.
-std::size_t LastNumberIn(std::string_view text, const std::vector<std::string>& wanted, std::size_t unknown) {
-  std::size_t last = text.npos;
-  for (const std::string& each : wanted) {
-    const std::size_t at = text.rfind(each);
-    if (at != text.npos && (last == text.npos || at > last)) last = at;
-  }
-  if (last == text.npos) return unknown;
-  std::string_view line = text.substr(last, text.substr(last).find('\n'));
-  const std::size_t end = line.rfind(')');
-  if (end == line.npos) return unknown;
-  line = line.substr(0, end);
-  const std::size_t digits = line.find_last_not_of("0123456789") + 1;
-  std::size_t number = unknown;
-  std::from_chars(line.data() + digits, line.data() + line.size(), number);
-  return number;
-}
-
-}  // namespace
-
 std::size_t CountAfter(std::string_view lines, const LogCounter& counter, std::size_t count) {
-  if (counter.is_numbered) return LastNumberIn(lines, counter.texts, count);
+  // The number begins again with each model that COLMAP tries.
+  if (counter.is_numbered) return std::max(count, LastNumberIn(lines, counter.texts, count));
   for (const std::string& each : counter.texts) {
     for (std::size_t at = lines.find(each); at != lines.npos; at = lines.find(each, at + each.size())) ++count;
   }

@@ -16,7 +16,7 @@ namespace vesta::app {
 std::string FindColmap();
 
 // The progress of a COLMAP command: the number of times that its messages contain one of the texts. If is_numbered,
-// the last number in parentheses after one of the texts, as in "Registering image #7 (3)".
+// the number of registered images, as in "Registering image #7 (3)".
 struct LogCounter {
   std::vector<std::string> texts;
   bool is_numbered = false;

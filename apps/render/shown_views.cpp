@@ -42,17 +42,6 @@ std::optional<gs::ImageSize> SizeOf(const Flags& flags) {
   return gs::ImageSize{static_cast<int>(width), static_cast<int>(height)};
 }
 
-// The camera with another image size: the largest central crop.
-gs::Camera Covered(const gs::Camera& camera, gs::ImageSize size) {
-  const double across = static_cast<double>(size.width) / camera.width;
-  const double down = static_cast<double>(size.height) / camera.height;
-  const double scale = std::max(across, down);
-  gs::Camera covered{size.width, size.height, camera.lens.Scaled(scale, scale), camera.eps2d, camera.antialiased};
-  covered.lens.cx += 0.5 * (size.width - scale * camera.width);
-  covered.lens.cy += 0.5 * (size.height - scale * camera.height);
-  return covered;
-}
-
 CameraPath OrbitPath(const gs::Scene& scene, const gs::Camera& camera, int frames) {
   constexpr double kWide = 120;
   gs::Orbit orbit = gs::OrbitOf(scene, camera, frames);
@@ -86,7 +75,7 @@ CameraPath FilePath(const Flags& flags, const gs::Scene& scene, const gs::Camera
   std::vector<gs::View> keys = gs::ReadNerfCameras(flags.path, usual);
   for (gs::View& key : keys) {
     gs::MoveToScene(scene, &key);
-    if (const auto size = SizeOf(flags)) key.camera = Covered(key.camera, *size);
+    if (const auto size = SizeOf(flags)) key.camera = gs::CropCamera(key.camera, *size);
   }
   if (!flags.frames) return {std::move(keys), ""};
   return {gs::PathThrough(keys, scene.extent, keys.front().camera, *flags.frames), ""};
@@ -142,7 +131,7 @@ void CheckPathFlags(const Flags& flags) {
 CameraPath PathOfFlags(const Flags& flags, const gs::Scene& scene) {
   gs::Camera camera = scene.views.front().camera;
   if (flags.path.ends_with(".json")) return FilePath(flags, scene, camera);
-  if (const auto size = SizeOf(flags)) camera = Covered(camera, *size);
+  if (const auto size = SizeOf(flags)) camera = gs::CropCamera(camera, *size);
   if (flags.path == "orbit") return OrbitPath(scene, camera, flags.frames.value_or(kFramesOfALoop));
   if (flags.path == "spiral") return {gs::SpiralOf(scene, camera, flags.frames.value_or(kFramesOfALoop)), ""};
   return PhotographsPath(scene, camera, flags.frames);

@@ -89,8 +89,8 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
                  : ""));
 }
 
-// The first model of refine and prune, and the last row of each stage. first: the name of that model's row.
-void PrintTable(const char* first, const gs::TrainResult& result) {
+// The model at the start of refine or prune, and the last row of each stage.
+void PrintTable(const gs::TrainResult& result) {
   constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>13} {:>10} {:>10} {:>10} {:>10}\n";
   Print(kRow, "stage", "iteration", "seconds", "gaussians", "training loss", "train PSNR", "train SSIM", "test PSNR",
         "test SSIM");
@@ -99,9 +99,9 @@ void PrintTable(const char* first, const gs::TrainResult& result) {
     const bool is_last_of_stage = i + 1 == result.history.size() || result.history[i + 1].stage != row.stage;
     const bool is_first_model = i == 0 && row.stage == gs::Stage::kLm;
     if (!is_first_model && !is_last_of_stage) continue;
-    Print(kRow, is_first_model ? first : gs::StageName(row.stage), row.iteration, Figure(row.seconds, 1), row.gaussians,
-          Figure(row.cost, 6), Figure(row.train.psnr, 3), Figure(row.train.ssim, 4), Figure(row.test.psnr, 3),
-          Figure(row.test.ssim, 4));
+    Print(kRow, is_first_model ? "start" : gs::StageName(row.stage), row.iteration, Figure(row.seconds, 1),
+          row.gaussians, Figure(row.cost, 6), Figure(row.train.psnr, 3), Figure(row.train.ssim, 4),
+          Figure(row.test.psnr, 3), Figure(row.test.ssim, 4));
   }
 }
 
@@ -163,7 +163,7 @@ void SaveResults(const TrainingJob& job, const gs::TrainResult& result, Training
 
 // Prints the results, and warnings about them.
 void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const std::string& cameras) {
-  PrintTable(job.is_pruned ? "pruned" : "given", result);
+  PrintTable(result);
   Print("{}", cameras);
   if (result.history.front().stage == gs::Stage::kLm) {  // an existing model
     if (result.history.size() > 1) {

@@ -34,8 +34,7 @@ struct TrainingJob {
   const gs::StageRunners& stages;
   ExpectedModel expected;
   double load_seconds;
-  OutputFolder* out;       // null except on rank 0, which writes the results
-  bool is_pruned = false;  // whether Gaussians of a given splat were removed before the training
+  OutputFolder* out;  // null except on rank 0, which writes the results
 };
 
 // Notes for the user, one line each: about the origin and eps2d of the splat, its evaluation, and exceeded memory

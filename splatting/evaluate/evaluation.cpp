@@ -53,7 +53,7 @@ Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measu
     quality->psnr /= quality->views;
     quality->ssim /= quality->views;
   }
-  // No measurement; 0 would be wrong.
+  // 0 dB would look like a measurement. Nothing prints held_out.
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   for (Quality* quality : {&mean.train, &mean.test}) {
     if (quality->views == 0) quality->psnr = quality->ssim = kUnknown;

@@ -29,8 +29,9 @@ struct Quality {
 };
 
 struct Evaluation {
-  Quality train, held_out, test;  // without views, train and held_out are 0, and test is NaN
-  double cost = 0;                // mean over measured training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+  Quality train, held_out, test;  // without views, train and test are NaN, and held_out is 0
+  // Mean over measured training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM); NaN without such views.
+  double cost = 0;
 };
 
 struct ViewQuality {

@@ -18,6 +18,16 @@ Camera ResizeCamera(const Camera& camera, int width, int height) {
   return {width, height, camera.lens.Scaled(across, down), camera.eps2d, camera.antialiased};
 }
 
+Camera CropCamera(const Camera& camera, ImageSize size) {
+  const double across = static_cast<double>(size.width) / camera.width;
+  const double down = static_cast<double>(size.height) / camera.height;
+  const double scale = std::max(across, down);
+  Camera cropped{size.width, size.height, camera.lens.Scaled(scale, scale), camera.eps2d, camera.antialiased};
+  cropped.lens.cx += 0.5 * (size.width - scale * camera.width);
+  cropped.lens.cy += 0.5 * (size.height - scale * camera.height);
+  return cropped;
+}
+
 std::shared_ptr<const Image> View::Photograph() const {
   if (stored) return stored->Get();
   return {std::shared_ptr<const Image>(), &image};

@@ -37,6 +37,10 @@ struct Camera {
 // The camera for the image resized to width x height pixels.
 Camera ResizeCamera(const Camera& camera, int width, int height);
 
+// The camera for another image size: the image is scaled with equal factors until it covers the size, then cropped
+// around its centre.
+Camera CropCamera(const Camera& camera, ImageSize size);
+
 // A camera with lens distortion.
 struct LensCamera {
   Camera camera;  // without the distortion
@@ -102,6 +106,7 @@ struct Scene {
   // What chose the test views, for messages: a list in the scene, a flag, or the rule of SortAndSplit.
   std::string split = "every 8th";
   std::vector<std::string> notes;  // of the loader for the user, one line each, for example about ignored input
+  std::string points_note;         // the one of the notes about random points, if any
   // Null if the images are in the views.
   std::shared_ptr<PhotographStore> photographs;
 };

@@ -122,17 +122,20 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   VESTA_CHECK(splat::IsValidEps2d(options.eps2d), "eps2d of {} pixels^2", options.eps2d);
   Scene scene = ReadModel(path, options);
   const std::size_t named = scene.views.size();
-  ChooseTestViews(options.test_views, &scene.views);
-  if (options.test_views.every) scene.split = fmt::format("--test_every={}", *options.test_views.every);
-  if (!options.test_views.list.empty()) scene.split = "--test_list";
-  if (!options.test_views.list.empty()) scene.files.push_back(options.test_views.list);
+  const TestViews& choice = options.test_views;
+  ChooseTestViews(choice, &scene.views);
+  if (choice.every) scene.split = fmt::format("--test_every={}", *choice.every);
+  if (!choice.list.empty()) {
+    scene.split = "--test_list";
+    scene.files.push_back(choice.list);
+  }
   LeaveOutMissing(path, options.allow_missing, &scene);
-  const bool chosen = options.test_views.every || !options.test_views.list.empty();
   const bool has_training = NumTrainingViews(scene) > 0;
   if (!has_training && !options.may_lack_training) {
-    Fail(kBadArgument, "{}: no training view is left, since {} for testing; add images, or set --test_every", path,
-         chosen ? "all are" : "every 8th from the first is");
+    Fail(kBadArgument, "{}: no training view is left, since all are test views ({}); add images, or set --test_every",
+         path, scene.split);
   }
+  const bool chosen = choice.every || !choice.list.empty();
   if (has_training && (chosen || scene.views.size() < named)) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
   NoteOtherNames(&scene);

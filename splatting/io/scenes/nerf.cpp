@@ -101,13 +101,12 @@ Distortion ReadDistortion(const FrameValues& values) {
 }
 
 // Returns false if the file does not state the size.
-bool ReadStatedSize(const FrameValues& values, Camera* camera) {
-  if (!values.Has("w") || !values.Has("h")) return false;
-  const double w = values.Number("w", 0), h = values.Number("h", 0);
+bool ReadStatedSize(const FrameValues& values, ImageSize* size, const char* width = "w", const char* height = "h") {
+  if (!values.Has(width) || !values.Has(height)) return false;
+  const double w = values.Number(width, 0), h = values.Number(height, 0);
   if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6))
     Fail(kBadFile, "{}: the image size {} x {} is unusable", values.where(), w, h);
-  camera->width = static_cast<int>(w);
-  camera->height = static_cast<int>(h);
+  *size = {static_cast<int>(w), static_cast<int>(h)};
   return true;
 }
 
@@ -135,12 +134,12 @@ void ReadLens(const FrameValues& values, Camera* camera) {
 // Returns a 0 x 0 camera if the size is not stated and the image may be missing and is.
 Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool may_be_missing) {
   Camera camera;
-  if (!ReadStatedSize(values, &camera)) {
+  ImageSize size;
+  if (!ReadStatedSize(values, &size)) {
     if (may_be_missing && !FileExists(image_path)) return camera;
-    const ImageSize size = ReadImageSize(image_path);
-    camera.width = size.width;
-    camera.height = size.height;
+    size = ReadImageSize(image_path);
   }
+  camera.width = size.width, camera.height = size.height;
   ReadLens(values, &camera);
   return camera;
 }
@@ -284,19 +283,14 @@ void ReadFrames(const json& top, const char* key, const std::string& path, Image
 }
 
 constexpr const char* kCameraPath = "camera_path";
-constexpr double kMaxSide = 1e5;  // pixels
 
-// The cameras of a camera path of nerfstudio's viewer: render_width, render_height; camera_to_world, 16 numbers row by
-// row, and fov, the vertical field of view in degrees. `usual` replaces missing values.
+// The cameras of a camera path of nerfstudio's viewer. A camera has camera_to_world, 16 numbers row by row, and fov,
+// the vertical field of view in degrees; render_width and render_height belong to the whole path. `usual` replaces
+// missing values.
 std::vector<View> ReadCameraPath(const json& top, const std::string& file, Camera usual) {
   std::vector<View> views;
-  const FrameValues path(top, top, file);
-  if (path.Has("render_width") && path.Has("render_height")) {
-    const double width = path.Number("render_width", 0), height = path.Number("render_height", 0);
-    if (!(width >= 1 && height >= 1 && width <= kMaxSide && height <= kMaxSide)) {
-      Fail(kBadFile, "{}: the image size {} x {} is unusable", file, width, height);
-    }
-    usual = ResizeCamera(usual, static_cast<int>(width), static_cast<int>(height));
+  if (ImageSize size; ReadStatedSize(FrameValues(top, top, file), &size, "render_width", "render_height")) {
+    usual = CropCamera(usual, size);
   }
   ForEachFrame(top, kCameraPath, file, [&](const FrameValues& values) {
     View view;
@@ -356,10 +350,15 @@ Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options)
   };
   const json top = read_file(has_train_file ? "transforms_train.json" : "transforms.json");
   const std::size_t num_train = scene.views.size();
-  if (has_train_file && FileExists(scene_folder + "/transforms_test.json")) read_file("transforms_test.json");
+  constexpr const char* kTestFile = "transforms_test.json";
+  if (has_train_file && FileExists((folder / kTestFile).string())) {
+    read_file(kTestFile);
+    scene.split = kTestFile;
+  }
   const auto test_frames = top.find(kTestFrames);
   if (test_frames != top.end() && !test_frames->empty()) {
     ReadFrames(top, kTestFrames, scene.files.front(), images, &scene);
+    scene.split = kTestFrames;
   }
   std::set<std::string> test_names;
   for (std::size_t i = num_train; i < scene.views.size(); ++i) test_names.insert(scene.views[i].name);
@@ -373,7 +372,6 @@ Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options)
       view.role = test_names.contains(view.name) ? ViewRole::kTest : ViewRole::kTraining;
     }
   }
-  if (!test_names.empty()) scene.split = has_train_file ? "transforms_test.json" : kTestFrames;
   if (options.follow_split && test_names.empty()) ApplySplitLists(top, scene.files.front(), &scene);
   const std::string points = FindPoints(folder, scene.files.front(), top);
   if (!points.empty()) scene.files.push_back(points);
@@ -390,7 +388,9 @@ std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual) 
   ForEachFrame(top, kFrames, file, [&](const FrameValues& values) {
     View view;
     view.camera = usual;
-    const bool has_size = ReadStatedSize(values, &view.camera);
+    ImageSize size;
+    const bool has_size = ReadStatedSize(values, &size);
+    if (has_size) view.camera.width = size.width, view.camera.height = size.height;
     if (has_size || values.Has("fl_x") || values.Has("camera_angle_x")) ReadLens(values, &view.camera);
     ReadPose(values, &view);
     views.push_back(std::move(view));

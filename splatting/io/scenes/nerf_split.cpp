@@ -64,9 +64,8 @@ void ApplySplitLists(const nlohmann::json& top, const std::string& file, Scene* 
   }
   scene->split = kLists[present[test_list] ? test_list : kTrain];
   if (views.size() == all) return;
-  scene->notes.push_back(
-      fmt::format("{} of {} frames of {} are unused, because its lists of file names do not use them",
-                  all - views.size(), all, file));
+  scene->notes.push_back(fmt::format("{} of {} frames are not used, because no list of file names in {} selects them",
+                                     all - views.size(), all, file));
 }
 
 std::string NameOfFilePath(std::string file_path) {

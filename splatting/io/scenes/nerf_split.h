@@ -13,8 +13,9 @@ namespace vesta::gs {
 // - The views in test_filenames are test views. Without such a list, the views in val_filenames are test views.
 // - All other views in train_filenames, or without such a list all views in no list, are training views.
 // - The remaining views are removed from the scene.
-// Adds a note with the numbers of views. Does nothing if `top` has none of these lists. file: the name of the file, for
-// messages. Throws Error if a list is no array of strings, if a list names no view, or if a view is in two lists.
+// Sets Scene::split, and adds a note about removed views. Does nothing if `top` has none of these lists. file: the name
+// of the file, for messages. Throws Error if a list is no array of strings, if a list names no view, or if a view is in
+// two lists.
 void ApplySplitLists(const nlohmann::json& top, const std::string& file, Scene* scene);
 
 // The name of the view with this file_path: the normalized path, plus .png unless it ends in .png, .jpg or .jpeg.

@@ -164,9 +164,10 @@ WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& ra
 
 WorldPoints PointsForCameras(const std::string& source, const RandomPoints& random, Scene* scene) {
   const bool in_cube = std::ranges::all_of(UsableViews(scene->views), FacesCube);
-  scene->notes.push_back(
+  scene->points_note =
       fmt::format("{} has no points: {} random points are used instead, {}", source, random.count,
-                  in_cube ? "in the cube from -1.3 to 1.3, because all cameras face it" : "in the cameras' views"));
+                  in_cube ? "in the cube from -1.3 to 1.3, because all cameras face it" : "in the cameras' views");
+  scene->notes.push_back(scene->points_note);
   return in_cube ? PointsInCube(random) : PointsInViews(scene->views, random);
 }
 

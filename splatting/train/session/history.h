@@ -54,7 +54,7 @@ class RecordedHistory {
   bool empty() const { return rows_.empty(); }
   // Whether the last row belongs to this stage.
   bool ends_with(Stage stage) const { return !empty() && rows_.back().stage == stage; }
-  // PSNR of the latest row, dB; 0 without rows or without such views.
+  // PSNR of the latest row, dB; 0 without rows. A training has training views; held_out_psnr() is 0 without such views.
   double training_psnr() const { return empty() ? 0 : rows_.back().train.psnr; }
   double held_out_psnr() const { return empty() ? 0 : rows_.back().held_out.psnr; }
 

@@ -79,9 +79,9 @@ TEST_P(ColmapDamageFormats, PointsThatAreNotFiniteAreLeftOut) {
   const Scene scene = ReadColmapScene(folder.path(), "images");
   EXPECT_EQ(scene.points.size(), static_cast<Index>(all) - 1);
   EXPECT_THAT(scene.notes, testing::Contains(HasTokens("1", std::to_string(all))));
-  model.points[1].position[0] = std::nan("");
+  for (ColmapPoint& point : model.points) point.position[0] = std::nan("");
   WriteColmapModel(model, folder / "sparse/0", GetParam());
-  EXPECT_EQ(ReadColmapModel(folder / "sparse/0").unusable_points, 1);
+  EXPECT_THAT([&] { ReadColmapScene(folder.path(), "images"); }, ThrowsError(kBadFile, std::to_string(all)));
 }
 
 TEST_P(ColmapDamageFormats, UnusableValuesAreNamed) {

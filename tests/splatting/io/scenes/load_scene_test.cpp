@@ -256,6 +256,22 @@ TEST_F(LoadSceneTest, ImageFoldersLieWithinTheScene) {
   }
 }
 
+TEST_F(LoadSceneTest, SaysWhatChoseTheTestViews) {
+  model_.images[2].name = "day/view2.png";
+  WriteBytes(ImagePath(2), ExampleJpeg(60, 40));
+  WriteModel();
+  const auto split = [&](const TestViews& choice) {
+    LoadSceneOptions options;
+    options.test_views = choice;
+    return LoadScene(folder_.path(), options).split;
+  };
+  EXPECT_EQ(split({}), Scene().split);
+  EXPECT_EQ(split({.every = 4, .list = {}}), "--test_every=4");
+  const std::string list = folder_ / "list.txt";
+  WriteBytes(list, "view1.png\r\nday\\view2.png\n");
+  EXPECT_EQ(split({.every = {}, .list = list}), "--test_list");
+}
+
 TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
   model_ = ExampleModel();
   model_.points.clear();
