@@ -105,7 +105,7 @@ struct Scene {
   std::vector<std::string> files;  // input files besides the images
   // What chose the test views, for messages: a list in the scene, a flag, or the rule of SortAndSplit.
   std::string split = "every 8th";
-  std::vector<std::string> notes;  // of the loader for the user, one line each, for example about ignored input
+  std::vector<std::string> notes;  // one line each for the user, for example about ignored input
   std::string points_note;         // the one of the notes about random points, if any
   // Null if the images are in the views.
   std::shared_ptr<PhotographStore> photographs;

@@ -207,7 +207,8 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   }
   if (model.unusable_points > 0) {
     if (model.points.empty()) {
-      Fail(kBadFile, "{}: none of its {} points is finite; repair or remove them", folder, model.unusable_points);
+      Fail(kBadFile, "{}: all {} points are not finite or too large; repair or remove them", folder,
+           model.unusable_points);
     }
     scene.notes.push_back(fmt::format("{}: {} of {} points are not finite or too large and are left out", folder,
                                       model.unusable_points, model.unusable_points + std::ssize(model.points)));

@@ -38,8 +38,8 @@ Scene ReadNerfScene(const std::string& scene_folder, const NerfOptions& options 
 
 // The cameras of a transforms.json, or of a camera_path.json of nerfstudio's viewer, in the order and coordinates of
 // the file. file_path may be missing or name no file. A frame without intrinsics gets the camera `usual`; a frame with
-// a focal length but without w and h gets the size of `usual`. In a camera path, render_width and render_height replace
-// the size of `usual` (CropCamera). Distortion is ignored. Throws Error as ReadNerfScene.
+// a focal length but without w and h gets the size of `usual`. render_width and render_height of a camera path
+// replace the size of `usual` (CropCamera). Distortion is ignored. Throws Error as ReadNerfScene.
 std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual);
 
 // Writes a transforms.json for views with pinhole cameras. file_path is the view's name; each frame has its intrinsics.
