@@ -67,7 +67,7 @@ background=$(sed -n 's/^comment vesta background \(.*\) \(.*\) \(.*\)$/\1,\2,\3/
 # evaluate NAME FILE: prints size and PSNR on test and training views, with the background of SPLAT.
 evaluate() {
   "$vesta" eval "$2" "$scene" --background="${background:-0,0,0}" |
-    awk -v name="$1" -v bytes="$(stat -c %s "$2")" '/^test/ { test = $3 } /^train/ { train = $3 }
+    awk -v name="$1" -v bytes="$(stat -c %s "$2")" '/^test/ { test = $3 } /^train / { train = $3 }
       END { printf "%-64s%10d bytes  test %s dB  train %s dB\n", name, bytes, test, train }'
 }
 
