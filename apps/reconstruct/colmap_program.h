@@ -37,8 +37,8 @@ class ColmapProgram {
   using Options = std::vector<std::pair<std::string, std::string>>;
 
   // Runs "colmap COMMAND --NAME VALUE ...". Versions of COLMAP differ in the names with a dot, such as
-  // SiftExtraction.use_gpu, which became FeatureExtraction.use_gpu. The first alternative that `colmap COMMAND -h` lists
-  // is given; without one, COLMAP's default applies. Throws Error, with the log, if the command fails.
+  // SiftExtraction.use_gpu, which became FeatureExtraction.use_gpu. The first alternative that `colmap COMMAND -h`
+  // lists is given; without one, COLMAP's default applies. Throws Error, with the log, if the command fails.
   void Run(const std::string& command, const Options& options, const LogCounter& progress = {}) const;
 
   // As above, but returns false, with the reason, if the command fails.
