@@ -36,8 +36,7 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   gs::LoadSceneOptions options = SceneOptions(flags, origin.settings.options);
   options.downscale = flags.downscale;
   UseSplatRendering(posed.model, &options);
-  posed.scene = gs::LoadScene(line.arguments[1], options);
-  std::erase(posed.scene.notes, posed.scene.points_note);
+  posed.scene = LoadSceneOfSplat(line.arguments[1], options);
   PrintLines(posed.scene.notes);
   const auto trained = gs::NumTrainingViews(posed.scene);
   if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {

@@ -111,14 +111,19 @@ void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* option
   options->background = model.background, options->eps2d = model.eps2d, options->antialiased = model.antialiased;
 }
 
+gs::Scene LoadSceneOfSplat(const std::string& path, const gs::LoadSceneOptions& options) {
+  gs::Scene scene = gs::LoadScene(path, options);
+  std::erase(scene.notes, scene.points_note);
+  return scene;
+}
+
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options) {
   PosedModel posed;
   posed.model = LoadSplat(splat);
   UseRenderingFlags(flags, &posed.model);
   UseSplatRendering(posed.model, &options);
-  posed.scene = gs::LoadScene(scene, options);
-  std::erase(posed.scene.notes, posed.scene.points_note);  // the points are not used
+  posed.scene = LoadSceneOfSplat(scene, options);
   gs::MoveToScene(posed.scene, &posed.model);
   return posed;
 }

@@ -45,6 +45,8 @@ gs::SplatModel LoadSplat(const std::string& path);
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
 // Sets the background, eps2d and antialiasing for loading the scene to those of the splat.
 void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
+// Loads the scene of a given splat, without the note about random points, which are not used.
+gs::Scene LoadSceneOfSplat(const std::string& path, const gs::LoadSceneOptions& options);
 // Reads the files. UseRenderingFlags changes the splat, whose background, eps2d and antialiasing replace those in
 // `options`.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,

@@ -61,8 +61,7 @@ Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
     return ReadColmapScene(path, images, options.random_points);
   }
   if (IsNerfScene(path)) {
-    const bool chosen = options.test_views.every || !options.test_views.list.empty();
-    return ReadNerfScene(path, {options.random_points, images, options.allow_missing, !chosen});
+    return ReadNerfScene(path, {options.random_points, images, options.allow_missing, !options.test_views.is_given()});
   }
   Fail(kBadFile,
        "{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF); {}",
@@ -135,8 +134,8 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
     Fail(kBadArgument, "{}: no training view is left, since all are test views ({}); add images, or set --test_every",
          path, scene.split);
   }
-  const bool chosen = choice.every || !choice.list.empty();
-  if (has_training && (chosen || scene.views.size() < named)) scene.extent = SceneExtent(scene.views, scene.points);
+  if (has_training && (choice.is_given() || scene.views.size() < named))
+    scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
   NoteOtherNames(&scene);
   FindMasks(path, &scene);

@@ -18,6 +18,8 @@ namespace vesta::gs {
 struct TestViews {
   std::optional<int> every;  // every N-th view by name, starting with the first; 0: none
   std::string list;          // file with one image name per line, as in the model; lines that begin with # are ignored
+
+  bool is_given() const { return every || !list.empty(); }
 };
 
 // Sets the roles of the views, which must be sorted by name. Throws Error if both members are set, or if the list has
