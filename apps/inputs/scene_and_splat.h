@@ -43,7 +43,7 @@ struct PosedModel {
 gs::SplatModel LoadSplat(const std::string& path);
 // Replaces the background, eps2d and antialiasing of the splat by --background, --eps2d and --antialias, if given.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
-// Sets the background, eps2d and antialiasing for loading the scene to those of the splat.
+// Copies the background, eps2d and antialiasing of the splat to the options for loading the scene.
 void UseSplatRendering(const gs::SplatModel& model, gs::LoadSceneOptions* options);
 // Loads the scene of a given splat, without the note about random points, which are not used.
 gs::Scene LoadSceneOfSplat(const std::string& path, const gs::LoadSceneOptions& options);
