@@ -66,7 +66,7 @@ std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedMo
   const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
   if (!line.flags.max_loss && !is_short) return "";
   const Index before = posed.model.count;
-  gs::PruneOptions prune{.goal = {}, .prune_unseen = options.pruning.prune_unseen};
+  gs::PruneOptions prune{.goal = {}, .prune_unseen = options.pruning.shrink_unseen};
   if (line.flags.max_loss) {
     prune.goal.max_rise = line.flags.max_loss;
   } else {

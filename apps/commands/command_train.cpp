@@ -23,7 +23,7 @@ ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options
   const Index least = std::min(scene.points.size(), options.density.max_gaussians);
   const bool grows = options.density.enabled && options.adam.runs();
   // Few scenes grow by more than this; space for max_gaussians would rarely be needed.
-  constexpr Index kUsualGrowth = 8, kFew = 50000;
+  constexpr Index kUsualGrowth = 16, kFew = 50000;
   const Index usual = std::max(kUsualGrowth * least, kFew);
   constexpr int kHighestDegree = 3;
   return {grows ? std::min(options.density.max_gaussians, usual) : least, least,

@@ -69,15 +69,15 @@ class GpuBench {
     Gpu().Fill(1e-3, dx);
     Gpu().Fill(1e-3, d_image);
     const auto model = Model();
-    // Bytes per pair of splat and tile: 4 for the index and 48 for the splat; 36 for its tangent or its sums, 144 for
+    // Bytes per pair of splat and tile: 4 for the index and 48 for the splat; 44 for its tangent or its sums, 144 for
     // its Gram sums.
     const double lists = 52 * pairs, image_bytes = 4 * values, parameters = 4 * attributes * n;
     Add("project, sort, bin", "projection", 0, parameters + 48 * n + 100 * splats + 60 * pairs, [&] { Build(); });
     forward_ =
         Add("forward", "forward pass", 2 * 18 * visits, lists + image_bytes, [&] { view_.Render(image.data()); });
-    j_v_ = Add("J v", "tangent pass", 2 * 28 * visits, lists + 36 * pairs + image_bytes + 2 * parameters,
+    j_v_ = Add("J v", "tangent pass", 2 * 28 * visits, lists + 44 * pairs + image_bytes + 2 * parameters,
                [&] { view_.ApplyJ(model, dx.data(), d_image.data(), workspace_); });
-    jt_u_ = Add("J^T u", "adjoint pass", 2 * 38 * visits, lists + 72 * pairs + 2 * image_bytes + 3 * parameters,
+    jt_u_ = Add("J^T u", "adjoint pass", 2 * 42 * visits, lists + 88 * pairs + 2 * image_bytes + 3 * parameters,
                 [&] { view_.AddJT(model, image.data(), d_image.data(), g.data(), workspace_); });
     DeviceBuffer<float> blocks(66 * workload_.model.count), sh(x_.size() - splat::kSh * workload_.model.count);
     DevicePhotometricLoss loss;
@@ -141,9 +141,9 @@ class GpuBench {
     const auto model = Model();
     Add("cache16, making", "filling entries", 2 * 44 * visits, 2 * lists + 2 * kept + 4 * values,
         [&] { view_.CacheJacobian(image, splat::CacheFormat::kHalf, workspace_); });
-    Add("cache16, J v", "cached tangent", 2 * 14 * visits, lists + kept + 36 * pairs + 4 * values + 2 * parameters,
+    Add("cache16, J v", "cached tangent", 2 * 14 * visits, lists + kept + 44 * pairs + 4 * values + 2 * parameters,
         [&] { view_.ApplyJ(model, dx, d_image, workspace_); });
-    Add("cache16, J^T u", "cached adjoint", 2 * 12 * visits, lists + kept + 72 * pairs + 4 * values + 3 * parameters,
+    Add("cache16, J^T u", "cached adjoint", 2 * 12 * visits, lists + kept + 88 * pairs + 4 * values + 3 * parameters,
         [&] { view_.AddJT(model, image, d_image, g, workspace_); });
     Build();
   }

@@ -47,7 +47,7 @@ StepCost AdamIterationCost(const Workload& workload, int repeats) {
   const std::vector<gs::TargetView<Gpu>> targets = TargetsOf(workload);
   const int degree = workload.model.sh_degree, attributes = splat::NumAttributes(degree);
   gs::TrainedModel<Gpu> trained(workload.model, gs::Adam<Gpu>(gs::LearningRates(), gs::SecondMoment::kBlock),
-                                gs::DensityControl<Device>(gs::DensityOptions(), workload.extent, 1), workload.views,
+                                gs::DensityControl<Device>(gs::DensityOptions(), workload.extent), workload.views,
                                 workload.extent);
   DevicePhotometricLoss loss{PhotometricWeights{.l1_floor = 0}};
   splat::DeviceSplatView view;
@@ -65,8 +65,7 @@ StepCost AdamIterationCost(const Workload& workload, int repeats) {
     view.Render(image.data());
     loss.Gradient(image, target.truth, shape, image_gradient);
     view.AddJT(x, image.data(), image_gradient.data(), trained.gradient(attributes), workspace);
-    trained.density().Observe(
-        gs::density::Grad2dOf(view, workspace.splat_sums.data(), static_cast<double>(shape.NumValues())));
+    trained.density().Observe({view.rank_of().data(), view.splats().data(), workspace.splat_sums.data(), 1.0f});
     static_cast<void>(loss.Value());
     trained.Step(attributes, 1);
   };

@@ -27,7 +27,7 @@ namespace vesta::bench {
 namespace {
 
 // Vector instructions of the formulas (docs/performance.md) per covered vector of pixels.
-constexpr double kForward = 18, kTangent = 28, kBoth = 32, kAdjoint = 38, kGram = 88;
+constexpr double kForward = 18, kTangent = 28, kBoth = 32, kAdjoint = 42, kGram = 88;
 
 // Passes over one workload.
 class Bench {

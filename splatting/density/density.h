@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive density control (Kerbl et al. 2023, section 5.2). Gaussians with a large image-space gradient are cloned if
-// small and split if large; transparent or huge Gaussians are pruned.
+// Density control: Gaussians with a large pull (density_steps.h) are split; transparent or huge Gaussians are pruned.
 #pragma once
 
 #include <algorithm>
@@ -26,46 +25,48 @@ struct DensityPlan {
   bool changes = false;                 // false: source and kept are empty
 };
 
+// Price of a Gaussian without SH bands by Akaike's criterion (KeepByAic, splatting/pruning/prune.h): the decrease of
+// the summed loss over `epochs` passes through the training views that pays for its 14 parameters. loss: mean over
+// unmasked pixels and channels, >= 0.
+inline double GaussianPrice(double loss, double epochs) { return splat::NumAttributes(0) * loss * epochs; }
+
 template <class Space>
 class DensityControl {
  public:
-  DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
-      : options_(options), extent_(extent), seed_(seed) {}
+  DensityControl(const DensityOptions& options, double extent) : options_(options), extent_(extent) {}
 
   // A second limit besides DensityOptions::max_gaussians.
   void LimitGaussians(Index most) { most_ = std::min(most_, most); }
   // Clears the statistics, for `count` Gaussians.
   void ResetStatistics(Index count) {
-    grad2d_sum_.Resize(count);
-    seen_.Resize(count);
+    pull_.Resize(count);
+    views_ = 0;
   }
 
   // Gaussian i of the model was Gaussian source[i].
-  void Reorder(const Buffer<std::uint32_t, Space>& source) {
-    grad2d_sum_ = GatherNumbers(grad2d_sum_, source);
-    seen_ = GatherNumbers(seen_, source);
-  }
+  void Reorder(const Buffer<std::uint32_t, Space>& source) { pull_ = GatherNumbers(pull_, source); }
 
-  // Adds the statistics of one view. grad2d_view: from Grad2dOf, after the gradient of the view was computed.
-  // Asynchronous on a device.
-  void Observe(const density::Grad2dView& grad2d_view) {
+  // Adds the statistics of one view, after its gradient was computed. Asynchronous on a device.
+  void Observe(const density::PullView& view) {
     const ScopedPhase phase("density statistics");
-    ForEach<Space>(grad2d_sum_.size(), 4096, density::Observe{grad2d_view, grad2d_sum_.data(), seen_.data()});
+    ForEach<Space>(pull_.size(), 4096, density::Observe{view, pull_.data()});
+    CountViews(1);
   }
+  // Counts views whose pulls the caller adds to pull().
+  void CountViews(Index views) { views_ += views; }
 
-  // Statistics per Gaussian over the views that saw it since the last reset. grad2d(): sum of the norms of the
-  // derivative of the loss by the projected mean (Grad2d, density_steps.h). seen(): number of these views.
-  Buffer<float, Space>& grad2d() { return grad2d_sum_; }
-  Buffer<int, Space>& seen() { return seen_; }
+  // Statistics since the last reset. pull(): sum of the pulls of each Gaussian over the observed views. views(): number
+  // of observed views.
+  Buffer<float, Space>& pull() { return pull_; }
+  Index views() const { return views_; }
 
   // The action for each of the `count` Gaussians of the model x. Pruning is skipped if it would remove all. Growth
-  // stops at the limits; Gaussians with the largest mean gradients grow first (ties: the lower index). On a device,
-  // waits, and throws OutOfDeviceMemory if memory runs out.
-  DensityPlan<Space> Decide(const float* x, Index count) const;
-  // Turns the copies in the new model x into clones and splits. iteration and the seed determine the random offsets.
-  void InitChildren(const DensityPlan<Space>& plan, int iteration, float* x) const {
-    ForEach<Space>(plan.count, kGrain,
-                   density::InitChild{plan.count, plan.source.data(), plan.action.data(), seed_, iteration, x});
+  // stops at the limits; Gaussians with the largest pulls grow first (ties: the lower index). price: GaussianPrice. On
+  // a device, waits, and throws OutOfDeviceMemory if memory runs out.
+  DensityPlan<Space> Decide(const float* x, Index count, double price) const;
+  // Turns the copies in the new model x into halves.
+  void InitChildren(const DensityPlan<Space>& plan, float* x) const {
+    ForEach<Space>(plan.count, kGrain, density::InitChild{plan.count, plan.source.data(), plan.action.data(), x});
   }
   // Limits opacities to 0.01.
   static void LowerOpacities(float* x, Index count) {
@@ -73,11 +74,11 @@ class DensityControl {
   }
 
   // Whether the state from a checkpoint fits a model of this size.
-  bool IsOf(Index count) const { return most_ > 0 && grad2d_sum_.size() == count && seen_.size() == count; }
+  bool IsOf(Index count) const { return most_ > 0 && pull_.size() == count && views_ >= 0; }
   // The statistics and the limit set by LimitGaussians. Options may change on resuming.
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(most_, grad2d_sum_, seen_);
+    archive(most_, pull_, views_);
   }
 
  private:
@@ -86,9 +87,8 @@ class DensityControl {
   DensityOptions options_;
   Index most_ = std::numeric_limits<Index>::max();
   double extent_;
-  std::uint64_t seed_;
-  Buffer<float, Space> grad2d_sum_;
-  Buffer<int, Space> seen_;
+  Buffer<float, Space> pull_;
+  Index views_ = 0;
 };
 
 namespace density {
@@ -111,14 +111,14 @@ class ActionSums {
   Buffer<Index, Space> counts_, begin_;
 };
 
-// Lets only `room` of `candidates` Gaussians grow: sets the action of Gaussians with the smallest mean gradients to
-// kKeep (ties: the higher index).
+// Lets only `room` of `candidates` Gaussians grow: sets the action of Gaussians with the smallest pulls to kKeep (ties:
+// the higher index).
 template <class Space>
-void LimitToBudget(const Observed& observed, Index candidates, Index room, DensifyAction* action) {
+void LimitToBudget(const Buffer<float, Space>& pull, Index candidates, Index room, DensifyAction* action) {
   Buffer<std::uint32_t, Space> keys, indices;
-  keys.ResizeForOverwrite(observed.count);
-  indices.ResizeForOverwrite(observed.count);
-  ForEach<Space>(observed.count, 4096, MakeStrengthKey{observed, action, keys.data(), indices.data()});
+  keys.ResizeForOverwrite(pull.size());
+  indices.ResizeForOverwrite(pull.size());
+  ForEach<Space>(pull.size(), 4096, MakePullKey{pull.data(), action, keys.data(), indices.data()});
   Sorting<Space>::ByKey(keys, indices);
   ForEach<Space>(candidates - room, 4096, KeepAsItIs{indices.data() + room, action});
 }
@@ -126,28 +126,31 @@ void LimitToBudget(const Observed& observed, Index candidates, Index room, Densi
 }  // namespace density
 
 template <class Space>
-DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) const {
-  VESTA_CHECK(grad2d_sum_.size() == count, "density statistics of {} Gaussians for a model of {}", grad2d_sum_.size(),
-              count);
+DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count, double price) const {
+  VESTA_CHECK(pull_.size() == count, "density statistics of {} Gaussians for a model of {}", pull_.size(), count);
   VESTA_CHECK(count < Index{0xffffffff} / 2, "{} Gaussians", count);
-  const density::Observed observed{count, x, grad2d_sum_.data(), seen_.data()};
   DensityPlan<Space> plan;
   plan.action.ResizeForOverwrite(count);
   density::ActionSums<Space> sums(count);
-  ActionRule rule(options_, extent_);
-  ForEach<Space>(count, kGrain, density::DecideAction{rule, observed, plan.action.data()});
+  ActionRule rule{.threshold = static_cast<float>(options_.grow_pull * price),
+                  .prune_scale3d = static_cast<float>(options_.prune_scale3d * extent_),
+                  .prune_opa = options_.prune_opa};
+  const auto decide = [&] {
+    ForEach<Space>(count, kGrain, density::DecideAction{rule, count, x, pull_.data(), plan.action.data()});
+  };
+  decide();
   Index kept = sums.Sum(plan.action, kSurvivors);
   if (kept == 0) {
     // An empty model cannot be trained.
     rule.prunes = false;
-    ForEach<Space>(count, kGrain, density::DecideAction{rule, observed, plan.action.data()});
+    decide();
     kept = count;
   }
   // Each candidate adds one Gaussian.
   Index candidates = sums.Sum(plan.action, kGrowing);
   const Index room = std::max<Index>(std::min(options_.max_gaussians, most_) - kept, 0);
   if (candidates > room) {
-    density::LimitToBudget<Space>(observed, candidates, room, plan.action.data());
+    density::LimitToBudget<Space>(pull_, candidates, room, plan.action.data());
     candidates = room;
   }
   plan.count = kept + candidates;
@@ -156,9 +159,8 @@ DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) co
   plan.source.ResizeForOverwrite(plan.count);
   plan.kept.ResizeForOverwrite(plan.count);
   sums.Sum(plan.action, kChildren);
-  ForEach<Space>(
-      count, kGrain,
-      density::PlaceChildren{kKeepingMoments, plan.action.data(), sums.begin(), plan.source.data(), plan.kept.data()});
+  ForEach<Space>(count, kGrain,
+                 density::PlaceChildren{plan.action.data(), sums.begin(), plan.source.data(), plan.kept.data()});
   return plan;
 }
 

@@ -12,18 +12,13 @@ const schema::Table<DensityOptions>& DensityFields() {
        {1, 1e8},
        "never more than N Gaussians, also at the start if the scene has more points",
        "max_gaussians"},
-      {"enabled", &O::enabled, "clone, split and prune Gaussians during the Adam stage (densification)"},
+      {"enabled", &O::enabled, "split and prune Gaussians during the Adam stage (densification)"},
       {"begin", &O::begin, kPart, "fraction of the Adam stage at which densification begins"},
       {"end", &O::end, kPart, "fraction of the Adam stage at which densification ends; at most pruning.begin"},
       {"every", &O::every, {1e-6, 1}, "fraction of the Adam stage between two densification steps"},
-      {"grow_grad2d", &O::grow_grad2d, kSize,
-       "clone or split Gaussians if the gradient of the loss by their image position (in half image sizes, as in "
-       "3DGS), "
-       "averaged over the views, exceeds X; larger: fewer Gaussians"},
-      {"grow_scale3d", &O::grow_scale3d, kSize,
-       "split such Gaussians if their largest standard deviation exceeds X scene extents, else clone them; the extent "
-       "is "
-       "half the median depth of the points"},
+      {"grow_pull", &O::grow_pull, kSize,
+       "split a Gaussian if its pull (docs/glossary.md) exceeds X times the price of its 14 parameters by Akaike's "
+       "criterion; larger: fewer Gaussians"},
       {"prune_opa", &O::prune_opa, kPart,
        "remove Gaussians with an opacity below this value at each densification step"},
       {"prune_scale3d", &O::prune_scale3d, kSize,

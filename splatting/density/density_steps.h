@@ -1,72 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive density control per Gaussian, on host and device: its score, its action (keep, prune, clone or split), and
-// the loops. x: parameters of `count` Gaussians; attribute a of Gaussian i is at a * count + i. Only mean, log-scale,
-// quaternion and opacity logit are used (formulas/layout.h).
+// Density control per Gaussian, on host and device: its score, its action (keep, prune or split), and the loops. x:
+// parameters of `count` Gaussians; attribute a of Gaussian i is at a * count + i. Only mean, log-scale, quaternion and
+// opacity logit are used (formulas/layout.h).
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "kernels/core/for_each.h"
-#include "kernels/core/random.h"
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/math/quaternion.h"
 #include "splatting/density/density_options.h"
 
 namespace vesta::gs {
 
-inline namespace VESTA_ISA {
-
-// Norm of the derivative of the loss by the projected mean (u, v), the score of adaptive density control (Kerbl et al.
-// 2023, section 5.2). u and v are in normalised device coordinates: 1 is half_width or half_height pixels. w:
-// derivatives of the loss by the parameters of the projected splat (SplatTangent).
-VESTA_HD inline float Grad2d(const splat::Splat<float>& splat, const float* w, float half_width, float half_height) {
-  using std::hypot;
-  float by_u, by_v;
-  splat::ScreenMeanAdjoint(splat.r, splat.s, splat.beta, w, by_u, by_v);
-  return hypot(by_u * half_width, by_v * half_height);
-}
-
-}  // namespace VESTA_ISA
-
-enum class DensifyAction : std::uint8_t { kKeep, kPrune, kClone, kSplit };
+enum class DensifyAction : std::uint8_t { kKeep, kPrune, kSplit };
 
 inline namespace VESTA_ISA {
 
 // A number for each action. Device kernels receive the constants below as arguments, since device code cannot read host
 // variables.
 struct DensifyNumbers {
-  int keep, prune, clone, split;
+  int keep, prune, split;
   VESTA_HD constexpr int operator()(DensifyAction action) const {
     if (action == DensifyAction::kKeep) return keep;
-    if (action == DensifyAction::kPrune) return prune;
-    return action == DensifyAction::kClone ? clone : split;
+    return action == DensifyAction::kPrune ? prune : split;
   }
 };
 // kSurvivors: 1 unless the Gaussian is pruned. kGrowing: 1 if it becomes two.
-inline constexpr DensifyNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
+inline constexpr DensifyNumbers kSurvivors{1, 0, 1}, kGrowing{0, 0, 1};
 // kChildren: number of Gaussians that replace one. They take its place, so neighbours in memory stay neighbours in
-// space. kKeepingMoments: how many of them keep Adam's moments; after a split, none.
-inline constexpr DensifyNumbers kChildren{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
+// space.
+inline constexpr DensifyNumbers kChildren{1, 0, 2};
 
-inline constexpr float kSplitShrink = 1.6f;         // factor by which the children of a split are smaller
 inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01
+
+// Index of the longest axis, 0 to 2.
+VESTA_HD inline int LongestAxis(const float* x, Index count, Index i) {
+  int longest = 0;
+  for (int k = 1; k < 3; ++k) {
+    if (x[(splat::kLogScale + longest) * count + i] < x[(splat::kLogScale + k) * count + i]) longest = k;
+  }
+  return longest;
+}
 
 // Largest standard deviation, world units.
 VESTA_HD inline float LargestScale(const float* x, Index count, Index i) {
   using std::exp;
-  float largest = x[splat::kLogScale * count + i];
-  for (int k = 1; k < 3; ++k) {
-    const float next = x[(splat::kLogScale + k) * count + i];
-    if (largest < next) largest = next;
-  }
-  return exp(largest);
+  return exp(x[(splat::kLogScale + LongestAxis(x, count, i)) * count + i]);
 }
 
 VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
@@ -76,76 +60,51 @@ VESTA_HD inline float Opacity(const float* x, Index count, Index i) {
 
 // The action for a Gaussian, without the limit on their number (LimitToBudget).
 struct ActionRule {
-  double prune_opa, grow_grad2d;
-  float prune_scale3d, grow_scale3d;  // world units; prune_scale3d 0: no limit
+  float threshold;      // a Gaussian with a larger pull is split
+  float prune_scale3d;  // world units; 0: no limit
+  double prune_opa;
   bool prunes = true;
 
-  ActionRule(const DensityOptions& options, double extent)
-      : prune_opa(options.prune_opa),
-        grow_grad2d(options.grow_grad2d),
-        prune_scale3d(static_cast<float>(options.prune_scale3d * extent)),
-        grow_scale3d(static_cast<float>(options.grow_scale3d * extent)) {}
-
-  // strength: from MeanGrad2d().
-  VESTA_HD DensifyAction operator()(const float* x, Index count, Index i, float strength) const {
+  VESTA_HD DensifyAction operator()(const float* x, Index count, Index i, float pull) const {
     if (prunes) {
       const bool huge = prune_scale3d > 0 && LargestScale(x, count, i) > prune_scale3d;
       if (huge || Opacity(x, count, i) < prune_opa) return DensifyAction::kPrune;
     }
-    if (!(strength > grow_grad2d)) return DensifyAction::kKeep;
-    return LargestScale(x, count, i) > grow_scale3d ? DensifyAction::kSplit : DensifyAction::kClone;
+    return pull > threshold ? DensifyAction::kSplit : DensifyAction::kKeep;
   }
 };
 
-// Mean gradient over the views that saw a Gaussian. grad2d: sum of Grad2d; seen: number of views. Without views
-// -infinity, which is below every threshold.
-VESTA_HD inline float MeanGrad2d(float grad2d, int seen) {
-  return seen == 0 ? -std::numeric_limits<float>::infinity() : grad2d / static_cast<float>(seen);
-}
-
-// Ascending keys sort Gaussians by decreasing strength. Gaussians that do not grow come last.
-VESTA_HD inline std::uint32_t StrengthKey(DensifyAction action, float strength) {
-  if (action != DensifyAction::kClone && action != DensifyAction::kSplit) return ~std::uint32_t{0};
+// Ascending keys sort Gaussians by decreasing pull. Gaussians that do not grow come last.
+VESTA_HD inline std::uint32_t PullKey(DensifyAction action, float pull) {
+  if (action != DensifyAction::kSplit) return ~std::uint32_t{0};
   // The bits of non-negative floats sort as the floats do.
-  return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(strength);
+  return std::uint32_t{0x7fffffff} - std::bit_cast<std::uint32_t>(pull);
 }
 
-// Opacity logit of two equal Gaussians that are together as opaque as one with the given logit (Rota Bulo et al. 2024,
-// section 3.2).
-VESTA_HD inline float LogitOfEachOfTwo(float logit) {
-  using std::exp, std::log, std::sqrt;
-  // In double: exp of a large logit overflows in float.
-  const double root = sqrt(1 + exp(double{logit}));  // 1 / sqrt(1 - opacity)
-  return static_cast<float>(log(root - 1));
+// Opacity logit of each half (SplitInTwo). The optical depth -log(1 - opacity) is divided by sqrt(2).
+VESTA_HD inline float LogitOfHalf(float logit) {
+  using std::exp, std::expm1, std::log, std::log1p, std::sqrt;
+  constexpr float kOpaque = 30;  // log(1 + exp(logit)) is the logit; exp of larger ones may overflow
+  const double whole = logit > kOpaque ? double{logit} : log1p(exp(double{logit})), depth = whole / sqrt(2.0);
+  return static_cast<float>(depth + log(-expm1(-depth)));  // log(exp(depth) - 1)
 }
 
-// Moves the mean of Gaussian i to a random sample of its distribution, and divides its scales by kSplitShrink.
-VESTA_HD inline void MoveToSample(float* x, Index count, Index i, CounterRandom random) {
-  using std::exp, std::log;
+// Turns Gaussian i into one half of itself. The halves lie at -1 and +1 (sign) times 1 / sqrt(2) of the standard
+// deviation along the longest axis, where their own standard deviation is 1 / sqrt(2) of the old one. Together they
+// keep the mean, the covariance and, where opacities are small, the integral of opacity.
+VESTA_HD inline void SplitInTwo(float* x, Index count, Index i, float sign) {
+  using std::exp;
+  const float half_scale = 0.70710678f, log_half_scale = -0.34657359f;
+  const int axis = LongestAxis(x, count, i);
   float q[4], R[9];
   for (int k = 0; k < 4; ++k) q[k] = x[(splat::kQuaternion + k) * count + i];
   RotationFromQuaternion(q, R);
-  float offset[3];
-  for (int k = 0; k < 3; ++k) {
-    float& log_scale = x[(splat::kLogScale + k) * count + i];
-    offset[k] = exp(log_scale) * static_cast<float>(random.Normal());
-    log_scale -= log(kSplitShrink);
-  }
-  for (int r = 0; r < 3; ++r) {
-    x[(splat::kMean + r) * count + i] += R[3 * r] * offset[0] + R[3 * r + 1] * offset[1] + R[3 * r + 2] * offset[2];
-  }
-}
-
-// Before the call, Gaussian i of the new model is a copy of its source.
-VESTA_HD inline void ApplyAction(float* x, Index count, Index i, DensifyAction action, std::uint64_t seed,
-                                 int iteration) {
-  if (action == DensifyAction::kClone) {
-    float& logit = x[splat::kOpacity * count + i];
-    logit = LogitOfEachOfTwo(logit);
-  } else if (action == DensifyAction::kSplit) {
-    MoveToSample(x, count, i,
-                 CounterRandom(seed, static_cast<std::uint64_t>(iteration), static_cast<std::uint64_t>(i)));
-  }
+  float& log_scale = x[(splat::kLogScale + axis) * count + i];
+  const float offset = sign * half_scale * exp(log_scale);
+  for (int r = 0; r < 3; ++r) x[(splat::kMean + r) * count + i] += offset * R[3 * r + axis];
+  log_scale += log_half_scale;
+  float& logit = x[splat::kOpacity * count + i];
+  logit = LogitOfHalf(logit);
 }
 
 VESTA_HD inline float LoweredLogit(float logit) { return kResetLogit < logit ? kResetLogit : logit; }
@@ -155,58 +114,42 @@ VESTA_HD inline float LoweredLogit(float logit) { return kResetLogit < logit ? k
 
 namespace vesta::gs::density {
 
-// Parameters and statistics of `count` Gaussians.
-struct Observed {
-  Index count;
-  const float* x;
-  const float* grad2d;
-  const int* seen;
-
-  VESTA_HD float StrengthOf(Index i) const { return MeanGrad2d(grad2d[i], seen[i]); }
-};
-
-// Image-space gradients in one view.
-struct Grad2dView {
+// The pulls in one view. The pull of a Gaussian is the sum over its pixels of the absolute change of the loss if only
+// the pixel's part of the Gaussian moved by one pixel of the full-size image. Pixels that pull in different directions
+// add up, as in AbsGS (Ye et al. 2024). The two whitened directions count as independent
+// (docs/mathematics.md, "Pull").
+struct PullView {
   const std::int32_t* rank_of;                   // depth rank by Gaussian; -1: not visible
   const splat::Splat<float>* splats;             // by rank
-  const splat::SplatTangent<float>* cotangents;  // by rank
-  float half_width, half_height;
+  const splat::SplatTangent<float>* cotangents;  // by rank, of the loss summed over pixels and channels
+  float scale;                                   // full-size pixels per side of a pixel
 
   // i must be visible in the view.
   VESTA_HD float Of(Index i) const {
-    const std::int32_t rank = rank_of[i];
-    return Grad2d(splats[rank], cotangents[rank].w, half_width, half_height);
+    using std::sqrt;
+    const splat::Splat<float>& splat = splats[rank_of[i]];
+    const float* w = cotangents[rank_of[i]].w;
+    const float p = splat.r * w[splat::kPullP], q = splat.s * w[splat::kPullQ];
+    return scale * static_cast<float>(splat::kTwoLn2) * sqrt((1 + splat.beta * splat.beta) * p * p + q * q);
   }
 };
 
-// splat_cotangents: derivatives of loss_scale times the loss, by rank (the workspace's splat_sums).
-template <class View>
-Grad2dView Grad2dOf(const View& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale) {
-  return {.rank_of = view.rank_of().data(),
-          .splats = view.splats().data(),
-          .cotangents = splat_cotangents,
-          .half_width = static_cast<float>(0.5 * view.camera().width / loss_scale),
-          .half_height = static_cast<float>(0.5 * view.camera().height / loss_scale)};
-}
-
-// If Gaussian i is visible: grad2d += Grad2d, seen += 1.
+// pull += PullView::Of, if Gaussian i is visible.
 struct Observe {
-  Grad2dView grad2d_view;
-  float* grad2d;
-  int* seen;
+  PullView view;
+  float* pull;
 
   VESTA_HD void operator()(Index i) const {
-    if (grad2d_view.rank_of[i] < 0) return;
-    grad2d[i] += grad2d_view.Of(i);
-    ++seen[i];
+    if (view.rank_of[i] >= 0) pull[i] += view.Of(i);
   }
 };
 
 struct DecideAction {
   ActionRule rule;
-  Observed observed;
+  Index count;
+  const float *x, *pull;
   DensifyAction* action;
-  VESTA_HD void operator()(Index i) const { action[i] = rule(observed.x, observed.count, i, observed.StrengthOf(i)); }
+  VESTA_HD void operator()(Index i) const { action[i] = rule(x, count, i, pull[i]); }
 };
 
 // counts[i] = numbers(action[i]); 0 for i = count.
@@ -218,13 +161,13 @@ struct CountActions {
   VESTA_HD void operator()(Index i) const { counts[i] = i < count ? numbers(action[i]) : 0; }
 };
 
-// keys[i] = StrengthKey, indices[i] = i.
-struct MakeStrengthKey {
-  Observed observed;
+// keys[i] = PullKey, indices[i] = i.
+struct MakePullKey {
+  const float* pull;
   const DensifyAction* action;
   std::uint32_t *keys, *indices;
   VESTA_HD void operator()(Index i) const {
-    keys[i] = StrengthKey(action[i], observed.StrengthOf(i));
+    keys[i] = PullKey(action[i], pull[i]);
     indices[i] = static_cast<std::uint32_t>(i);
   }
 };
@@ -236,10 +179,9 @@ struct KeepAsItIs {
   VESTA_HD void operator()(Index rank) const { action[indices[rank]] = DensifyAction::kKeep; }
 };
 
-// For the children k in [begin[i], begin[i + 1]) of Gaussian i: source[k] = i, and kept[k] = 1 for the first
-// keeping(action[i]) of them, else 0.
+// For the children k in [begin[i], begin[i + 1]) of Gaussian i: source[k] = i. kept[k]: 1 if the child keeps Adam's
+// moments; halves do not.
 struct PlaceChildren {
-  DensifyNumbers keeping;
   const DensifyAction* action;
   const Index* begin;
   std::uint32_t* source;
@@ -247,20 +189,23 @@ struct PlaceChildren {
   VESTA_HD void operator()(Index i) const {
     for (Index k = begin[i]; k < begin[i + 1]; ++k) {
       source[k] = static_cast<std::uint32_t>(i);
-      kept[k] = k - begin[i] < keeping(action[i]) ? 1 : 0;
+      kept[k] = action[i] == DensifyAction::kKeep ? 1 : 0;
     }
   }
 };
 
-// ApplyAction for Gaussian i of the new model with `count` Gaussians; action: by Gaussian of the old model.
+// SplitInTwo for Gaussian i of the new model with `count` Gaussians, if its source is split. The halves are neighbours.
+// action: by Gaussian of the old model.
 struct InitChild {
   Index count;
   const std::uint32_t* source;
   const DensifyAction* action;
-  std::uint64_t seed;
-  int iteration;
   float* x;
-  VESTA_HD void operator()(Index i) const { ApplyAction(x, count, i, action[source[i]], seed, iteration); }
+  VESTA_HD void operator()(Index i) const {
+    if (action[source[i]] != DensifyAction::kSplit) return;
+    const bool is_first = i + 1 < count && source[i + 1] == source[i];
+    SplitInTwo(x, count, i, is_first ? 1.0f : -1.0f);
+  }
 };
 
 struct LowerLogit {

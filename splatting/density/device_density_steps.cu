@@ -8,10 +8,10 @@ namespace vesta {
 VESTA_DEVICE_FOR_EACH(gs::density::Observe, "density statistics")
 VESTA_DEVICE_FOR_EACH(gs::density::DecideAction, "densify actions")
 VESTA_DEVICE_FOR_EACH(gs::density::CountActions, "counts of densify actions")
-VESTA_DEVICE_FOR_EACH(gs::density::MakeStrengthKey, "keys of mean gradients")
+VESTA_DEVICE_FOR_EACH(gs::density::MakePullKey, "keys of pulls")
 VESTA_DEVICE_FOR_EACH(gs::density::KeepAsItIs, "candidates beyond the budget")
 VESTA_DEVICE_FOR_EACH(gs::density::PlaceChildren, "sources of Gaussians")
-VESTA_DEVICE_FOR_EACH(gs::density::InitChild, "clones and splits")
+VESTA_DEVICE_FOR_EACH(gs::density::InitChild, "splits")
 VESTA_DEVICE_FOR_EACH(gs::density::LowerLogit, "lowered opacities")
 
 }  // namespace vesta

@@ -13,6 +13,6 @@ VESTA_DEVICE_FOR_EACH(gs::term::ExtractRow, "gradient of a view")
 VESTA_DEVICE_FOR_EACH(gs::term::ObserveBlock, "density statistics of a view")
 VESTA_DEVICE_FOR_EACH(gs::term::AddRow, "sum of terms")
 VESTA_DEVICE_FOR_EACH(gs::term::CopyRow, "sum of gradients")
-VESTA_DEVICE_FOR_EACH(gs::term::AddGrad2d, "sum of density statistics")
+VESTA_DEVICE_FOR_EACH(gs::term::AddPull, "sum of density statistics")
 
 }  // namespace vesta

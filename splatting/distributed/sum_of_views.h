@@ -79,16 +79,16 @@ class ViewGradientPool {
   using Term = ViewGradient<Space>;
 
   // Moves the gradient of one view from `gradient` to a new term. `gradient` has the layout of the model, with zeros
-  // for Gaussians outside the view; afterwards it is zero. grad2d_view: image-space gradients of the view, copied to
-  // the term if needs_grad2d.
-  Term Extract(const term::Layout& layout, const density::Grad2dView& grad2d_view, bool needs_grad2d, float* gradient) {
+  // for Gaussians outside the view; afterwards it is zero. pull_view: pulls of the view, copied to the term if
+  // needs_pull.
+  Term Extract(const term::Layout& layout, const density::PullView& pull_view, bool needs_pull, float* gradient) {
     counts_.ResizeForOverwrite(layout.Blocks() + 1);
-    ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountVisible{layout, grad2d_view.rank_of, counts_.data()});
+    ForEach<Space>(layout.Blocks() + 1, kGrain, term::CountVisible{layout, pull_view.rank_of, counts_.data()});
     Term term = TermOfCounted(layout);
     ForEachRow(layout, term, term::ExtractRow{{layout, term.block()}, term.begin(), gradient, term.numbers()});
     ForEach<Space>(
         term.blocks(), kGrain,
-        term::ObserveBlock{grad2d_view, needs_grad2d, layout.model.count, term.block(), term.begin(), term.numbers()});
+        term::ObserveBlock{pull_view, needs_pull, layout.model.count, term.block(), term.begin(), term.numbers()});
     return term;
   }
 
@@ -124,10 +124,9 @@ class ViewGradientPool {
   void CopyTo(const term::Layout& layout, Term& term, float* to) const {
     ForEachRow(layout, term, term::CopyRow{{layout, term.block()}, term.arrays(), to});
   }
-  // Adds the density statistics of the term to grad2d (sum of image-space gradients) and seen (number of views), which
-  // have one number per Gaussian.
-  void AddGrad2d(const term::Layout& layout, Term& term, float* grad2d, int* seen) const {
-    ForEach<Space>(term.blocks(), kGrain, term::AddGrad2d{term.arrays(), layout.model.count, grad2d, seen});
+  // Adds the pulls in `term` to `pull`, one number per Gaussian.
+  void AddPull(const term::Layout& layout, Term& term, float* pull) const {
+    ForEach<Space>(term.blocks(), kGrain, term::AddPull{term.arrays(), layout.model.count, pull});
   }
   // Keeps the memory of a term for later ones.
   void Recycle(Term term) {
@@ -183,13 +182,13 @@ class SumOfViews {
   // has several views, `gradient` is moved to a term, and is zero afterwards. cost() returns the view's ViewCost; it is
   // called last, because it may wait for a device.
   template <class Cost>
-  void Add(Index k, const density::Grad2dView& grad2d_view, float* gradient, const Cost& cost) {
+  void Add(Index k, const density::PullView& pull_view, float* gradient, const Cost& cost) {
     if (views_ == 1) {
-      if (density_) density_->Observe(grad2d_view);
+      if (density_) density_->Observe(pull_view);
       cost_ = cost();
       return;
     }
-    Term term = terms_.Extract(layout_, grad2d_view, density_ != nullptr, gradient);
+    Term term = terms_.Extract(layout_, pull_view, density_ != nullptr, gradient);
     term.SetCost(cost());
     AddPart({TreeNode{k, k + 1}, std::move(term)});
   }
@@ -214,7 +213,10 @@ class SumOfViews {
     if (views_ == 1) return cost_;
     Term whole = tree_.TakeWhole();
     terms_.CopyTo(layout_, whole, gradient);
-    if (density_) terms_.AddGrad2d(layout_, whole, density_->grad2d().data(), density_->seen().data());
+    if (density_) {
+      terms_.AddPull(layout_, whole, density_->pull().data());
+      density_->CountViews(views_);
+    }
     const ViewCost cost = whole.cost();
     terms_.Recycle(std::move(whole));
     return cost;

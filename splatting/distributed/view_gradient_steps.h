@@ -15,10 +15,9 @@ namespace vesta::gs::term {
 
 // Gaussians per block. Neighbours in memory are mostly visible in the same views.
 inline constexpr Index kLanes = 16;
-// The rows of a block, with one number per Gaussian. Row kGrad2d: sum of the image-space gradients over the views that
-// see the Gaussian (Grad2d, density/density_steps.h). Row kViews: number of these views. Then the gradient of each
-// attribute.
-inline constexpr int kGrad2d = 0, kViews = 1, kFirstAttribute = 2;
+// The rows of a block, with one number per Gaussian. Row kPullRow: sum of the pulls over the views
+// (density/density_steps.h). Then the gradient of each attribute.
+inline constexpr int kPullRow = 0, kFirstAttribute = 1;
 
 // Common to all terms of an iteration.
 struct Layout {
@@ -145,21 +144,19 @@ struct ExtractRow {
   }
 };
 
-// Fills the rows kGrad2d and kViews of block k for one view; kGrad2d with zeros unless needs_grad2d.
+// Fills the row kPullRow of block k for one view; with zeros unless needs_pull.
 struct ObserveBlock {
-  density::Grad2dView grad2d_view;
-  bool needs_grad2d;
+  density::PullView view;
+  bool needs_pull;
   Index count;
   const std::uint32_t *block, *begin;
   float* rows;
 
   VESTA_HD void operator()(Index k) const {
-    float *grad2d = rows + (begin[k] + kGrad2d) * kLanes, *views = rows + (begin[k] + kViews) * kLanes;
+    float* pull = rows + (begin[k] + kPullRow) * kLanes;
     for (Index lane = 0; lane < kLanes; ++lane) {
       const Index i = block[k] * kLanes + lane;
-      const bool is_seen = i < count && grad2d_view.rank_of[i] >= 0;
-      grad2d[lane] = is_seen && needs_grad2d ? grad2d_view.Of(i) : 0.0f;
-      views[lane] = is_seen ? 1.0f : 0.0f;
+      pull[lane] = needs_pull && i < count && view.rank_of[i] >= 0 ? view.Of(i) : 0.0f;
     }
   }
 };
@@ -198,20 +195,15 @@ struct CopyRow {
   }
 };
 
-// Adds the density statistics of block k to grad2d and seen, one number per Gaussian.
-struct AddGrad2d {
+// Adds the pulls of block k to `pull`, one number per Gaussian.
+struct AddPull {
   Arrays term;
   Index count;
-  float* grad2d;
-  int* seen;
+  float* pull;
 
   VESTA_HD void operator()(Index k) const {
-    const float *grad2d_view = term.rows + (term.begin[k] + kGrad2d) * kLanes,
-                *views = term.rows + (term.begin[k] + kViews) * kLanes;
-    for (Index lane = 0, i = term.block[k] * kLanes; lane < kLanes && i < count; ++lane, ++i) {
-      grad2d[i] += grad2d_view[lane];
-      seen[i] += static_cast<int>(views[lane]);
-    }
+    const float* row = term.rows + (term.begin[k] + kPullRow) * kLanes;
+    for (Index lane = 0, i = term.block[k] * kLanes; lane < kLanes && i < count; ++lane, ++i) pull[i] += row[lane];
   }
 };
 

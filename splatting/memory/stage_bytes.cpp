@@ -97,21 +97,19 @@ class Parts {
 };
 
 // Terms of an iteration with several views (distributed/sum_of_views.h): two operands and the result of the last sum,
-// and one term for each level below. Each view may see nearly all Gaussians.
+// and one term for each level below. Each view may see nearly all Gaussians; a term has their gradient and pull.
 double TermBytes(const MemoryScene& scene, int views) {
   if (views == 1) return 0;
-  constexpr double kGrad2dAndViews = 2;
   const double held = 2 + std::ceil(std::log2(views));
-  return held * (VectorBytes(scene) + kGrad2dAndViews * PerGaussianBytes(scene));
+  return held * (VectorBytes(scene) + PerGaussianBytes(scene));
 }
 
 template <class B>
 double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const Parts<B> parts(scene);
   const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
-  // The model, two moments and the bases. Per Gaussian: units, and density statistics.
-  const double held = parts.Truths() + 3 * vector + bases +
-                      (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
+  // The model, two moments and the bases. Per Gaussian: units and pulls.
+  const double held = parts.Truths() + 3 * vector + bases + 2 * PerGaussianBytes(scene) + parts.SessionWorkspace();
   // The gradient; the image and its gradient; at the end, the mean of the parameters.
   const double step = vector + TermBytes(scene, options.adam.batch_size) + parts.View() + parts.Passes() +
                       2 * parts.Image() +

@@ -11,6 +11,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
+#include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/scene.h"
@@ -87,6 +88,31 @@ class ShownByView {
   splat::SplatView<float> projected_;
   splat::ViewWorkspace<float> workspace_;
 };
+
+// Whether a camera is inside Gaussian i: its opacity at the camera's centre is at least kAlphaFloor.
+bool ContainsCamera(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
+  const auto at = [&](int attribute) { return static_cast<double>(model.x[attribute * model.count + i]); };
+  // The opacity is sigmoid(logit) exp(-d^2 / 2) for the Mahalanobis distance d.
+  const double reach2 = -2 * std::log(splat::kAlphaFloor * (1 + std::exp(-at(splat::kOpacity))));
+  if (!(reach2 > 0)) return false;
+  double longest = 0, inverse[3], q[4], R[9];
+  for (int k = 0; k < 3; ++k) {
+    const double deviation = std::exp(at(splat::kLogScale + k));
+    longest = std::max(longest, deviation), inverse[k] = 1 / deviation;
+  }
+  for (int k = 0; k < 4; ++k) q[k] = at(splat::kQuaternion + k);
+  RotationFromQuaternion(q, R);
+  return std::ranges::any_of(cameras, [&](const splat::PosedCamera& camera) {
+    double to[3], squared = 0, distance2 = 0;
+    for (int k = 0; k < 3; ++k) to[k] = camera.centre[k] - at(splat::kMean + k), squared += to[k] * to[k];
+    if (squared > reach2 * longest * longest) return false;
+    for (int k = 0; k < 3; ++k) {
+      const double along = (R[k] * to[0] + R[3 + k] * to[1] + R[6 + k] * to[2]) * inverse[k];
+      distance2 += along * along;
+    }
+    return distance2 < reach2;
+  });
+}
 
 // `shown` is still 0.
 std::vector<Coverage> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
@@ -192,44 +218,53 @@ std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const Sc
   return coverage;
 }
 
-std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+std::vector<Coverage> CoverageOfUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views) {
   const std::vector<splat::PosedCamera> cameras = CamerasOf(scoring_views);
   std::vector<Coverage> coverage = BodiesOf(model, cameras);
-  std::vector<Index> wanting;  // further views only make it shorter
-  const auto IsUnderObserved = [&](Index i) { return coverage[static_cast<std::size_t>(i)].IsUnderObserved(); };
+  std::vector<Index> under_observed;  // further views only make it shorter
+  const auto is_under_observed = [&](Index i) { return coverage[static_cast<std::size_t>(i)].IsUnderObserved(); };
   for (Index i = 0; i < model.count; ++i) {
-    if (IsUnderObserved(i)) wanting.push_back(i);
+    if (is_under_observed(i)) under_observed.push_back(i);
   }
   ShownByView views(scoring_views.background.data());
   std::vector<float> values;
   splat::Model<float> left;
   for (const splat::PosedCamera& camera : cameras) {
-    if (wanting.empty()) break;
-    const auto count = static_cast<Index>(wanting.size());
+    if (under_observed.empty()) break;
+    const auto count = static_cast<Index>(under_observed.size());
     if (left.count != count) {
-      values = GeometryOf(model, wanting);
+      values = GeometryOf(model, under_observed);
       left = {values.data(), count, 0, 0};
     }
-    views.ForEach(left, camera,
-                  [&](std::size_t k, double shown) { coverage[static_cast<std::size_t>(wanting[k])].shown += shown; });
-    std::erase_if(wanting, [&](Index i) { return !IsUnderObserved(i); });
+    views.ForEach(left, camera, [&](std::size_t k, double shown) {
+      coverage[static_cast<std::size_t>(under_observed[k])].shown += shown;
+    });
+    std::erase_if(under_observed, [&](Index i) { return !is_under_observed(i); });
   }
+  for (Coverage& of_one : coverage) {
+    if (!of_one.IsUnderObserved()) of_one = {};
+  }
+  return coverage;
+}
+
+std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+  const std::vector<Coverage> coverage = CoverageOfUnderObserved(model, scoring_views);
   std::vector<bool> under_observed(coverage.size());
-  for (const Index i : wanting) under_observed[static_cast<std::size_t>(i)] = true;
+  for (std::size_t i = 0; i < coverage.size(); ++i) under_observed[i] = coverage[i].IsUnderObserved();
   return under_observed;
 }
 
-std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views) {
-  const std::vector<bool> under_observed = WhichAreUnderObserved(model, scoring_views);
-  std::vector<Index> kept;
-  kept.reserve(under_observed.size());
-  for (std::size_t i = 0; i < under_observed.size(); ++i) {
-    if (!under_observed[i]) kept.push_back(static_cast<Index>(i));
-  }
-  if (!kept.empty()) return kept;
-  kept.resize(under_observed.size());
-  std::iota(kept.begin(), kept.end(), Index{0});
-  return kept;
+std::vector<float> LogShrinkage(const splat::Model<float>& model, const ScoringViews& scoring_views) {
+  const std::vector<splat::PosedCamera> cameras = CamerasOf(scoring_views);
+  const std::vector<Coverage> under_observed = CoverageOfUnderObserved(model, scoring_views);
+  std::vector<float> by(under_observed.size());
+  ParallelFor(model.count, 1024, [&](Index i) {
+    const Coverage& coverage = under_observed[static_cast<std::size_t>(i)];
+    double factor = coverage.body == 0 ? 1 : std::sqrt(Coverage::kLeast * coverage.body / coverage.shown);
+    if (ContainsCamera(model, i, cameras)) factor = kMostShrinkage;
+    by[static_cast<std::size_t>(i)] = static_cast<float>(std::log(std::min(factor, kMostShrinkage)));
+  });
+  return by;
 }
 
 FloaterCount FindFloaters(const SplatModel& model, const ScoringViews* scoring_views) {

@@ -21,22 +21,33 @@ struct Coverage {
   // training camera: 2 pi times the product of the two largest standard deviations; at most 1.
   double body = 0;
 
-  // Small Gaussians are ignored: they occlude little.
+  static constexpr double kLeast = 0.03;
+
+  // Whether the coverage shown / body is below kLeast. Small Gaussians are ignored: they occlude little.
   bool IsUnderObserved() const {
-    constexpr double kSmall = 0.003, kLeastPart = 0.03;
-    return body > kSmall && shown < kLeastPart * body;
+    constexpr double kSmall = 0.003;
+    return body > kSmall && shown < kLeast * body;
   }
 };
 
 // Projects the Gaussians into all views; renders no image and needs no photographs.
 std::vector<Coverage> MeasureCoverage(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// IsUnderObserved per Gaussian, much faster than MeasureCoverage: only large Gaussians are projected, each only until
-// enough views have shown it. Colours must be finite. (Otherwise MeasureCoverage counts the Gaussian as unseen.)
+// Coverage of under-observed Gaussians; zeros for all others. Much faster than MeasureCoverage: only large
+// Gaussians are projected, each only until enough views have shown it. Colours must be finite. (Otherwise
+// MeasureCoverage counts the Gaussian as unseen.)
+std::vector<Coverage> CoverageOfUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
+
+// IsUnderObserved per Gaussian, from CoverageOfUnderObserved.
 std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
-// Indices of well-observed Gaussians, ascending. If no Gaussian is well observed, the indices of all.
-std::vector<Index> WellObserved(const splat::Model<float>& model, const ScoringViews& scoring_views);
+// By how much to lower the logarithms of the two longer axes of each Gaussian; 0 for most, at most log(kMostShrinkage):
+// * so that the coverage of an under-observed Gaussian becomes Coverage::kLeast, if its shown area stays the same;
+// * by log(kMostShrinkage) if a camera is inside the Gaussian, where its opacity is at least kAlphaFloor. Cameras are
+// in
+//   free space, so such a Gaussian is a film of haze before them.
+inline constexpr double kMostShrinkage = 1.6;  // a larger step would leave a gap that further training must fill
+std::vector<float> LogShrinkage(const splat::Model<float>& model, const ScoringViews& scoring_views);
 
 // Number of floaters by criterion; a floater counts for the first that it meets. `kept`: all other Gaussians,
 // ascending. Gaussians on a surface are far from meeting any criterion.

@@ -117,7 +117,8 @@ std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringView
   std::vector<double> gain = removal.rise;
   Index going = 0;
   for (std::size_t i = 0; i < gain.size(); ++i) {
-    gain[i] -= unit * splat::NumAttributes(model.DegreeOf(static_cast<Index>(i)));
+    const int degree = std::min(model.DegreeOf(static_cast<Index>(i)), model.active_sh_degree);
+    gain[i] -= unit * splat::NumAttributes(degree);
     const bool goes = gain[i] < 0 && CounterRandom(seed, round, i).Uniform() < kPartOfPoor;
     if (!goes) gain[i] = std::numeric_limits<double>::infinity();
     going += goes ? 1 : 0;

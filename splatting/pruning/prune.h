@@ -23,7 +23,7 @@ std::vector<Index> SelectToKeep(const splat::Model<float>& model, const ScoringV
 // the views by at least `aic_weight` * loss / n per parameter; n is the number of pixel values (RemovalCost::values). A
 // weight of 1 is Akaike's rule (1974, "A new look at the statistical model identification"): a parameter is accepted if
 // it raises the log-likelihood by more than one. For n errors with a Laplace distribution whose scale is their mean,
-// the log-likelihood is -n log(loss) plus a constant.
+// the log-likelihood is -n log(loss) plus a constant. SH bands that are not active yet cost nothing.
 //
 // Two Gaussians that can replace each other both have a low removal cost, but only one should be removed. So one call
 // removes only a random two fifths of the Gaussians that fail the criterion, and at most a quarter of all. The choice

@@ -10,12 +10,15 @@ const schema::Table<PruningOptions>& PruningFields() {
   // After the last pruning, the model needs some iterations to recover.
   constexpr schema::Range kBeforeTheEnd{0, 0.99};
   static const schema::Table<O> fields = {
-      {"unseen", &O::prune_unseen,
-       "remove large Gaussians that lie almost wholly outside all training images, at pruning.begin and pruning.end"},
+      {"unseen", &O::shrink_unseen,
+       "shrink large Gaussians that hardly any training view shows, and Gaussians around a camera; with keep_fraction, "
+       "remove those that hardly any view shows first"},
       {"aic_weight",
        &O::aic_weight,
        {0, 1e9},
-       "remove Gaussians that lower the training loss too little for their number of parameters: by less than X times "
+       "before each densification, and from pruning.begin to pruning.end, remove Gaussians that lower the training "
+       "loss "
+       "too little for their number of parameters: by less than X times "
        "Akaike's criterion (AIC); larger: fewer Gaussians; 0: keep all"},
       {"sh_aic_weight",
        &O::sh_aic_weight,

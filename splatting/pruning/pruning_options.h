@@ -13,8 +13,9 @@ namespace vesta::gs {
 
 // begin, end and every are fractions of the Adam stage.
 struct PruningOptions {
-  // Removes under-observed Gaussians (Coverage::IsUnderObserved) at `end`, and at `begin` if it is not 0.
-  bool prune_unseen = true;
+  // Shrinks large Gaussians that lie mostly outside all training images (ShrinkageByCoverage), in each interval
+  // `every`.
+  bool shrink_unseen = true;
   // aic_weight: factor on the improvement that a Gaussian's parameters must bring (KeepByAic, prune.h). sh_aic_weight:
   // the same for SH coefficients above degree 0, which are removed once, at `begin` (DegreesByAic, harmonics.h). A
   // weight of 0 keeps all.
@@ -31,7 +32,7 @@ struct PruningOptions {
   bool needs_scoring() const { return prunes() || sh_aic_weight > 0; }
   static PruningOptions None() {
     PruningOptions none;
-    none.prune_unseen = false, none.aic_weight = none.sh_aic_weight = 0;
+    none.shrink_unseen = false, none.aic_weight = none.sh_aic_weight = 0;
     return none;
   }
 };
@@ -46,11 +47,11 @@ inline bool CrossesFraction(double part, const StageSpan& span) {
   return !StageSpan{0, span.before}.HasReached(part) && span.HasReached(part);
 }
 
-// Whether under-observed Gaussians are removed after this iteration. Not after the last one, because further training
-// must fill the gaps.
-inline bool ChecksCoverage(const PruningOptions& pruning, const StageSpan& span) {
-  const bool is_time = CrossesFraction(pruning.begin, span) || CrossesFraction(pruning.end, span);
-  return pruning.prune_unseen && !span.is_last() && is_time;
+// Whether Gaussians are shrunk after this iteration. Not after the last one, because further training must fill the
+// gaps.
+inline bool ShrinksUnseen(const PruningOptions& pruning, const StageSpan& span) {
+  constexpr double kEvery = 0.05;
+  return pruning.shrink_unseen && !span.is_last() && span.CrossesMultipleOf(kEvery);
 }
 
 // Whether SH degrees are lowered after this iteration: once, and not before the fraction `every`, because the first
@@ -76,11 +77,6 @@ inline double FractionDone(const PruningOptions& pruning, const StageSpan& span)
 // 15 s spent most of its time on scoring (docs/decisions/time-limit.md).
 inline constexpr double kScoringFraction = 0.2;
 
-// The AIC weight after this iteration grows linearly, from 0 at `begin` to aic_weight at `end`.
-inline double AicWeightAt(const PruningOptions& pruning, const StageSpan& span) {
-  return pruning.aic_weight * FractionDone(pruning, span);
-}
-
 // Number of Gaussians to keep after the iteration if keep_fraction is used. at_begin: number before the first pruning.
 // Each pruning removes the same fraction, so that further training always has equally much to compensate. Rounded down,
 // because a larger number may exceed a size limit.
@@ -89,10 +85,10 @@ inline Index CountAfter(const PruningOptions& pruning, const StageSpan& span, In
   return std::max<Index>(1, static_cast<Index>(std::floor(left)));
 }
 
-// Expected number of Gaussians after the iteration. With aic_weight, on most scenes about six tenths remain at `end`
-// (docs/decisions/automatic-size.md).
+// Expected number of Gaussians after the iteration. With aic_weight, a fraction of 0.72 to 0.88 remains at `end`
+// (docs/decisions/forecast.md).
 inline double ExpectedAfter(const PruningOptions& pruning, const StageSpan& span, Index at_begin) {
-  constexpr double kTypicalKeptFraction = 0.6;
+  constexpr double kTypicalKeptFraction = 0.75;
   PruningOptions expected = pruning;
   if (!pruning.prunes_to_count()) expected.keep_fraction = kTypicalKeptFraction;
   return static_cast<double>(CountAfter(expected, span, at_begin));

@@ -159,7 +159,7 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
 SplatModel ModelOfAdamStage(const std::string& saved, const TrainOptions& options) {
   using B = CpuBackend<float>;
   AdamStageState<B> state{TrainedModel<B>(SplatModel(), Adam<B>(options.lr, options.adam.second_moment),
-                                          DensityControl<Host>(options.density, 1, options.seed), {}, 1),
+                                          DensityControl<Host>(options.density, 1), {}, 1),
                           ViewOrder(1, options.seed)};
   ArchiveReader reader(saved);
   reader(state);

@@ -254,7 +254,10 @@ TEST_F(TinyTraining, KeepsWhatPaysForItsParameters) {
 }
 
 TEST_F(TinyTraining, PruneKeepsAPart) {
-  ASSERT_EQ(Train(out_, {"--iterations=60", "--set=pruning.sh_aic_weight=0"}).status, 0);
+  ASSERT_EQ(Train(out_, {"--iterations=60", "--set=pruning.aic_weight=0", "--set=pruning.sh_aic_weight=0",
+                         "--set=density.grow_pull=1"})
+                .status,
+            0);
   const Index all = Metrics(out_)["gaussians"];
   const std::string pruned = folder_ / "pruned";
   const auto prune = [&](const std::string& goal, const std::string& iterations) {

@@ -21,8 +21,9 @@ namespace vesta::gs {
 namespace {
 
 constexpr double kExtent = 2, kNear = 0.02;
-constexpr std::uint64_t kSeed = 5;
-constexpr int kSteps = 7, kIteration = 40;
+constexpr int kSteps = 7;
+// Pulls are 0 to 18; the threshold is 33 * 0.5 = 16.5.
+constexpr double kGrowPull = 33, kPrice = 0.5;
 
 std::vector<std::uint8_t> DegreesOf(Index count) {
   std::vector<std::uint8_t> degrees;
@@ -42,19 +43,18 @@ struct Case {
   Index after = 0;  // expected Gaussians; 0: any
 };
 const Case kCases[] = {
-    {"clones_splits_and_prunes", 300, [](DensityOptions&) {}, [](SplatModel&) {}},
-    // The limit falls between equal gradients.
+    {"splits_and_prunes", 300, [](DensityOptions&) {}, [](SplatModel&) {}},
+    // The limit falls between equal pulls.
     {"cap", 300, [](DensityOptions& o) { o.max_gaussians = 250; }, [](SplatModel&) {}, 250},
     {"no_room", 300, [](DensityOptions& o) { o.max_gaussians = 10; }, [](SplatModel&) {}},
-    {"all_split", 3, [](DensityOptions& o) { o.grow_scale3d = 1e-6, o.grow_grad2d = 0, o.prune_opa = 0; },
-     [](SplatModel&) {}, 6},
+    {"all_split", 3, [](DensityOptions& o) { o.grow_pull = 0, o.prune_opa = 0; }, [](SplatModel&) {}, 6},
     {"huge_ones", 300, [](DensityOptions& o) { o.prune_scale3d = 0.06; }, [](SplatModel&) {}},
-    {"nothing_to_do", 40, [](DensityOptions& o) { o.grow_grad2d = 100, o.prune_opa = 0; }, [](SplatModel&) {}, 40},
+    {"nothing_to_do", 40, [](DensityOptions& o) { o.grow_pull = 100, o.prune_opa = 0; }, [](SplatModel&) {}, 40},
     {"all_transparent", 40, [](DensityOptions&) {},
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, -9.0f); }},
     {"different_degrees", 300, [](DensityOptions&) {}, [](SplatModel& m) { m = OfDifferentDegrees(m.count); }},
     // exp of this logit overflows in float.
-    {"opaque_ones", 40, [](DensityOptions& o) { o.grow_grad2d = 0, o.grow_scale3d = 1; },
+    {"opaque_ones", 40, [](DensityOptions& o) { o.grow_pull = 0; },
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, 200.0f); }},
 };
 
@@ -78,17 +78,12 @@ class Both {
     ArchiveReader reader(bytes);
     reader(host_->adam());
     // With many equal values and some unobserved Gaussians.
-    std::vector<float> grad2d;
-    std::vector<int> seen;
+    std::vector<float> pulls;
     for (Index i = 0; i < c.gaussians; ++i) {
-      const Index times = (i + 1) % 4, strength = 15 + (7 * i + 3) % 31 / 8;
-      seen.push_back(static_cast<int>(times));
-      grad2d.push_back(1e-4f * static_cast<float>(times * strength));
+      pulls.push_back(i % 4 == 3 ? 0.0f : static_cast<float>(15 + (7 * i + 3) % 31 / 8));
     }
-    host_->density().grad2d().CopyFrom(vesta::test::ViewOf(grad2d));
-    host_->density().seen().CopyFrom(vesta::test::ViewOf(seen));
-    device_->density().grad2d().CopyFrom(vesta::test::ViewOf(grad2d));
-    device_->density().seen().CopyFrom(vesta::test::ViewOf(seen));
+    host_->density().pull().CopyFrom(vesta::test::ViewOf(pulls));
+    device_->density().pull().CopyFrom(vesta::test::ViewOf(pulls));
   }
 
   void Densify() {
@@ -96,9 +91,9 @@ class Both {
     for (const bool on_device : {false, true}) {
       Index called_with = -1;
       if (on_device) {
-        device_->Densify(kIteration, [&] { called_with = device_->count(); });
+        device_->Densify(kPrice, [&] { called_with = device_->count(); });
       } else {
-        host_->Densify(kIteration, [&] { called_with = host_->count(); });
+        host_->Densify(kPrice, [&] { called_with = host_->count(); });
       }
       EXPECT_EQ(called_with, host_->count() > before ? before : -1);
     }
@@ -119,8 +114,23 @@ class Both {
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     host_->SetDegrees(degrees);
     device_->SetDegrees(degrees);
-    EXPECT_EQ(vesta::test::ToHost(device_->density().seen()),
-              std::vector<int>(host_->density().seen().begin(), host_->density().seen().end()));
+    ExpectTheSamePullsAndUnits();
+  }
+  // Keeps two of three Gaussians.
+  void Keep() {
+    std::vector<Index> kept;
+    for (Index i = 0; i < gaussians(); ++i) {
+      if (i % 3 != 1) kept.push_back(i);
+    }
+    host_->Keep(kept);
+    device_->Keep(kept);
+    ExpectTheSamePullsAndUnits();
+  }
+  void ShrinkLongerAxes() {
+    std::vector<float> by;
+    for (Index i = 0; i < gaussians(); ++i) by.push_back(0.1f * static_cast<float>(i % 5));
+    host_->ShrinkLongerAxes(by);
+    device_->ShrinkLongerAxes(by);
   }
 
   Index gaussians() const { return host_->count(); }
@@ -156,12 +166,16 @@ class Both {
   template <class B>
   TrainedModel<B> Start(const Case& c, SecondMoment metric, const SplatModel& model) const {
     DensityOptions options;
-    options.grow_scale3d = 0.05;  // Gaussians have 0.05 to 0.2
-    options.prune_opa = 0.45;     // Gaussians have 0.3 to 0.9
-    options.grow_grad2d = 1.65e-3;
+    options.prune_opa = 0.45;  // Gaussians have 0.3 to 0.9
+    options.grow_pull = kGrowPull;
     c.apply(options);
-    return {model, Adam<B>({}, metric), DensityControl<typename B::Space>(options, kExtent, kSeed),
+    return {model, Adam<B>({}, metric), DensityControl<typename B::Space>(options, kExtent),
             LengthUnitViews(views_, kNear), kExtent};
+  }
+  void ExpectTheSamePullsAndUnits() {
+    EXPECT_EQ(vesta::test::ToHost(device_->density().pull()),
+              std::vector<float>(host_->density().pull().begin(), host_->density().pull().end()));
+    EXPECT_LT(vesta::test::RelativeError(vesta::test::ToHost(device_->adam().units()), host_->adam().units()), 1e-5);
   }
   // Makes a step on the host and returns its gradient.
   std::vector<float> StepHost() {
@@ -211,9 +225,22 @@ TEST_F(CudaDensity, DegreesAreLoweredAsOnTheHost) {
   both.ExpectTheSame(1e-5);
 }
 
+TEST_F(CudaDensity, GaussiansAreKeptAndShrunkAsOnTheHost) {
+  Both both({"", 300, [](DensityOptions&) {}, [](SplatModel& m) { m = OfDifferentDegrees(m.count); }},
+            SecondMoment::kBlock);
+  both.Keep();
+  EXPECT_EQ(both.gaussians(), 200);
+  both.ExpectTheSame(0);
+  both.ShrinkLongerAxes();
+  both.ExpectTheSame(0);
+  both.Densify();
+  both.Step();
+  both.ExpectTheSame(1e-5);
+}
+
 TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
   // Fewer Gaussians, so the old arrays are large enough and could contain stale values.
-  Both both({"", 300, [](DensityOptions& o) { o.prune_opa = 0.7, o.grow_grad2d = 1.75e-3; }, [](SplatModel&) {}},
+  Both both({"", 300, [](DensityOptions& o) { o.prune_opa = 0.7, o.grow_pull = 35; }, [](SplatModel&) {}},
             SecondMoment::kDiagonal);
   both.Densify();
   const Index after = both.gaussians();
@@ -224,27 +251,52 @@ TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
 }
 
 TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
-  test::DensityScene host(60);
-  DensityControl<Host> host_control({}, kExtent, kSeed);
-  host_control.ResetStatistics(60);
-  std::vector<float> grad2d(60);
-  for (std::size_t i = 0; i < grad2d.size(); ++i) grad2d[i] = 1e-4f * static_cast<float>(1 + i);
-  host.Observe(host_control, grad2d);
-  // Observed twice from the splats on the GPU, with these gradients.
+  constexpr Index kCount = 60;
+  test::DensityScene host(kCount);
   const DeviceBuffer<float> x = vesta::test::ToDevice(host.model.data);
-  const splat::Model<float> model{x.data(), 60, host.model.sh_degree, host.model.sh_degree};
+  const splat::Model<float> model{x.data(), kCount, host.model.sh_degree, host.model.sh_degree};
+  DensityControl<Host> host_control({}, kExtent);
+  DensityControl<Device> control({}, kExtent);
+  host_control.ResetStatistics(kCount), control.ResetStatistics(kCount);
+  std::vector<float> pulls;
+  for (Index i = 0; i < kCount; ++i) pulls.push_back(static_cast<float>(1 + i));
+  host.Observe(host_control, pulls);
+  const splat::PosedCamera camera = ToPosedCamera(host.scene.views[0], 0.01);
   splat::DeviceViewWorkspace workspace;
   splat::DeviceSplatView view;
-  view.Build(model, ToPosedCamera(host.scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
+  view.Build(model, camera, std::array<double, 3>{}.data(), workspace);
   ASSERT_EQ(view.num_splats(), host.view.num_splats());
+  // Observed twice from the splats on the GPU, with these pulls.
   workspace.splat_sums = vesta::test::ToDevice(host.cotangents);
-  DensityControl<Device> control({}, kExtent, kSeed);
-  control.ResetStatistics(60);
-  for (int k = 0; k < 2; ++k)
-    control.Observe(density::Grad2dOf(view, workspace.splat_sums.data(), test::DensityScene::kLossScale));
-  const std::vector<float> found = vesta::test::ToHost(control.grad2d());
-  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / 2, host_control.grad2d()[i], 1e-3 * grad2d[i]);
-  EXPECT_EQ(vesta::test::ToHost(control.seen()), std::vector<int>(60, 2));
+  const auto observe = [&] {
+    control.Observe({view.rank_of().data(), view.splats().data(), workspace.splat_sums.data(), host.kScale});
+  };
+  observe(), observe();
+  EXPECT_EQ(control.views(), 2);
+  std::vector<float> found = vesta::test::ToHost(control.pull());
+  for (Index i = 0; i < kCount; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_NEAR(found[k] / 2, host_control.pull()[i], 1e-3 * pulls[k]);
+  }
+  // The pulls of the adjoint pass.
+  DeviceBuffer<float> image(3 * view.num_pixels()), gradient(static_cast<Index>(host.model.data.size()));
+  std::vector<float> host_image(static_cast<std::size_t>(image.size()));
+  view.Render(image.data());
+  host.view.Render(host_image.data());
+  const std::vector<float> u = vesta::test::Random(6).NormalVector<float>(host_image.size());
+  const DeviceBuffer<float> device_u = vesta::test::ToDevice(u);
+  view.AddJT(model, image.data(), device_u.data(), gradient.data(), workspace);
+  control.ResetStatistics(kCount), host_control.ResetStatistics(kCount);
+  observe();
+  const splat::SplatTangent<float>* sums = host.view.ApplyRasterJT(host_image.data(), u.data(), host.workspace);
+  host_control.Observe({host.view.rank_of().data(), host.view.splats().data(), sums, host.kScale});
+  found = vesta::test::ToHost(control.pull());
+  double largest = 0;
+  for (Index i = 0; i < kCount; ++i) {
+    largest = std::max<double>(largest, host_control.pull()[i]);
+    EXPECT_NEAR(found[static_cast<std::size_t>(i)], host_control.pull()[i], 1e-3 * host_control.pull()[i] + 1e-3) << i;
+  }
+  EXPECT_GT(largest, 1);
 }
 
 }  // namespace

@@ -230,8 +230,8 @@ struct CachedTangentBlock {
   }
 };
 
-// sums[e] = the part of pair e in J^T u: the cotangent of the pair's splat, summed over the pixels of its tile. size:
-// number of pairs.
+// sums[e] = the part of pair e in J^T u: the cotangent of the pair's splat (without the sums for density control),
+// summed over the pixels of its tile. size: number of pairs.
 template <class S, class E>
 struct CachedAdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
@@ -259,15 +259,15 @@ struct CachedAdjointBlock {
     }
     block.Sync();
     const int pair = thread / kTileSize, y = thread % kTileSize;
-    if (pair < count) AddRow(shared.splats[pair], first + pair, y, shared.rows[pair][y]);
+    if (pair < count) AddRow(shared.splats[pair], first + pair, pair, y, shared.rows[pair][y]);
     block.Sync();
-    if (thread >= count * kSplatTangent) return;
-    const int k = thread / kSplatTangent, i = thread % kSplatTangent;
-    sums[first + k].w[i] = InverseEntryScale<E, S>(i) * CotangentFromRows(shared.splats[k], shared.rows[k], i);
+    if (thread >= count * kSplatSums) return;
+    const int k = thread / kSplatSums, i = thread % kSplatSums;
+    sums[first + k].w[i] = InverseEntryScale<E, S>(i) * CotangentFromRows(shared.splats[k], shared.rows[k], k, i);
   }
 
  private:
-  VESTA_HD void AddRow(const Splat<S>& splat, std::int64_t place, int y, S sum[kCotangentRowSums]) const {
+  VESTA_HD void AddRow(const Splat<S>& splat, std::int64_t place, int k, int y, S sum[kCotangentRowSums]) const {
     const CachePair& pair = cache.pairs[place];
     const CacheEntry<E>* at = entries + cache.first_entry[place] + pair.above[y];
     const RowSpan<S> row = RowInTile(splat, y);
@@ -283,7 +283,7 @@ struct CachedAdjointBlock {
           entry, [&](int c) { return u[c * plane + line + x]; }, total);
       total.AddShape(g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
-    for (int i = 0; i < kCotangentRowSums; ++i) sum[i] = total.sum[i];
+    for (int i = 0; i < kCotangentRowSums; ++i) sum[PlaceOfRowSum(k, y, i)] = total.sum[i];
   }
 };
 

@@ -50,9 +50,12 @@ struct alignas(16) Splat {
 inline constexpr int kXi = 0, kZeta = 1, kRho = 2, kKappa = 3, kSigma = 4, kLambda = 5, kColor = 6;
 inline constexpr int kSplatTangent = 9;
 inline constexpr int kSplatShape = 6;  // number of components before the colour
+// Cotangents of an image (SplatView::ApplyRasterJT) have two more sums, for density control: those of components xi and
+// zeta with the absolute values of their terms, so that pixels do not cancel. Tangents leave them undefined.
+inline constexpr int kPullP = 9, kPullQ = 10, kSplatSums = 11;
 template <class S>
 struct SplatTangent {
-  S w[kSplatTangent];
+  S w[kSplatSums];
 };
 
 // Sums over the pixels of one splat, from which its Gram matrix is computed: the sum of omega (d colour / d tangent)^T

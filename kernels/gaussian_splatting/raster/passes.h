@@ -173,8 +173,9 @@ struct AdjointPass {
     L::Store(behind + offset, rest);
     for (int k = 0; k < 3; ++k) state.total.AddColor(k, blend.weight, u_here[k]);
     state.total.AddShape(g, p, V(q));
+    state.total.AddPull(g, p, V(q));
   }
-  void End(State& state, std::int64_t pair) { L::template SumEach<kSplatTangent>(state.total.sum, sums[pair].w); }
+  void End(State& state, std::int64_t pair) { L::template SumEach<kSplatSums>(state.total.sum, sums[pair].w); }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
 };
 

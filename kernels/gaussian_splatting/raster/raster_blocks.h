@@ -115,13 +115,13 @@ struct AdjointBlock {
         [&](std::int64_t first, int count) {
           if (thread / kTileSize < count) AddRow(shared, thread / kTileSize, thread % kTileSize);
           block.Sync();
-          if (thread < count * kSplatTangent) {
-            const int k = thread / kSplatTangent, i = thread % kSplatTangent;
-            sums[entries[first + k]].w[i] = CotangentFromRows(shared.splats[k], shared.rows[k], i);
+          if (thread < count * kSplatSums) {
+            const int k = thread / kSplatSums, i = thread % kSplatSums;
+            sums[entries[first + k]].w[i] = CotangentFromRows(shared.splats[k], shared.rows[k], k, i);
           }
         });
-    ForEachRemaining<kSplatTangent>(block, lists, remaining,
-                                    [&](std::int64_t pair, int i) { sums[entries[pair]].w[i] = S(0); });
+    ForEachRemaining<kSplatSums>(block, lists, remaining,
+                                 [&](std::int64_t pair, int i) { sums[entries[pair]].w[i] = S(0); });
   }
 
  private:
@@ -138,9 +138,11 @@ struct AdjointBlock {
     for (int x = reached.begin; x < reached.end; ++x) {
       const Share& share = shared.shares[k][IndexInShares(x, y)];
       for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][IndexInU(x, y)]);
-      total.AddShape(share.g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
+      const S p = OffsetAt(static_cast<S>(x), splat.r, row.p0);
+      total.AddShape(share.g, p);
+      total.AddPull(share.g, p);
     }
-    for (int i = 0; i < kCotangentRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
+    for (int i = 0; i < kCotangentRowSums; ++i) shared.rows[k][y][PlaceOfRowSum(k, y, i)] = total.sum[i];
   }
 };
 

@@ -6,7 +6,7 @@
 //
 // Let u be the cotangent of the image. g is the derivative of a pixel's part of u . image with respect to log alpha,
 // and w the derivative of the pixel's colour with respect to the splat's colour. With psi of pixel_steps.h:
-//   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.
+//   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour, then |g p|, |g q|.
 //
 // Gram sums: for each colour c of a pixel, omega_c is the curvature of the loss and d_c the derivative with respect to
 // log alpha. w is the same for all colours. The sums are:
@@ -14,6 +14,8 @@
 //   shape x colour   omega_c w d_c, times the monomials of degree <= 2,
 //   colour x colour  omega_c w^2.
 #pragma once
+
+#include <cmath>
 
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
 #include "kernels/gaussian_splatting/tiles/row_span.h"
@@ -25,7 +27,7 @@ inline namespace VESTA_ISA {
 // Sums pixel by pixel. V: a vector of pixels.
 template <class V>
 struct CotangentSums {
-  V sum[kSplatTangent];
+  V sum[kSplatSums];
 
   CotangentSums() {
     for (V& component : sum) component = V(0);
@@ -40,13 +42,18 @@ struct CotangentSums {
     sum[kKappa] = Fnma(gq, p, sum[kKappa]);
     sum[kSigma] = Fnma(gq, q, sum[kSigma]);
   }
+  void AddPull(const V& g, const V& p, const V& q) {
+    using std::abs;
+    sum[kPullP] = sum[kPullP] + abs(g * p);
+    sum[kPullQ] = sum[kPullQ] + abs(g * q);
+  }
 };
 
-// Sums of one row: g p^a for a = 0, 1, 2, then w u for each colour.
-inline constexpr int kCotangentRowSums = 6;
+// Sums of one row: g p^a for a = 0, 1, 2, then w u for each colour, then |g p| and |g|.
+inline constexpr int kCotangentRowSums = 8;
 template <class S>
 struct CotangentRow {
-  S sum[kCotangentRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0)};
+  S sum[kCotangentRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0), S(0), S(0)};
 
   VESTA_HD void AddColor(int c, const S& w, const S& u) { sum[3 + c] = Fma(w, u, sum[3 + c]); }
   VESTA_HD void AddShape(const S& g, const S& p) {
@@ -55,16 +62,28 @@ struct CotangentRow {
     sum[1] += gp;
     sum[2] = Fma(gp, p, sum[2]);
   }
+  VESTA_HD void AddPull(const S& g, const S& p) {
+    using std::abs;
+    sum[6] += abs(g * p);
+    sum[7] += abs(g);
+  }
 };
-// Returns component i of the cotangent of a splat from the sums of its rows in a tile. splat: from InTile (row_span.h).
+// Place of sum i of row y of splat k of a batch in its array of kCotangentRowSums sums. A warp adds the rows of two
+// splats; in this order its threads write to different banks of shared memory.
+VESTA_HD constexpr int PlaceOfRowSum(int k, int y, int i) { return (i + 4 * k + y / 4) % kCotangentRowSums; }
+
+// Returns component i < kSplatSums of the cotangent of splat k of a batch, from the sums of its rows in a tile
+// (PlaceOfRowSum). splat: from InTile (row_span.h).
 template <class S>
-VESTA_HD inline S CotangentFromRows(const Splat<S>& splat, const S (&rows)[kTileSize][kCotangentRowSums], int i) {
+VESTA_HD inline S CotangentFromRows(const Splat<S>& splat, const S (&rows)[kTileSize][kCotangentRowSums], int k,
+                                    int i) {
+  using std::abs;
   const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
   S sum(0);
   for (int y = 0; y < kTileSize; ++y) {
     const S q = RowInTile(splat, y).q;
-    const S weight = power_q == 0 ? S(1) : power_q == 1 ? q : q * q;
-    sum = Fma(weight, rows[y][column], sum);
+    const S weight = i == kPullQ ? abs(q) : power_q == 0 ? S(1) : power_q == 1 ? q : q * q;
+    sum = Fma(weight, rows[y][PlaceOfRowSum(k, y, column)], sum);
   }
   return i < kLambda ? -sum : sum;
 }

@@ -56,6 +56,15 @@ std::vector<const View*> TrainingViews(const std::vector<View>& views) {
   return trained;
 }
 
+double UnmaskedFraction(const std::vector<const View*>& views) {
+  double pixels = 0, unmasked = 0;
+  for (const View* view : views) {
+    const double all = static_cast<double>(view->camera.width) * view->camera.height;
+    pixels += all, unmasked += all * UnmaskedFraction(view->image);
+  }
+  return pixels > 0 ? unmasked / pixels : 1;
+}
+
 Index NumTrainingViews(const std::vector<View>& views) { return std::ranges::count_if(views, &View::is_trained); }
 
 void SortAndSplit(std::vector<View>* views) {

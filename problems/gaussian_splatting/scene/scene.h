@@ -114,6 +114,8 @@ struct Scene {
 // In the order of `views`.
 std::vector<const View*> TrainingViews(const std::vector<View>& views);
 Index NumTrainingViews(const std::vector<View>& views);
+// Fraction of the pixels of all these views that masks include. Photographs that are not in memory count as unmasked.
+double UnmaskedFraction(const std::vector<const View*>& views);
 inline Index NumTrainingViews(const Scene& scene) { return NumTrainingViews(scene.views); }
 
 // Sorts by name and marks every 8th view, starting with the first, as a test view.

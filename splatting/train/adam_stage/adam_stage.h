@@ -78,7 +78,7 @@ class AdamStage {
     DensityOptions density = options.density;
     density.max_gaussians = session.plan().max_gaussians;
     return {TrainedModel<B>(model, Adam<B>(options.lr, options.adam.second_moment, options.adam.batch_size),
-                            DensityControl<typename B::Space>(density, scene.extent, options.seed),
+                            DensityControl<typename B::Space>(density, scene.extent),
                             LengthUnitViews(views, NearPlane(scene)), scene.extent),
             ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.batch_size))};
   }
@@ -118,7 +118,7 @@ class AdamStage {
     const IterationPlan plan = session_.schedule().At(planner_.NextSpan(Progress()));
     const int degree = DegreeOf(plan);
     Step(plan, degree);
-    // Evaluate before densification: directly after cloning and splitting, the image quality is lower.
+    // Evaluate before densification: directly after splitting, the image quality is lower.
     const bool is_stopped = RecordWhereDue(plan);
     const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
     session_.interim().SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
@@ -211,23 +211,30 @@ class AdamStage {
   }
 
   void ChangeGaussians(const IterationPlan& plan, int degree) {
-    if (plan.densifies) Densify();
-    if (plan.resets_opacity) state_->model.ResetOpacity();
-    pruning_.Prune(*state_, plan, degree, [&] {
+    const auto free_memory = [&] {
       views_.ReleasePhotographs();
       views_.FreePasses();
       rollback_point_.Discard();  // the copy has more Gaussians than the pruned model
-    });
+    };
+    const Index count_before = state_->model.count();
+    pruning_.PrepareGrowth(*state_, plan, degree, free_memory);
+    if (plan.densifies) Densify(count_before);
+    if (plan.resets_opacity) state_->model.ResetOpacity();
+    pruning_.Prune(*state_, plan, degree, free_memory);
   }
-  void Densify() {
+  // count_before: number of Gaussians before the pruning of the same iteration.
+  void Densify(Index count_before) {
     const ScopedPhase phase("density");
-    const Index before = state_->model.count();
     const double begin = session_.Seconds();
     views_.FreePasses();  // the new arrays must fit beside the old ones
-    state_->model.Densify(state_->iteration, [&] {
+    const double views = static_cast<double>(session_.training_views().size());
+    const double epochs = static_cast<double>(state_->model.density().views()) / views;
+    // The mean cost is over all pixels.
+    const double price = GaussianPrice(state_->mean_cost / UnmaskedFraction(session_.training_views()), epochs);
+    state_->model.Densify(price, [&] {
       if constexpr (!kOnHost) rollback_point_.Store(*state_);
     });
-    planner_.ObserveGrowth(before, state_->model.count(), session_.Seconds() - begin);
+    planner_.ObserveGrowth(count_before, state_->model.count(), session_.Seconds() - begin);
   }
 
   // Predicts time and memory of the whole stage.

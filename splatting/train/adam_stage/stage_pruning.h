@@ -3,6 +3,7 @@
 // training views.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <type_traits>
 #include <vector>
@@ -25,23 +26,32 @@ class StagePruning {
   StagePruning(TrainingSession& session, IterationTimer& timer)
       : session_(session), options_(session.options().pruning), timer_(timer) {}
 
-  // Does the pruning that is due after the iteration of `plan` and its densification. degree: the SH degree in use. If
-  // anything is due, calls before() first, which may free the workspace of the iterations.
-  template <class Before>
-  void Prune(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
-    const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_fraction, state);
+  // What precedes a densification: shrinks and removes Gaussians, as `plan` has it and time allows. degree: the SH
+  // degree in use. Calls free_memory(), which may free the workspace of the iterations, before it removes any.
+  template <class FreeMemory>
+  void PrepareGrowth(AdamStageState<B>& state, const IterationPlan& plan, int degree, const FreeMemory& free_memory) {
+    if (plan.shrinks_unseen)
+      Work(
+          state, [] {}, [&] { ShrinkUnseen(state, degree); });
+    if (plan.prunes_before_growth && ClaimTime(1, kPartWhileGrowing * plan.scoring_fraction, state)) {
+      Work(state, free_memory, [&] { PruneByAic(state, degree); });
+    }
+  }
+  // The pruning that follows the iteration of `plan` and its densification, with the arguments of PrepareGrowth.
+  template <class FreeMemory>
+  void Prune(AdamStageState<B>& state, const IterationPlan& plan, int degree, const FreeMemory& free_memory) {
+    const bool prunes = plan.prunes && ClaimTime(1, plan.scoring_fraction, state);
     // Degrees are lowered only after all SH bands are in use.
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
-    if (!plan.prunes_unseen && !prunes && !lowers) return;
-    const ScopedPhase phase("pruning");
-    before();
-    session_.memory().NoteModel(state.model.layout());
-    if (plan.prunes_unseen) KeepOnly(WellObserved(OnHost(state, degree), MakeScoringViews()), state);
-    // Degrees are lowered first, because scoring Gaussians is then faster.
-    if (lowers) LowerDegrees(state, degree);
-    if (prunes) PruneByScore(state, degree);
-    copy_ = SplatModel();
+    if (!prunes && !lowers) return;
+    Work(state, free_memory, [&] {
+      // Degrees are lowered first, because scoring Gaussians is then faster.
+      if (lowers) LowerDegrees(state, degree);
+      if (prunes && state.before_pruning == 0) state.before_pruning = state.model.count();
+      if (prunes && options_.prunes_to_count()) PruneToCount(state, degree);
+      if (prunes && !options_.prunes_to_count()) PruneByAic(state, degree);
+    });
   }
 
   // Call at the end of the stage. Adds a note if more Gaussians remain than requested, or if scoring was skipped for
@@ -56,7 +66,8 @@ class StagePruning {
   }
 
  private:
-  static constexpr double kPartForDegrees = 0.5;  // fraction of the time for scoring
+  // Fractions of the time for scoring: rounds before densifications leave time for lowering degrees.
+  static constexpr double kPartWhileGrowing = 0.5, kPartForDegrees = 0.5;
 
   // Whether there is time for scoring with `passes` passes over all views. Over the whole stage, scoring may take the
   // fraction kScoringFraction of a time limit; by now, it may take `part` times that time. Always true if keep_fraction
@@ -72,21 +83,38 @@ class StagePruning {
     if (!has_time) ++state.scoring_skipped;
     return has_time;
   }
+  template <class FreeMemory, class Change>
+  void Work(AdamStageState<B>& state, const FreeMemory& free_memory, const Change& change) {
+    const ScopedPhase phase("pruning");
+    free_memory();
+    session_.memory().NoteModel(state.model.layout());
+    change();
+    copy_ = SplatModel();
+  }
+  void ShrinkUnseen(AdamStageState<B>& state, int degree) {
+    const std::vector<float> by = LogShrinkage(OnHost(state, degree), MakeScoringViews());
+    if (std::ranges::any_of(by, [](float of_one) { return of_one > 0; })) state.model.ShrinkLongerAxes(by);
+  }
   void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state) {
     if (static_cast<Index>(kept.size()) < state.model.count()) state.model.Keep(kept);
   }
-  void PruneByScore(AdamStageState<B>& state, int degree) {
-    if (state.before_pruning == 0) state.before_pruning = state.model.count();
-    const Index scored = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
-    if (options_.prunes_to_count() && left >= scored) return;
-    const double begin = session_.Seconds();
+  void PruneToCount(AdamStageState<B>& state, int degree) {
+    const Index left = CountAfter(options_, state.span, state.before_pruning);
+    if (left >= state.model.count()) return;
+    Score(state, [&] { return SelectToKeep(OnHost(state, degree), MakeScoringViews(), options_.shrink_unseen, left); });
+  }
+  void PruneByAic(AdamStageState<B>& state, int degree) {
     const auto round = static_cast<std::uint64_t>(state.iteration);
-    const splat::Model<float> model = OnHost(state, degree);
-    const std::vector<Index> kept =
-        options_.prunes_to_count()
-            ? SelectToKeep(model, MakeScoringViews(), options_.prune_unseen, left)
-            : KeepByAic(model, MakeScoringViews(), AicWeightAt(options_, state.span), session_.options().seed, round);
-    KeepOnly(kept, state);
+    Score(state, [&] {
+      return KeepByAic(OnHost(state, degree), MakeScoringViews(), options_.aic_weight, session_.options().seed, round);
+    });
+  }
+  // Keeps the Gaussians that select() returns, and measures its time.
+  template <class Select>
+  void Score(AdamStageState<B>& state, const Select& select) {
+    const Index scored = state.model.count();
+    const double begin = session_.Seconds();
+    KeepOnly(select(), state);
     timer_.ObserveScoring(scored, session_.Seconds() - begin);
     state.scoring_seconds += session_.Seconds() - begin;
   }

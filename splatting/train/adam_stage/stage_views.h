@@ -220,11 +220,13 @@ class StageViews {
       AddGradient(x, target, gradient);
     }
     if (cameras_.moves(span, state->cameras)) MoveCamera(span, view, x, state);
-    const double share = HalfSizeGradScale(shape.width, full_.camera(view).width);
-    const density::Grad2dView grad2d_view =
-        density::Grad2dOf(passes().view, passes().workspace.splat_sums.data(), share * values);
+    const density::PullView pull_view{
+        .rank_of = passes().view.rank_of().data(),
+        .splats = passes().view.splats().data(),
+        .cotangents = passes().workspace.splat_sums.data(),
+        .scale = static_cast<float>(full_.camera(view).width) / static_cast<float>(shape.width)};
     // Read the loss last, so that a device already runs all work of the view.
-    passes().views.Add(k, grad2d_view, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
+    passes().views.Add(k, pull_view, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
   }
 
   // Moves the camera of the view that was just processed.

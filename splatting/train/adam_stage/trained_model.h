@@ -2,6 +2,7 @@
 // The model during the Adam stage, and the complete state of the stage.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
@@ -58,41 +59,52 @@ class TrainedModel {
   // device Average may throw OutOfDeviceMemory; the average is then empty.
   void Average() { average_.Add(x_); }
 
-  // Clones, splits and prunes. `iteration` determines the random offsets of split Gaussians. Resets the density
-  // statistics and length units. Calls rollback_point() first if it adds Gaussians. On a device it may throw
-  // OutOfDeviceMemory. If rollback_point() was not called, the model before or after the change can then still be
-  // downloaded. Otherwise the caller must return to the rollback point.
+  // Splits and prunes. price: GaussianPrice, for the observed views. Resets the density statistics and length units.
+  // Calls rollback_point() first if it adds Gaussians. On a device it may throw OutOfDeviceMemory. If rollback_point()
+  // was not called, the model before or after the change can then still be downloaded. Otherwise the caller must return
+  // to the rollback point.
   template <class RollbackPoint>
-  void Densify(int iteration, const RollbackPoint& rollback_point) {
+  void Densify(double price, const RollbackPoint& rollback_point) {
     average_.Clear();
     gradient_ = Vector();  // zero between steps
-    const DensityPlan<Space> plan = density_.Decide(x_.data(), count());
+    const DensityPlan<Space> plan = density_.Decide(x_.data(), count(), price);
     if (plan.count > count()) rollback_point();
-    if (plan.changes) ApplyPlan(plan, iteration);
+    if (plan.changes) ApplyPlan(plan);
     ResetStatisticsAndUnits();
   }
-  // Keeps only these Gaussians (ascending indices), with their moments and average. On a device it may throw
-  // OutOfDeviceMemory; the old model can then still be downloaded.
+  // Keeps only these Gaussians (ascending indices), with their moments, average and density statistics. Resets length
+  // units. On a device it may throw OutOfDeviceMemory; the old or the new model can then still be downloaded.
   void Keep(const std::vector<Index>& kept) {
     const std::vector<std::uint32_t> source(kept.begin(), kept.end());
     SelectRows({source, LayoutOfRows(layout_, source)});
-    ResetStatisticsAndUnits();
+    MeasureUnits();
   }
   // Lowers the SH degree of Gaussian i to degrees[i], and removes higher bands with their moments and average. The
   // Gaussians are sorted by degree (OrderByDegree). On a device it may throw OutOfDeviceMemory; the old or the new
   // model can then still be downloaded.
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     const DegreeOrder order = OrderByDegree(layout_, degrees);
-    if (order.layout == layout_) return;
-    const Buffer<std::uint32_t, Space> rows = SelectRows(order);
-    density_.Reorder(rows);
-    adam_.SetUnits(GatherNumbers(adam_.units(), rows));
+    if (order.layout != layout_) SelectRows(order);
   }
   // Sets one attribute of all Gaussians that have it. Discards the average.
   void SetAttribute(int attribute, const std::vector<float>& values) {
     average_.Clear();
     const Index rows = layout_.Rows(attribute);
     B().FromHost({values.data(), rows}, x_.view().subspan(layout_.Offset(attribute), rows));
+  }
+  // Lowers the logarithms of the two longer axes of Gaussian i by by[i]. Keeps the average of earlier parameters.
+  void ShrinkLongerAxes(const std::vector<float>& by) {
+    const Index n = count();
+    const auto rows = x_.view().subspan(layout_.Offset(splat::kLogScale), 3 * n);
+    std::vector<float> log_scales(static_cast<std::size_t>(3 * n));
+    B().ToHost(rows, {log_scales.data(), 3 * n});
+    for (Index i = 0; i < n; ++i) {
+      float* axes[3];
+      for (int k = 0; k < 3; ++k) axes[k] = &log_scales[static_cast<std::size_t>(k * n + i)];
+      std::ranges::sort(axes, {}, [](const float* axis) { return *axis; });
+      for (int k = 1; k < 3; ++k) *axes[k] -= by[static_cast<std::size_t>(i)];
+    }
+    B().FromHost({log_scales.data(), 3 * n}, rows);
   }
   // Limits all opacities to 0.01, clears their moments and discards the average.
   void ResetOpacity() {
@@ -135,9 +147,9 @@ class TrainedModel {
   }
 
  private:
-  void ApplyPlan(const DensityPlan<Space>& plan, int iteration) {
+  void ApplyPlan(const DensityPlan<Space>& plan) {
     Rearrange(LayoutOf(plan.source), plan.source, plan.kept);
-    density_.InitChildren(plan, iteration, x_.data());
+    density_.InitChildren(plan, x_.data());
   }
   // The layout of a model of the Gaussians source[0], source[1], ... of this model. Their SH degrees must not increase.
   splat::ModelLayout LayoutOf(const Buffer<std::uint32_t, Space>& source) const {
@@ -153,9 +165,8 @@ class TrainedModel {
       return copy;
     }
   }
-  // Selects Gaussians with their moments and average: the new Gaussian i is the old Gaussian order.source[i]. Returns
-  // order.source in the memory of B.
-  Buffer<std::uint32_t, Space> SelectRows(const DegreeOrder& order) {
+  // Selects Gaussians with all that is stored for them: the new Gaussian i is the old Gaussian order.source[i].
+  void SelectRows(const DegreeOrder& order) {
     gradient_ = Vector();
     const std::vector<std::uint8_t> all(order.source.size(), 1);
     Buffer<std::uint32_t, Space> rows;
@@ -165,7 +176,8 @@ class TrainedModel {
     ParameterMean<B> average = average_.OfRows(layout_, order.layout, rows);
     Rearrange(order.layout, rows, keeping);
     average_ = std::move(average);
-    return rows;
+    density_.Reorder(rows);
+    adam_.SetUnits(GatherNumbers(adam_.units(), rows));
   }
   // The new Gaussian i is a copy of the old Gaussian source[i], with the SH bands of `layout`. Its moments are copied
   // if kept[i] is 1; if 0, they become zero.
@@ -181,8 +193,9 @@ class TrainedModel {
   // The length units depend on the Gaussians.
   void ResetStatisticsAndUnits() {
     density_.ResetStatistics(count());
-    adam_.SetUnits(MeasureUnits<Space>(count(), x_.data(), unit_views_, unit_));
+    MeasureUnits();
   }
+  void MeasureUnits() { adam_.SetUnits(gs::MeasureUnits<Space>(count(), x_.data(), unit_views_, unit_)); }
   void Download(const Vector& x, SplatModel& model) const {
     static_cast<splat::ModelLayout&>(model) = layout_;
     model.data.resize(static_cast<std::size_t>(x.size()));

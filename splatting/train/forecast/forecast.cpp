@@ -32,7 +32,7 @@ GrowthForecast GrowthForecast::Assuming(double growth, int changes) {
 }
 
 double ExpectedGrowth(const Scene& scene) {
-  constexpr double kFactor = 0.094, kExponent = 0.75, kLeast = 2.5;
+  constexpr double kFactor = 0.042, kExponent = 0.94, kLeast = 2;
   double pixels = 0;
   for (const View* view : TrainingViews(scene.views)) {
     pixels += static_cast<double>(view->camera.width) * view->camera.height;
@@ -58,6 +58,7 @@ RemainingWork ForecastStage(const IterationTimer& timer, const GrowthForecast& g
     const bool is_coarse = now.has_coarse_views && plan.is_coarse;
     ahead.seconds += timer.Seconds(is_coarse, ahead.gaussians) / pieces;
     ahead.full_seconds += timer.Seconds(false, ahead.gaussians) / pieces;
+    if (plan.prunes_before_growth) scoring_seconds += timer.ScoringSeconds(ahead.gaussians, iterations_per_scoring);
     if (plan.densifies) {
       ahead.gaussians = std::min(limit, growth.After(gaussians, ++changes));
       ahead.most_gaussians = std::max(ahead.most_gaussians, ahead.gaussians);

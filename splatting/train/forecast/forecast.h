@@ -120,7 +120,7 @@ class GrowthForecast {
 
  private:
   static constexpr int kNeeded = 4;
-  static constexpr double kFall = 0.82;
+  static constexpr double kFall = 0.74;
 
   double assumed_part_ = 0.23;  // assumed growth in each of the first densifications
   int changes_ = 0;

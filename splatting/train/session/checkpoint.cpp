@@ -18,7 +18,7 @@ namespace {
 // File format: these eight bytes, the version, RunState, the state of the stage, and the CRC-32 of all.
 constexpr std::string_view kMagic = "vestaTRN";
 // Increase when a Visit function of the saved state changes.
-constexpr std::uint32_t kVersion = 14;
+constexpr std::uint32_t kVersion = 15;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
   if (bytes.empty()) return before;  // for a null pointer zlib returns the initial checksum

@@ -16,9 +16,4 @@ ImageSize CoarseSize(const View& view);
 // (docs/decisions/half-resolution-start.md).
 std::vector<View> CoarseViews(const std::vector<const View*>& views);
 
-// Divisor of a view's image-space gradients (Grad2d, density_steps.h) for an image `width` pixels wide instead of
-// `full_width`. Half-size images lack fine detail, so their gradients are smaller. After the division, half-size images
-// lead to as many new Gaussians as full-size images, or up to a third more (docs/decisions/half-resolution-start.md).
-inline double HalfSizeGradScale(int width, int full_width) { return width < full_width ? 0.6 : 1.0; }
-
 }  // namespace vesta::gs

@@ -22,12 +22,12 @@ TrainOptions Fast() {
 TrainOptions Best() {
   TrainOptions options;
   options.adam.iterations_scale = 2;
-  options.density.grow_grad2d = 5e-4;
+  options.density.grow_pull = 40;
   options.lm.function_tolerance = 0.001;
   return options;
 }
 
-// 3DGS-LM (Höllein et al. 2025): 20,000 iterations as in INRIA's code, densification until 15,000, then 5 LM
+// 3DGS-LM (Höllein et al. 2025): 20,000 iterations, densification until 15,000 (with our rule), then 5 LM
 // iterations, each with 8 PCG iterations on up to 4 merged batches of 25 images, and a line search on 30 % of the
 // images. Differences: docs/decisions/3dgs-lm-presets.md.
 TrainOptions Paper() {
@@ -44,7 +44,7 @@ TrainOptions Paper() {
   options.lr.opacity = 0.05;
   options.sh_degree = 3;
   DensityOptions& density = options.density;
-  density.grow_grad2d = 2e-4;
+  density.grow_pull = 15;
   density.begin = 0.025;
   density.every = 0.005;
   density.end = 0.75;

@@ -80,8 +80,6 @@ const std::map<std::string, std::string>& RenamedOptions() {
                                                           {"adam.average_part", "adam.averaging_fraction"},
                                                           {"adam.coarse_part", "adam.half_resolution_until"},
                                                           {"adam.sh_band_every", "adam.sh_degree_interval"},
-                                                          {"density.gradient_threshold", "density.grow_grad2d"},
-                                                          {"density.split_above", "density.grow_scale3d"},
                                                           {"density.prune_opacity", "density.prune_opa"},
                                                           {"density.prune_size", "density.prune_scale3d"},
                                                           {"lm.min_gain", "lm.function_tolerance"},
@@ -112,12 +110,11 @@ void ValidateOptions(const TrainOptions& options) {
   ValidateCombination(options.pruning);
   const DensityOptions& density = options.density;
   const PruningOptions& pruning = options.pruning;
-  if (density.enabled && (pruning.prune_unseen || pruning.needs_scoring()) && density.end > pruning.begin) {
-    Fail(
-        kBadArgument,
-        "density.end={} is after pruning.begin={}: Gaussians would be removed while others are still added; change one "
-        "of them",
-        density.end, pruning.begin);
+  if (density.enabled && pruning.needs_scoring() && density.end > pruning.begin) {
+    Fail(kBadArgument,
+         "density.end={} is after pruning.begin={}: the last pruning needs a number of Gaussians that no longer grows; "
+         "change one of them",
+         density.end, pruning.begin);
   }
 }
 

@@ -23,6 +23,19 @@ double BandEvery(const TrainOptions& options) {
                                               : options.adam.sh_degree_interval;
 }
 
+bool PrunesWhileGrowing(const TrainOptions& options) {
+  return options.density.enabled && options.pruning.aic_weight > 0 && !options.pruning.prunes_to_count();
+}
+
+// Fraction of the prunings that are done or due after the iteration, as a fraction of their time.
+double ScoringFraction(const TrainOptions& options, const StageSpan& span) {
+  PruningOptions pruning = options.pruning;
+  // The first pruning may take the time of one interval.
+  if (PrunesWhileGrowing(options))
+    pruning.begin = std::min(pruning.begin, options.density.begin - options.density.every);
+  return FractionDone(pruning, span);
+}
+
 }  // namespace
 
 double IterationsFor(Index training_views) {
@@ -50,19 +63,21 @@ TrainOptions FitToScene(TrainOptions options, Index training_views) {
 int TrainingSchedule::iterations() const { return NumIterations(options_.adam); }
 
 IterationPlan TrainingSchedule::At(const StageSpan& span) const {
-  const bool observes = Observes(options_.density, span);
+  const bool observes = Observes(options_.density, span), densifies = Densifies(options_.density, span);
+  const bool prunes_before_growth = densifies && PrunesWhileGrowing(options_);
   return {.span = span,
           .is_coarse = IsCoarse(options_.adam, span),
           .max_sh_degree = ActiveShDegree(BandEvery(options_), splat::kMaxShDegree, span),
           .lr_factor = RateFactor(options_.adam, span),
           .is_recorded = span.is_last() || span.CrossesMultipleOf(1.0 / options_.adam.evaluations),
           .observes = observes,
-          .densifies = Densifies(options_.density, span),
+          .densifies = densifies,
           .resets_opacity = observes && ResetsOpacity(options_.density, span),
-          .prunes_unseen = ChecksCoverage(options_.pruning, span),
+          .prunes_before_growth = prunes_before_growth,
+          .shrinks_unseen = ShrinksUnseen(options_.pruning, span),
           .lowers_sh_degrees = LowersDegrees(options_.pruning, span),
-          .prunes = Prunes(options_.pruning, span),
-          .pruning_fraction = FractionDone(options_.pruning, span)};
+          .prunes = Prunes(options_.pruning, span) && !prunes_before_growth,
+          .scoring_fraction = ScoringFraction(options_, span)};
 }
 
 bool TrainingSchedule::Averages(const StageSpan& span, int iteration) const {

@@ -36,17 +36,18 @@ struct ResolvedPlan {
 // The events of an Adam iteration.
 struct IterationPlan {
   StageSpan span;
-  bool is_coarse = false;          // uses half-size views
-  int max_sh_degree = 0;           // in use; the stage limits it to the model's
-  double lr_factor = 1;            // on all learning rates
-  bool is_recorded = false;        // adds a history row afterwards
-  bool observes = false;           // density control collects gradient statistics
-  bool densifies = false;          // clones, splits and prunes afterwards
-  bool resets_opacity = false;     // resets opacities, even if it does not densify
-  bool prunes_unseen = false;      // removes Gaussians that hardly any training view shows
-  bool lowers_sh_degrees = false;  // removes SH bands that improve the images too little
-  bool prunes = false;             // removes Gaussians that improve the images too little
-  double pruning_fraction = 0;     // fraction of the pruning period that has passed
+  bool is_coarse = false;             // uses half-size views
+  int max_sh_degree = 0;              // in use; the stage limits it to the model's
+  double lr_factor = 1;               // on all learning rates
+  bool is_recorded = false;           // adds a history row afterwards
+  bool observes = false;              // density control collects pulls
+  bool densifies = false;             // splits and prunes afterwards
+  bool resets_opacity = false;        // resets opacities, even if it does not densify
+  bool prunes_before_growth = false;  // removes Gaussians that improve the images too little, then densifies
+  bool shrinks_unseen = false;        // shrinks Gaussians that lie mostly outside all training images
+  bool lowers_sh_degrees = false;     // removes SH bands that improve the images too little
+  bool prunes = false;                // removes Gaussians that improve the images too little
+  double scoring_fraction = 0;        // fraction of the period with pruning that has passed
 };
 
 class TrainingSchedule {

@@ -130,11 +130,10 @@ struct Image {
   double condition_of_all = 1;
 };
 
-// x: `count` Gaussians in the layout of layout.h.
+// x: `count` Gaussians in the layout of layout.h. Returns all of them, in their order.
 template <class T>
-Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const PosedCamera& view,
-                const double background[3]) {
-  using std::exp;
+std::vector<ScreenGaussian<T>> Project(const std::vector<T>& x, int count, int active_sh_degree,
+                                       const PosedCamera& view) {
   const int attributes = static_cast<int>(x.size()) / std::max(count, 1);
   std::vector<ScreenGaussian<T>> gaussians;
   for (int i = 0; i < count; ++i) {
@@ -144,6 +143,14 @@ Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const 
     gaussians.push_back(ProjectGaussian(p.data(), active_sh_degree, view));
     gaussians.back().index = i;
   }
+  return gaussians;
+}
+
+// gaussians: from Project.
+template <class T>
+Image<T> Blend(std::vector<ScreenGaussian<T>> gaussians, const PosedCamera& view, const double background[3]) {
+  using std::exp;
+  const std::size_t count = gaussians.size();
   std::erase_if(gaussians, [](const ScreenGaussian<T>& g) { return !g.seen; });
   std::stable_sort(gaussians.begin(), gaussians.end(),
                    [](const auto& a, const auto& b) { return a.float_depth < b.float_depth; });
@@ -151,7 +158,7 @@ Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const 
   const int pixels = view.width * view.height;
   Image<T> image;
   image.color.resize(static_cast<std::size_t>(Index{3} * pixels));
-  std::vector<double> noise(static_cast<std::size_t>(count)), signal(noise.size());
+  std::vector<double> noise(count), signal(count);
   for (int pixel = 0; pixel < pixels; ++pixel) {
     T color[3] = {T(0.0), T(0.0), T(0.0)}, transmittance(1.0);
     double margin = HUGE_VAL;
@@ -187,6 +194,13 @@ Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const 
   image.condition_of_all =
       ratio(std::accumulate(noise.begin(), noise.end(), 0.0), std::accumulate(signal.begin(), signal.end(), 0.0));
   return image;
+}
+
+// x: as in Project.
+template <class T>
+Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const PosedCamera& view,
+                const double background[3]) {
+  return Blend(Project(x, count, active_sh_degree, view), view, background);
 }
 inline Image<double> Render(const test::Scene& scene) {
   return Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);

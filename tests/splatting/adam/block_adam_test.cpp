@@ -318,7 +318,7 @@ TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
   const HostBuffer<float> given_back = bases.Flat();
   EXPECT_EQ(std::vector<float>(given_back.begin(), given_back.end()), flat);
   const auto old_number = [&](int number, Index i) { return flat[static_cast<std::size_t>(BlockEntry(number, i))]; };
-  // Mostly in order, as clones next to their original; some from far away.
+  // Mostly in order, as halves next to each other; some from far away.
   vesta::test::Random random(9);
   std::vector<std::uint32_t> source;
   std::vector<std::uint8_t> keep;

@@ -43,13 +43,13 @@ class ModelAdam {
   splat::ModelLayout layout_;
 };
 
-// Densifies as the Adam stage does.
-inline void Densify(DensityControl<Host>& control, SplatModel& model, ModelAdam& adam, int iteration) {
-  const DensityPlan<Host> plan = control.Decide(model.data.data(), model.count);
+// Densifies as the Adam stage does. price: GaussianPrice.
+inline void Densify(DensityControl<Host>& control, SplatModel& model, ModelAdam& adam, double price) {
+  const DensityPlan<Host> plan = control.Decide(model.data.data(), model.count, price);
   if (plan.changes) {
     adam.Rearrange(plan.source, plan.kept);
     model = InOrder(std::move(model), std::vector<Index>(plan.source.begin(), plan.source.end()));
-    control.InitChildren(plan, iteration, model.data.data());
+    control.InitChildren(plan, model.data.data());
   }
   control.ResetStatistics(model.count);
 }

@@ -53,7 +53,7 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   TrainOptions options = ShortTraining(kIterations, 0);
   options.adam.evaluations = kIterations;
   options.adam.averaging_fraction = 0;
-  options.pruning.prune_unseen = false;  // so that rows contain all Gaussians
+  options.pruning.shrink_unseen = false;  // so that rows contain all Gaussians
   std::map<int, std::vector<float>> iterates;
   TrainCallbacks callbacks;
   callbacks.evaluated = [&](const HistoryRow& row, const splat::Model<float>& x) {

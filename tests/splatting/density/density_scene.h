@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model in front of one camera, and density control with given screen-space gradients.
+// A model in front of one camera, and density control with given pulls.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace vesta::gs::test {
 
 struct DensityScene {
-  static constexpr double kLossScale = 100;
+  static constexpr float kScale = 2;  // as for images of half size
   Scene scene = RingOfCameras(1, 64, 48, false);
   SplatModel model;
   splat::SplatView<float> view;
@@ -25,20 +25,21 @@ struct DensityScene {
 
   explicit DensityScene(Index count, std::uint64_t seed = 1) : model(RandomModel(count, 1, seed)) {}
 
-  // grad2d[i]: gradient of Gaussian i along the image rows, in normalised device coordinates.
-  void Observe(DensityControl<Host>& control, const std::vector<float>& grad2d) {
+  // pulls[i]: pull of Gaussian i, up to rounding; 0 is exact. Equal parts of it are along p and q.
+  void Observe(DensityControl<Host>& control, const std::vector<float>& pulls) {
     view.Build(ToKernelModel(model), ToPosedCamera(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
     cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});
     for (Index i = 0; i < model.count; ++i) {
       const std::int32_t rank = view.rank_of()[i];
       ASSERT_GE(rank, 0) << "Gaussian " << i << " is not visible";
       const splat::Splat<float>& splat = view.splats()[rank];
-      const float by_u = static_cast<float>(kLossScale / 32) * grad2d[static_cast<std::size_t>(i)];
+      const float part =
+          std::sqrt(0.5f) * pulls[static_cast<std::size_t>(i)] / (kScale * static_cast<float>(splat::kTwoLn2));
       float* w = cotangents[static_cast<std::size_t>(rank)].w;
-      w[splat::kXi] = -by_u / (static_cast<float>(splat::kTwoLn2) * splat.r);
-      w[splat::kZeta] = splat.beta * by_u / (static_cast<float>(splat::kTwoLn2) * splat.s);
+      w[splat::kPullP] = part / (splat.r * std::sqrt(1 + splat.beta * splat.beta));
+      w[splat::kPullQ] = part / splat.s;
     }
-    control.Observe(density::Grad2dOf(view, cotangents.data(), kLossScale));
+    control.Observe({view.rank_of().data(), view.splats().data(), cotangents.data(), kScale});
   }
 };
 

@@ -16,8 +16,8 @@ namespace {
 
 // The state of a process after some iterations over all views.
 struct After {
-  std::vector<float> x, grad2d;
-  std::vector<int> seen;
+  std::vector<float> x, pull;
+  Index observed = 0;
   double objective = 0;
   friend bool operator==(const After&, const After&) = default;
 };
@@ -27,7 +27,7 @@ After Iterate(const test::SyntheticViews& all, Communicator* ranks) {
   const auto count = static_cast<Index>(all.views.size());
   const ProcessGroup processes(ranks);
   const Share own = processes.OwnShare(count);
-  DensityControl<Host> density({}, 1, 0);
+  DensityControl<Host> density({}, 1);
   density.ResetStatistics(all.gaussians());
   SumOfViews<Host> sum;
   TermExchange exchange;
@@ -40,14 +40,14 @@ After Iterate(const test::SyntheticViews& all, Communicator* ranks) {
     for (Index k = own.begin; k < own.end; ++k) {
       const test::SyntheticViews::View& view = all.views[static_cast<std::size_t>(k)];
       gradient = view.gradient;
-      sum.Add(k, view.grad2d_view(), gradient.data(), [&] { return view.cost; });
+      sum.Add(k, view.pull_view(), gradient.data(), [&] { return view.cost; });
     }
     if (ranks) exchange.AllGather(*ranks, &sum);
     after.objective = sum.Finish(gradient.data()).objective;
     for (std::size_t i = 0; i < gradient.size(); ++i) after.x[i] -= gradient[i];
   }
-  after.grad2d = {density.grad2d().begin(), density.grad2d().end()};
-  after.seen = {density.seen().begin(), density.seen().end()};
+  after.pull = {density.pull().begin(), density.pull().end()};
+  after.observed = density.views();
   return after;
 }
 

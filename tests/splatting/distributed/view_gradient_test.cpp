@@ -19,8 +19,8 @@ using test::SyntheticViews;
 
 // Sums over the views of an iteration.
 struct Learned {
-  std::vector<float> gradient, grad2d;
-  std::vector<int> seen;
+  std::vector<float> gradient, pull;
+  Index views = 0;  // observed by density control
   double objective = 0, values = 0;
   friend bool operator==(const Learned&, const Learned&) = default;
 };
@@ -33,21 +33,21 @@ class ViewGradients : public testing::Test {
   static void Add(const SyntheticViews& all, int k, Sum& sum) {
     const SyntheticViews::View& view = all.views[static_cast<std::size_t>(k)];
     std::vector<float> gradient = view.gradient;
-    sum.Add(k, view.grad2d_view(), gradient.data(), [&] { return view.cost; });
+    sum.Add(k, view.pull_view(), gradient.data(), [&] { return view.cost; });
     EXPECT_EQ(gradient, std::vector<float>(gradient.size())) << "zeroed for the next view";
   }
   static Learned Finish(const SyntheticViews& all, Sum& sum, DensityControl<Host>& density) {
     Learned learned;
     learned.gradient.resize(all.views[0].gradient.size());
     const ViewCost cost = sum.Finish(learned.gradient.data());
-    learned.grad2d = {density.grad2d().begin(), density.grad2d().end()};
-    learned.seen = {density.seen().begin(), density.seen().end()};
+    learned.pull = {density.pull().begin(), density.pull().end()};
+    learned.views = density.views();
     learned.objective = cost.objective, learned.values = cost.values;
     density.ResetStatistics(all.gaussians());
     return learned;
   }
   static DensityControl<Host> ControlOf(const SyntheticViews& all) {
-    DensityControl<Host> density({}, 1, 0);
+    DensityControl<Host> density({}, 1);
     density.ResetStatistics(all.gaussians());
     return density;
   }
@@ -64,12 +64,10 @@ class ViewGradients : public testing::Test {
 Learned Plain(const SyntheticViews& all, std::size_t begin, std::size_t end) {
   if (end - begin == 1) {
     const SyntheticViews::View& view = all.views[begin];
-    Learned one{.gradient = view.gradient, .grad2d = {}, .seen = {}};
+    Learned one{.gradient = view.gradient, .pull = {}, .views = 1};
     one.objective = view.cost.objective, one.values = view.cost.values;
     for (Index i = 0; i < all.gaussians(); ++i) {
-      const bool is_seen = view.rank_of[static_cast<std::size_t>(i)] >= 0;
-      one.grad2d.push_back(is_seen ? view.grad2d_view().Of(i) : 0);
-      one.seen.push_back(is_seen ? 1 : 0);
+      one.pull.push_back(view.rank_of[static_cast<std::size_t>(i)] >= 0 ? view.pull_view().Of(i) : 0);
     }
     return one;
   }
@@ -80,8 +78,8 @@ Learned Plain(const SyntheticViews& all, std::size_t begin, std::size_t end) {
   const auto add = [](auto& to, const auto& from) {
     for (std::size_t i = 0; i < to.size(); ++i) to[i] += from[i];
   };
-  add(left.gradient, right.gradient), add(left.grad2d, right.grad2d), add(left.seen, right.seen);
-  left.objective += right.objective, left.values += right.values;
+  add(left.gradient, right.gradient), add(left.pull, right.pull);
+  left.objective += right.objective, left.values += right.values, left.views += right.views;
   return left;
 }
 
@@ -153,26 +151,36 @@ TEST_F(ViewGradients, HoldWhatIsSeen) {
   const SyntheticViews all(1);
   gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
-  ViewGradient<Host> term = terms.Extract(all.layout, all.views[0].grad2d_view(), true, gradient.data());
+  ViewGradient<Host> term = terms.Extract(all.layout, all.views[0].pull_view(), true, gradient.data());
   EXPECT_EQ(term.blocks(), 3) << "of five blocks, two are not visible";
   EXPECT_LE(term.rows(), 3 * all.layout.MostRows());
   EXPECT_NEAR(static_cast<double>(BytesOf(term).size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
 
   std::vector<std::int32_t> nothing(static_cast<std::size_t>(all.gaussians()), -1);
-  density::Grad2dView grad2d_view = all.views[0].grad2d_view();
-  grad2d_view.rank_of = nothing.data();
-  EXPECT_EQ(terms.Extract(all.layout, grad2d_view, true, gradient.data()).blocks(), 0);
+  density::PullView pull_view = all.views[0].pull_view();
+  pull_view.rank_of = nothing.data();
+  EXPECT_EQ(terms.Extract(all.layout, pull_view, true, gradient.data()).blocks(), 0);
 }
 
-TEST_F(ViewGradients, Grad2dIsLeftOutWhereNobodyNeedsIt) {
+TEST_F(ViewGradients, PullIsLeftOutWhereNobodyNeedsIt) {
   const SyntheticViews all(2);
   Sum sum;
   DensityControl<Host> density = ControlOf(all);
   sum.Begin(all.layout, 2, nullptr);
   for (int k = 0; k < 2; ++k) Add(all, k, sum);
   const Learned learned = Finish(all, sum, density);
-  EXPECT_EQ(learned.seen, std::vector<int>(static_cast<std::size_t>(all.gaussians())));
+  EXPECT_EQ(learned.pull, std::vector<float>(static_cast<std::size_t>(all.gaussians())));
+  EXPECT_EQ(learned.views, 0);
   EXPECT_EQ(learned.gradient, InOrder(all, {0, 1}).gradient);
+  // Nor does the term contain pulls.
+  gs::ViewGradientPool<Host> terms;
+  for (const bool needs_pull : {false, true}) {
+    std::vector<float> gradient = all.views[0].gradient;
+    ViewGradient<Host> term = terms.Extract(all.layout, all.views[0].pull_view(), needs_pull, gradient.data());
+    std::vector<float> pull(learned.pull.size(), 0.0f);
+    terms.AddPull(all.layout, term, pull.data());
+    EXPECT_EQ(pull, needs_pull ? Plain(all, 0, 1).pull : learned.pull);
+  }
 }
 
 // A single view is used in place, without addition.
@@ -182,17 +190,18 @@ TEST_F(ViewGradients, OfOneViewStayWhereTheyAre) {
   DensityControl<Host> density = ControlOf(all);
   std::vector<float> gradient = all.views[0].gradient;
   sum.Begin(all.layout, 1, &density);
-  sum.Add(0, all.views[0].grad2d_view(), gradient.data(), [&] { return all.views[0].cost; });
+  sum.Add(0, all.views[0].pull_view(), gradient.data(), [&] { return all.views[0].cost; });
   EXPECT_EQ(sum.Finish(gradient.data()).objective, all.views[0].cost.objective);
   EXPECT_EQ(gradient, all.views[0].gradient);
-  EXPECT_EQ(std::vector<int>(density.seen().begin(), density.seen().end()), Plain(all, 0, 1).seen);
+  EXPECT_EQ(std::vector<float>(density.pull().begin(), density.pull().end()), Plain(all, 0, 1).pull);
+  EXPECT_EQ(density.views(), 1);
 }
 
 TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   const SyntheticViews all(1);
   gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
-  ViewGradient<Host> term = terms.Extract(all.layout, all.views[0].grad2d_view(), true, gradient.data());
+  ViewGradient<Host> term = terms.Extract(all.layout, all.views[0].pull_view(), true, gradient.data());
   const std::vector<unsigned char> bytes = BytesOf(term);
   const auto all_bytes = static_cast<Index>(bytes.size());
   ViewGradient<Host> received;

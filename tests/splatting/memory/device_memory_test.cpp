@@ -38,7 +38,7 @@ const test::MemoryCase kCases[] = {
        o.density.enabled = true, o.density.begin = 0, o.density.end = 1, o.density.every = 0.5;
        o.pruning = PruningOptions::None();
        // Opacities start at 0.1.
-       o.density.prune_opa = 0.1, o.density.grow_grad2d = 0, o.density.max_gaussians = 1500;
+       o.density.prune_opa = 0.1, o.density.grow_pull = 0, o.density.max_gaussians = 1500;
      }},
     {"lm", 1000, 32, 24, [](TrainOptions&) {}},
     {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "kernels/gaussian_splatting/view/splat_view.h"
+#include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
@@ -104,6 +106,145 @@ TEST(Coverage, UnderObservedIsWhatIsMeasuredOfEach) {
   EXPECT_LT(wanting, 150);
   EXPECT_GT(small, 5);
   EXPECT_GT(shown_later, 5);
+}
+
+// Many sizes and places, so that coverages are between 0 and more than 1, and some cameras are inside Gaussians.
+SplatModel OfManySizes() {
+  SplatModel model = test::RandomModel(2000, 1, 9);
+  for (Index i = 0; i < model.count; ++i) {
+    for (int k = 0; k < 2; ++k) model.attribute(splat::kMean + k)[i] *= 3;
+    for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[i] += 1.2f * static_cast<float>(i % 4) - 2;
+    model.attribute(splat::kLogScale + i % 3)[i] -= 1;  // flat
+  }
+  return model;
+}
+
+// Whether alpha is at least 1/255 at a camera's centre.
+bool IsInside(const SplatModel& model, Index i, const Scene& scene) {
+  double q[4], R[9];
+  for (int k = 0; k < 4; ++k) q[k] = model.attribute(splat::kQuaternion + k)[i];
+  RotationFromQuaternion(q, R);
+  const double opacity = 1 / (1 + std::exp(-double{model.attribute(splat::kOpacity)[i]}));
+  return std::ranges::any_of(scene.views, [&](const View& view) {
+    const splat::PosedCamera camera = ToPosedCamera(view, 0.01);
+    double exponent = 0;
+    for (int k = 0; k < 3; ++k) {
+      double along = 0;
+      for (int r = 0; r < 3; ++r) along += R[3 * r + k] * (camera.centre[r] - model.attribute(r)[i]);
+      exponent += 0.5 * std::pow(along / std::exp(double{model.attribute(splat::kLogScale + k)[i]}), 2);
+    }
+    return opacity * std::exp(-exponent) >= 1.0 / 255;
+  });
+}
+
+TEST(Coverage, OfUnderObservedGaussiansIsTheMeasuredOne) {
+  const Scene scene = test::RingOfCameras(5, 80, 60, false);
+  const SplatModel model = OfManySizes();
+  const std::vector<Coverage> measured = Measure(model, scene);
+  const std::vector<Coverage> found = CoverageOfUnderObserved(ToKernelModel(model), TrainingViewsOf(scene, {0, 0, 0}));
+  ASSERT_EQ(found.size(), measured.size());
+  int shown = 0, others = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Coverage expected = measured[i].IsUnderObserved() ? measured[i] : Coverage();
+    EXPECT_NEAR(found[i].body, expected.body, 1e-9) << i;
+    EXPECT_NEAR(found[i].shown, expected.shown, 1e-6 * expected.shown) << i;
+    shown += expected.shown > 0 ? 1 : 0;
+    others += measured[i].IsUnderObserved() ? 0 : 1;
+  }
+  EXPECT_GT(shown, 5);
+  EXPECT_GT(others, 100);
+}
+
+TEST(Coverage, IsLowBelowAPartOfALargeBody) {
+  EXPECT_TRUE((Coverage{.shown = 0.0029, .body = 0.1}.IsUnderObserved()));
+  EXPECT_FALSE((Coverage{.shown = 0.0031, .body = 0.1}.IsUnderObserved()));
+  EXPECT_TRUE((Coverage{.shown = 0, .body = 0.0031}.IsUnderObserved()));
+  EXPECT_FALSE((Coverage{.shown = 0, .body = 0.0029}.IsUnderObserved())) << "small ones hide little";
+}
+
+// Shrinks the two longer axes, which the body consists of.
+TEST(Coverage, ShrunkGaussiansHaveTheLeastIfTheyAreShownAsBefore) {
+  const Scene scene = test::RingOfCameras(5, 80, 60, false);
+  const SplatModel model = OfManySizes();
+  const std::vector<Coverage> before = Measure(model, scene);
+  const std::vector<float> shrinkage = LogShrinkage(ToKernelModel(model), TrainingViewsOf(scene, {0, 0, 0}));
+  ASSERT_EQ(shrinkage.size(), before.size());
+  SplatModel shrunk = model;
+  std::vector<bool> is_flat;  // also afterwards
+  for (Index i = 0; i < model.count; ++i) {
+    const float by = shrinkage[static_cast<std::size_t>(i)];
+    float longer = 1e9f;
+    for (int k = 0; k < 3; ++k) {
+      if (k == i % 3) continue;
+      shrunk.attribute(splat::kLogScale + k)[i] -= by;
+      longer = std::min(longer, shrunk.attribute(splat::kLogScale + k)[i]);
+    }
+    is_flat.push_back(shrunk.attribute(splat::kLogScale + i % 3)[i] < longer);
+  }
+  const std::vector<Coverage> after = Measure(shrunk, scene);
+  const double most = std::log(kMostShrinkage);
+  int none = 0, inside = 0, partly = 0, fully = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (IsInside(model, static_cast<Index>(i), scene)) {
+      EXPECT_NEAR(shrinkage[i], most, 1e-6) << i;
+      ++inside;
+    } else if (!before[i].IsUnderObserved()) {
+      EXPECT_EQ(shrinkage[i], 0) << i;
+      ++none;
+    } else if (before[i].body == 1 || !is_flat[i]) {
+      EXPECT_GT(shrinkage[i], 0) << i;  // the body is smaller than the product of the longer axes
+    } else if (before[i].shown > Coverage::kLeast / (kMostShrinkage * kMostShrinkage) * before[i].body) {
+      EXPECT_NEAR(before[i].shown / after[i].body, Coverage::kLeast, 1e-5) << i;
+      EXPECT_LT(shrinkage[i], most) << i;
+      ++partly;
+    } else {
+      EXPECT_NEAR(shrinkage[i], most, 1e-6) << i;
+      EXPECT_NEAR(after[i].body, before[i].body / (kMostShrinkage * kMostShrinkage), 1e-5 * before[i].body) << i;
+      ++fully;
+    }
+  }
+  EXPECT_GT(none, 100);
+  EXPECT_GT(inside, 2);
+  EXPECT_GT(partly, 5);
+  EXPECT_GT(fully, 5);
+}
+
+TEST(Coverage, GaussiansOutsideAllImagesShrinkTheMost) {
+  const Scene scene = test::RingOfCameras(4, 80, 60, false);
+  const ScoringViews scoring_views = TrainingViewsOf(scene, {0, 0, 0});
+  const auto shrinkage = [&](double y, double deviation) {
+    return LogShrinkage(ToKernelModel(OneAt(y, deviation)), scoring_views)[0];
+  };
+  EXPECT_FLOAT_EQ(shrinkage(9, 0.3), std::log(static_cast<float>(kMostShrinkage))) << "never shown";
+  EXPECT_EQ(shrinkage(0, 0.3), 0) << "in the middle of the scene";
+  EXPECT_EQ(shrinkage(9, 0.001), 0) << "too small to hide anything";
+}
+
+// All cameras are at distance 3 from the origin.
+TEST(Coverage, GaussiansAroundACameraShrinkTheMost) {
+  const Scene scene = test::RingOfCameras(4, 80, 60, false);
+  const ScoringViews scoring_views = TrainingViewsOf(scene, {0, 0, 0});
+  const auto shrinkage = [&](std::array<double, 3> scales, double opacity, std::array<float, 4> q) {
+    SplatModel model = OneAt(0, 1);
+    for (int k = 0; k < 3; ++k) {
+      model.attribute(splat::kMean + k)[0] = 0;
+      model.attribute(splat::kLogScale + k)[0] = static_cast<float>(std::log(scales[static_cast<std::size_t>(k)]));
+    }
+    for (int k = 0; k < 4; ++k) model.attribute(splat::kQuaternion + k)[0] = q[static_cast<std::size_t>(k)];
+    model.attribute(splat::kOpacity)[0] = static_cast<float>(std::log(opacity / (1 - opacity)));
+    EXPECT_FALSE(Measure(model, scene)[0].IsUnderObserved());
+    return LogShrinkage(ToKernelModel(model), scoring_views)[0];
+  };
+  const std::array<float, 4> none = {1, 0, 0, 0}, quarter_turn = {1, 0, 0, 1};  // about z
+  const float most = std::log(static_cast<float>(kMostShrinkage));
+  // With an opacity of 0.5, alpha is 1/255 at 3.114 standard deviations.
+  EXPECT_FLOAT_EQ(shrinkage({0.97, 0.97, 0.97}, 0.5, none), most);
+  EXPECT_EQ(shrinkage({0.95, 0.95, 0.95}, 0.5, none), 0);
+  EXPECT_EQ(shrinkage({0.97, 0.97, 0.97}, 0.4, none), 0);
+  // The first camera is on the x axis, no camera near the y axis.
+  EXPECT_FLOAT_EQ(shrinkage({2, 0.2, 0.2}, 0.5, none), most);
+  EXPECT_EQ(shrinkage({2, 0.2, 0.2}, 0.5, quarter_turn), 0);
+  EXPECT_FLOAT_EQ(shrinkage({0.2, 2, 0.2}, 0.5, quarter_turn), most);
 }
 
 constexpr Index kCount = 300;

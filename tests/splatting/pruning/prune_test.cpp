@@ -91,6 +91,33 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   EXPECT_EQ(kept(-1e12, 1).size(), 40U);
 }
 
+// A model that stores SH bands which are not active yet.
+TEST(KeepByAic, InactiveBandsCostNothing) {
+  Padded padded;
+  for (View& view : padded.scene.views) {
+    for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;
+  }
+  const SplatModel& low = padded.model;
+  SplatModel high;
+  high.Resize({.count = low.count, .sh_degree = 1});
+  std::ranges::copy(low.data, high.data.begin());  // SH bands come last
+  const splat::Model<float> inactive{high.data.data(), high.layout(), 0};
+  const auto kept = [&](const splat::Model<float>& model, double aic_weight) {
+    return KeepByAic(model, padded.MakeScoringViews(), aic_weight, 3, 1);
+  };
+  const RemovalCost removal = MeasureRemovalCost(ToKernelModel(low), padded.MakeScoringViews());
+  std::vector<double> rise = removal.rise;
+  std::ranges::sort(rise);
+  bool depends = false;
+  for (const std::size_t candidates : {3U, 8U, 12U}) {
+    const double aic_weight = rise[candidates] * removal.values / (removal.loss * low.num_attributes());
+    EXPECT_EQ(kept(inactive, aic_weight), kept(ToKernelModel(low), aic_weight));
+    const double by_all = aic_weight * high.num_attributes() / low.num_attributes();
+    depends |= kept(ToKernelModel(low), by_all) != kept(ToKernelModel(low), aic_weight);
+  }
+  EXPECT_TRUE(depends) << "on the number of attributes";
+}
+
 TEST(Prune, ToACount) {
   const Padded padded;
   const PruneResult result = padded.PruneTo({.count = Padded::kNeeded, .max_rise = {}});
@@ -106,15 +133,6 @@ TEST(Prune, ToACount) {
   const PruneResult one = padded.PruneTo({.count = 0, .max_rise = {}});
   EXPECT_EQ(one.model.count, 1) << "one always remains";
   EXPECT_GT(one.rounds, 8) << "at most a quarter per round";
-}
-
-TEST(Prune, AicWeightRisesGradually) {
-  const PruningOptions pruning{.aic_weight = 2, .begin = 0.5, .end = 0.75};
-  EXPECT_EQ(AicWeightAt(pruning, {0.49, 0.5}), 0);
-  EXPECT_EQ(AicWeightAt(pruning, {0.5, 0.625}), 1);
-  EXPECT_EQ(AicWeightAt(pruning, {0.7, 0.75}), 2);
-  EXPECT_TRUE(Prunes(pruning, {0.7, 0.75}));
-  EXPECT_FALSE(Prunes({.aic_weight = 0}, {0.79, 0.8}));
 }
 
 TEST(Prune, ToARise) {
@@ -149,6 +167,8 @@ TEST(PruningSchedule, TheSamePartGoesEachTime) {
   }
   EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}}));
   EXPECT_FALSE(Prunes(PruningOptions::None(), {0.69, 0.7})) << "not if disabled";
+  EXPECT_TRUE(Prunes({.aic_weight = 2, .begin = 0.5, .end = 0.75}, {0.7, 0.75}));
+  EXPECT_FALSE(Prunes({.aic_weight = 0}, {0.79, 0.8}));
   EXPECT_TRUE(LowersDegrees({}, {0.59, 0.6}));
   EXPECT_FALSE(LowersDegrees({}, {0.61, 0.62})) << "once";
   EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "after the first interval";
@@ -162,19 +182,21 @@ TEST(PruningSchedule, TheSamePartGoesEachTime) {
   EXPECT_EQ(CountAfter({.keep_fraction = 1e-9}, {0.9, 1}, 1000), 1) << "always at least one";
 }
 
-TEST(PruningSchedule, CoverageIsAskedForTwice) {
-  constexpr int kIterations = 50;
-  const auto asked = [](const PruningOptions& pruning) {
+TEST(PruningSchedule, UnseenGaussiansShrinkTwentyTimes) {
+  constexpr int kIterations = 100;
+  const auto shrinks = [](const PruningOptions& pruning) {
     std::vector<int> at;
     for (int it = 1; it <= kIterations; ++it) {
-      if (ChecksCoverage(pruning, {(it - 1.0) / kIterations, 1.0 * it / kIterations})) at.push_back(it);
+      if (ShrinksUnseen(pruning, {(it - 1.0) / kIterations, 1.0 * it / kIterations})) at.push_back(it);
     }
     return at;
   };
-  EXPECT_THAT(asked({}), testing::ElementsAre(30, 40));
-  EXPECT_THAT(asked({.prune_unseen = false}), testing::IsEmpty());
-  EXPECT_THAT(asked({.begin = 0, .end = 0.5}), testing::ElementsAre(25)) << "not in the first iteration";
-  EXPECT_THAT(asked({.begin = 0.5, .end = 1}), testing::ElementsAre(25)) << "not after the last iteration";
+  // In the whole stage, but not in the last iteration.
+  std::vector<int> expected;
+  for (int it = 5; it < kIterations; it += 5) expected.push_back(it);
+  EXPECT_EQ(shrinks({}), expected);
+  EXPECT_THAT(shrinks({.shrink_unseen = false}), testing::IsEmpty());
+  EXPECT_THAT(shrinks(PruningOptions::None()), testing::IsEmpty());
 }
 
 }  // namespace

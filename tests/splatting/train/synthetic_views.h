@@ -20,7 +20,7 @@ struct SyntheticViews {
     std::vector<float> gradient;  // in the layout of the model
     ViewCost cost;
 
-    density::Grad2dView grad2d_view() const { return {rank_of.data(), splats.data(), cotangents.data(), 32, 24}; }
+    density::PullView pull_view() const { return {rank_of.data(), splats.data(), cotangents.data(), 2}; }
   };
   term::Layout layout;
   std::vector<View> views;

@@ -63,17 +63,16 @@ TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
   constexpr Index kCount = 9000;  // more than one task
   test::DensityScene scene(kCount);
   const SplatModel before = scene.model;
-  std::vector<float> grad2d;
-  for (Index i = 0; i < kCount; ++i) grad2d.push_back(1e-6f * static_cast<float>(i % 1000));
+  std::vector<float> pulls;
+  for (Index i = 0; i < kCount; ++i) pulls.push_back(static_cast<float>(i % 1000));
   ExpectSameForAnyThreads([&] {
     scene.model = before;
     DensityOptions options;
-    options.grow_grad2d = 2e-4;  // so low that some Gaussians are cloned and split
-    options.grow_scale3d = 0.1;
+    options.grow_pull = 200;  // more candidates than room
     options.max_gaussians = kCount + 3000;
-    DensityControl<Host> control(options, 1, 5);
+    DensityControl<Host> control(options, 1);
     control.ResetStatistics(kCount);
-    scene.Observe(control, grad2d);
+    scene.Observe(control, pulls);
     test::ModelAdam adam{LearningRates()};
     std::vector<float> gradient(scene.model.data.size(), 1.0f);
     adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
@@ -112,17 +111,17 @@ TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
   const test::SyntheticViews all(3, splat::NumAttributes(3), 20000);
   ExpectSameForAnyThreads([&] {
     SumOfViews<Host> sum;
-    DensityControl<Host> density({}, 1, 0);
+    DensityControl<Host> density({}, 1);
     density.ResetStatistics(all.gaussians());
     sum.Begin(all.layout, 3, &density);
     std::vector<float> gradient;
     for (Index k = 0; k < 3; ++k) {
       const test::SyntheticViews::View& view = all.views[static_cast<std::size_t>(k)];
       gradient = view.gradient;
-      sum.Add(k, view.grad2d_view(), gradient.data(), [&] { return view.cost; });
+      sum.Add(k, view.pull_view(), gradient.data(), [&] { return view.cost; });
     }
     sum.Finish(gradient.data());
-    gradient.insert(gradient.end(), density.grad2d().begin(), density.grad2d().end());
+    gradient.insert(gradient.end(), density.pull().begin(), density.pull().end());
     return gradient;
   });
 }

@@ -252,12 +252,12 @@ TEST(Trainer, AsManyRowsAsAskedFor) {
   for (int i = 0; i < 4; ++i) EXPECT_EQ(result.history[static_cast<std::size_t>(i)].iteration, 10 * (i + 1));
 }
 
-// New clones and splits render badly for some iterations, so rows precede densification.
+// New halves render badly for some iterations, so rows precede densification.
 TEST(Trainer, RowsOfTheHistoryAreOfBeforeDensification) {
   TrainOptions options = ShortTraining(40, 0);
   options.adam.evaluations = 2;
   options.density.every = 0.5;
-  options.density.grow_grad2d = 0;
+  options.density.grow_pull = 0;
   const std::vector<HistoryRow> history = Train(TrainingScene(), options, {}, {}).history;
   ASSERT_EQ(history.size(), 2u);
   EXPECT_EQ(history[0].gaussians, TrainingScene().points.size());

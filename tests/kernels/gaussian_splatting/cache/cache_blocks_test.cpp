@@ -49,7 +49,7 @@ Products<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in, 
   std::vector<SplatTangent<S>> sums(in.tangents.size());
   HostBuffer<S> u_tiles;
   cache.Adjoint(lists, bins, in.u.data(), sums.data(), u_tiles);
-  for (const SplatTangent<S>& sum : sums) out.cotangents.insert(out.cotangents.end(), sum.w, sum.w + kSplatTangent);
+  for (const SplatTangent<S>& sum : sums) out.cotangents.insert(out.cotangents.end(), sum.w, sum.w + kSplatSums);
   return out;
 }
 
@@ -115,7 +115,7 @@ TEST_P(CacheBlocks, ResultsDoNotDependOnTheOrderOfThreadsAndAreAdjoint) {
     EXPECT_EQ(found.cotangents, expected.cotangents);
   }
   std::vector<float> v;
-  for (const SplatTangent<float>& tangent : of.in.tangents) v.insert(v.end(), tangent.w, tangent.w + kSplatTangent);
+  for (const SplatTangent<float>& tangent : of.in.tangents) v.insert(v.end(), tangent.w, tangent.w + kSplatSums);
   EXPECT_LE(test::AdjointGap(of.in.u, expected.d_image, expected.cotangents, v), 1e-5);
 }
 

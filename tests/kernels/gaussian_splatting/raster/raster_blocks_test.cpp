@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, RasterBlocks, testing::ValuesIn(test::SceneKind
 // Sums of pairs are added per splat.
 template <class S>
 struct Results {
-  std::vector<S> image, d_image, cotangents, grams;
+  std::vector<S> image, d_image, cotangents, grams;  // cotangents: with the sums for density control
 };
 
 template <class S>
@@ -77,11 +77,11 @@ Results<S> RunHost(const RasterScene<S>& of) {
     raster.gram(lists, tile, rendered.image.data(), in.omega.data(), grams.data());
   }
   const auto splats = static_cast<std::size_t>(rendered.view.num_splats());
-  out.cotangents.assign(kSplatTangent * splats, S(0));
+  out.cotangents.assign(kSplatSums * splats, S(0));
   out.grams.assign(kGramSums * splats, S(0));
   for (std::size_t pair = 0; pair < pairs; ++pair) {
     const std::size_t rank = lists.ranks[pair];
-    for (std::size_t i = 0; i < kSplatTangent; ++i) out.cotangents[kSplatTangent * rank + i] += cotangents[pair].w[i];
+    for (std::size_t i = 0; i < kSplatSums; ++i) out.cotangents[kSplatSums * rank + i] += cotangents[pair].w[i];
     for (std::size_t i = 0; i < kGramSums; ++i) out.grams[kGramSums * rank + i] += grams[pair].m[i];
   }
   return out;

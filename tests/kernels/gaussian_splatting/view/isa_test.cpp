@@ -131,7 +131,7 @@ TEST_P(InstructionSets, AgreeWithTheBaseline) {
     ExpectNear(results.tangents, expected.tangents, 1e-5, 0, "tangents");
     ExpectNear(results.image, expected.image, 1e-5, 6, "image");
     ExpectNear(results.d_image, expected.d_image, 1e-5, 6, "tangent image");
-    ExpectNear(results.cotangents, expected.cotangents, 1e-5, 6 * kSplatTangent, "cotangents");
+    ExpectNear(results.cotangents, expected.cotangents, 1e-5, 6 * kSplatSums, "cotangents");
     ExpectNear(results.grams, expected.grams, 1e-5, 6 * kGramSums, "grams");
     ExpectNear(results.g, expected.g, 1e-5, 0, "adjoint");
     ExpectNear(results.blocks, expected.blocks, 1e-5, 0, "blocks");

@@ -35,7 +35,7 @@ class CheckpointsOfCameras : public testing::Test {
       const TrainOptions options;
       State state{{SplatModel(),
                    Adam<CpuBackend<float>>(options.lr, options.adam.second_moment),
-                   DensityControl<Host>(options.density, 1, options.seed),
+                   DensityControl<Host>(options.density, 1),
                    {},
                    1},
                   ViewOrder(1, options.seed)};

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lowering SH degrees during Adam.
+// Changes of the Gaussians during Adam.
 #include "splatting/train/adam_stage/trained_model.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "tests/splatting/density/density_scene.h"
 #include "tests/support/random.h"
@@ -27,13 +28,16 @@ std::vector<std::uint8_t> RandomDegrees(Index count, std::uint64_t seed) {
 
 class TrainedModels : public testing::Test {
  protected:
-  TrainedModel<Cpu> Start(const SplatModel& model) const {
+  std::vector<const View*> Views() const {
     std::vector<const View*> views;
     for (const View& view : scene_.views) views.push_back(&view);
+    return views;
+  }
+  TrainedModel<Cpu> Start(const SplatModel& model) const {
     DensityOptions options;
-    options.grow_scale3d = 0.1, options.prune_opa = 0.45, options.grow_grad2d = 1e-3;
-    return {model, Adam<Cpu>({}, SecondMoment::kBlock), DensityControl<Host>(options, 2, 5),
-            LengthUnitViews(views, 0.02), 2};
+    options.prune_opa = 0.45, options.grow_pull = 2;
+    return {model, Adam<Cpu>({}, SecondMoment::kBlock), DensityControl<Host>(options, 2),
+            LengthUnitViews(Views(), 0.02), 2};
   }
   // A step with gradients of the original model; originals_of[i] is the original index of Gaussian i.
   void Step(TrainedModel<Cpu>& trained, const std::vector<float>& gradient, Index originals,
@@ -77,8 +81,7 @@ TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
     Step(late, Gradient(20 + step), kCount, same);
     Step(early, Gradient(20 + step), kCount, same);
   }
-  early.density().grad2d()[7] = 3, late.density().grad2d()[7] = 3;
-  early.density().seen()[7] = 2, late.density().seen()[7] = 2;
+  for (Index i = 0; i < kCount; ++i) early.density().pull()[i] = late.density().pull()[i] = static_cast<float>(i);
   early.SetDegrees(degrees);
   EXPECT_EQ(early.layout(), order.layout);
   EXPECT_TRUE(early.IsWhole());
@@ -99,8 +102,7 @@ TEST_F(TrainedModels, WhatIsLeftTrainsOnAsBefore) {
   for (Index k = 0; k < kCount; ++k) {
     const Index i = order.source[static_cast<std::size_t>(k)];
     ASSERT_EQ(early.adam().units()[k], late.adam().units()[i]);
-    ASSERT_EQ(early.density().grad2d()[k], late.density().grad2d()[i]);
-    ASSERT_EQ(early.density().seen()[k], late.density().seen()[i]);
+    ASSERT_EQ(early.density().pull()[k], late.density().pull()[i]);
   }
 }
 
@@ -124,16 +126,16 @@ TEST_F(TrainedModels, BasesGoWithTheirGaussians) {
 
 TEST_F(TrainedModels, DegreesAreHandedDown) {
   const SplatModel model = test::WithDegrees(test::RandomModel(kCount, 3, 5), RandomDegrees(kCount, 7));
-  // Clones and splits keep the constant colour coefficient, which identifies the original.
+  // Halves keep the constant colour coefficient, which identifies the original.
   std::map<float, Index> known;
   for (Index i = 0; i < kCount; ++i) known[model.attribute(splat::kSh)[i]] = i;
   TrainedModel<Cpu> trained = Start(model);
-  for (Index i = 0; i < kCount; ++i) trained.density().grad2d()[i] = i % 3 ? 1.0f : 0, trained.density().seen()[i] = 1;
-  trained.Densify(1, [] {});
+  for (Index i = 0; i < kCount; ++i) trained.density().pull()[i] = i % 3 ? 1.0f : 0;
+  trained.Densify(0.4, [] {});
   SplatModel after;
   trained.DownloadParameters(after);
   EXPECT_TRUE(trained.IsWhole());
-  EXPECT_NE(after.count, kCount);
+  EXPECT_GT(after.count, kCount);
   for (Index i = 0; i < after.count; ++i) {
     const Index from = known.at(after.attribute(splat::kSh)[i]);
     EXPECT_EQ(after.DegreeOf(i), model.DegreeOf(from));
@@ -147,6 +149,105 @@ TEST_F(TrainedModels, DegreesAreHandedDown) {
   trained.Keep(low);
   EXPECT_EQ(trained.sh_degree(), 1);
   EXPECT_TRUE(trained.IsWhole());
+}
+
+// Kept Gaussians keep all that is stored for them, except length units.
+TEST_F(TrainedModels, KeptGaussiansKeepTheirState) {
+  const SplatModel model = test::WithDegrees(test::RandomModel(kCount, 3, 5), RandomDegrees(kCount, 7));
+  TrainedModel<Cpu> all = Start(model), some = Start(model);
+  std::vector<std::uint32_t> same(kCount);
+  for (std::uint32_t i = 0; i < kCount; ++i) same[i] = i;
+  for (int step = 0; step < 3; ++step) {
+    Step(all, Gradient(20 + step), kCount, same);
+    Step(some, Gradient(20 + step), kCount, same);
+  }
+  for (Index i = 0; i < kCount; ++i) some.density().pull()[i] = static_cast<float>(i);
+  some.density().CountViews(5);
+  std::vector<Index> kept;
+  for (Index i = 0; i < kCount; ++i) {
+    if (i % 5 != 1) kept.push_back(i);
+  }
+  some.Keep(kept);
+  EXPECT_TRUE(some.IsWhole());
+  EXPECT_EQ(some.count(), static_cast<Index>(kept.size()));
+  EXPECT_EQ(some.density().views(), 5);
+  SplatModel whole, average, left;
+  all.DownloadResult(average), some.DownloadResult(left);
+  EXPECT_EQ(left.data, InOrder(average, kept).data);
+  all.DownloadParameters(whole), some.DownloadParameters(left);
+  ASSERT_NE(whole.data, average.data);
+  EXPECT_EQ(left.data, InOrder(whole, kept).data);
+  EXPECT_EQ(Of(left, some.adam().first()).data, InOrder(Of(whole, all.adam().first()), kept).data);
+  EXPECT_EQ(Of(left, some.adam().second()).data, InOrder(Of(whole, all.adam().second()), kept).data);
+  // The statistics too. Length units are measured anew, as they depend on the means.
+  const std::vector<float> units = LengthUnits(left, Views(), 0.02, 2);
+  std::set<float> different_units;
+  for (Index k = 0; k < some.count(); ++k) {
+    ASSERT_EQ(some.density().pull()[k], static_cast<float>(kept[static_cast<std::size_t>(k)]));
+    ASSERT_EQ(some.adam().units()[k], units[static_cast<std::size_t>(k)]);
+    different_units.insert(some.adam().units()[k]);
+  }
+  EXPECT_GT(different_units.size(), 10U);
+}
+
+TEST_F(TrainedModels, TwoLongerAxesShrink) {
+  const SplatModel model = test::WithDegrees(test::RandomModel(kCount, 3, 5), RandomDegrees(kCount, 7));
+  TrainedModel<Cpu> trained = Start(model);
+  std::vector<std::uint32_t> same(kCount);
+  for (std::uint32_t i = 0; i < kCount; ++i) same[i] = i;
+  for (int step = 0; step < 2; ++step) Step(trained, Gradient(20 + step), kCount, same);
+  SplatModel before, after, average, average_after;
+  trained.DownloadParameters(before), trained.DownloadResult(average);
+  ASSERT_NE(average.data, before.data);
+  std::vector<float> by;
+  for (Index i = 0; i < kCount; ++i) by.push_back(0.1f * static_cast<float>(i % 6));
+  trained.ShrinkLongerAxes(by);
+  trained.DownloadParameters(after), trained.DownloadResult(average_after);
+  EXPECT_EQ(average_after.data, average.data) << "the average of earlier parameters remains";
+  ASSERT_EQ(after.layout(), before.layout());
+  std::vector<int> shortest_is(3);
+  for (Index i = 0; i < kCount; ++i) {
+    int shortest = 0;
+    for (int k = 1; k < 3; ++k) {
+      if (before.attribute(splat::kLogScale + k)[i] < before.attribute(splat::kLogScale + shortest)[i]) shortest = k;
+    }
+    ++shortest_is[static_cast<std::size_t>(shortest)];
+    for (int k = 0; k < 3; ++k) {
+      const float old = before.attribute(splat::kLogScale + k)[i];
+      ASSERT_EQ(after.attribute(splat::kLogScale + k)[i], k == shortest ? old : old - by[static_cast<std::size_t>(i)]);
+    }
+  }
+  for (const int count : shortest_is) EXPECT_GT(count, 10);
+  // Nothing else changes.
+  std::copy_n(before.attribute(splat::kLogScale), 3 * kCount, after.attribute(splat::kLogScale));
+  EXPECT_EQ(after.data, before.data);
+}
+
+// Halves come in pairs; the moments of both are zero.
+TEST_F(TrainedModels, DensifyResetsStatisticsUnitsAndMoments) {
+  TrainedModel<Cpu> trained = Start(test::RandomModel(kCount, 3, 5));
+  std::vector<std::uint32_t> same(kCount);
+  for (std::uint32_t i = 0; i < kCount; ++i) same[i] = i;
+  Step(trained, Gradient(20), kCount, same);
+  trained.density().pull()[4] = 1, trained.density().CountViews(2);
+  std::fill_n(trained.density().pull().data() + 250, 3, 1.0f);
+  Index called = 0;
+  // The threshold is twice the price.
+  trained.Densify(0.6, [&] { ++called; });
+  EXPECT_EQ(called, 0);
+  EXPECT_EQ(trained.density().views(), 0);
+  trained.density().CountViews(2);
+  std::fill_n(trained.density().pull().data() + 100, 3, 1.0f);
+  const Index before = trained.count();
+  trained.Densify(0.4, [&] { called += trained.count(); });
+  EXPECT_EQ(called, before) << "once, before Gaussians are added";
+  EXPECT_EQ(trained.count(), before + 3);
+  EXPECT_EQ(trained.density().views(), 0);
+  EXPECT_EQ(trained.adam().units().size(), before + 3);
+  for (Index i = 0; i < trained.count(); ++i) {
+    EXPECT_EQ(trained.density().pull()[i], 0);
+    EXPECT_EQ(trained.adam().first()[i] == 0, i >= 100 && i < 106) << i;
+  }
 }
 
 }  // namespace

@@ -37,11 +37,6 @@ TEST(CoarseViews, HalveImagesAndCameras) {
               (plane[2 * 200 + 8] + plane[2 * 200 + 9] + plane[3 * 200 + 8] + plane[3 * 200 + 9]) / 4, 1e-6);
 }
 
-TEST(CoarseViews, HaveTheGrad2dOfWholeOnes) {
-  EXPECT_EQ(HalfSizeGradScale(200, 200), 1);
-  EXPECT_LT(HalfSizeGradScale(100, 200), 1);
-}
-
 TEST(CoarseViews, LeaveSmallOnesAsTheyAre) {
   const View large = OfSize(200, 128), small = OfSize(200, 127);
   const std::vector<View> coarse = CoarseViews({&large, &small});

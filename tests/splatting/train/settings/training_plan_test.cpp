@@ -54,9 +54,50 @@ TEST(TrainingSchedule, HasAsManyOfEachEventAsTheOptionsSay) {
   EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.observes; }), 600);
   EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.densifies; }), 11) << "0.1, 0.15 ... 0.6";
   EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.resets_opacity; }), 0);
-  EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.prunes_unseen; }), 2) << "0.6 and 0.8";
+  EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.shrinks_unseen; }), 19) << "0.05, 0.1 ... 0.95";
   EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.lowers_sh_degrees; }), 1);
-  EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.prunes; }), 9) << "0.6, 0.625 ... 0.8";
+  EXPECT_EQ(Count(schedule, [](const IterationPlan& p) { return p.prunes; }), 8) << "0.625, 0.65 ... 0.8";
+}
+
+// By AIC, before each densification.
+TEST(TrainingSchedule, PrunesBeforeGrowth) {
+  TrainOptions options;
+  const auto prunes = [](const IterationPlan& p) { return p.prunes_before_growth; };
+  const auto count = [&] { return Count(TrainingSchedule(options), prunes); };
+  EXPECT_EQ(count(), 11) << "0.1, 0.15 ... 0.6";
+  EXPECT_EQ(
+      Count(TrainingSchedule(options), [&](const IterationPlan& p) { return prunes(p) && (!p.densifies || p.prunes); }),
+      0)
+      << "once per iteration";
+  options.pruning.keep_fraction = 0.5;
+  EXPECT_EQ(count(), 0);
+  options = {};
+  options.pruning.aic_weight = 0;
+  EXPECT_EQ(count(), 0);
+  options = {};
+  options.density.enabled = false;
+  EXPECT_EQ(count(), 0);
+  EXPECT_EQ(Count(TrainingSchedule(options), [](const IterationPlan& p) { return p.prunes; }), 9)
+      << "0.6, 0.625 ... 0.8";
+}
+
+// From the first to the last pruning. Pruning before growth begins one interval of density control before the first
+// growth, so that it has some time.
+TEST(TrainingSchedule, ScoringFractionIsOfThePeriodWithPruning) {
+  TrainOptions options;
+  const auto fraction = [&](double done) {
+    return TrainingSchedule(options).At({done - 0.001, done}).scoring_fraction;
+  };
+  EXPECT_NEAR(fraction(0.05), 0, 1e-12);
+  EXPECT_NEAR(fraction(0.1), 0.05 / 0.75, 1e-12);
+  EXPECT_NEAR(fraction(0.425), 0.5, 1e-12);
+  EXPECT_EQ(fraction(0.8), 1);
+  EXPECT_EQ(fraction(0.9), 1);
+  options.density.enabled = false;
+  EXPECT_EQ(fraction(0.6), 0);
+  EXPECT_NEAR(fraction(0.65), 0.25, 1e-12);
+  options.density.enabled = true, options.pruning.keep_fraction = 0.5;
+  EXPECT_NEAR(fraction(0.7), 0.5, 1e-12);
 }
 
 TEST(TrainingSchedule, ResetsOpacityOnlyWhileDensityControlObserves) {
