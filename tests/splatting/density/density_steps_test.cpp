@@ -132,7 +132,7 @@ double PullByDefinition(const Rendered& rendered, int moved, const std::vector<f
       if (alpha(0, 0) < splat::kAlphaFloor) continue;
       const double a = rank == moved ? alpha(du, dv) : alpha(0, 0);
       for (int c = 0; c < 3; ++c) {
-        sum += double{u[static_cast<std::size_t>((c * size + y) * size + x)]} * splat.color[c] * a * in_front;
+        sum += double{u[static_cast<std::size_t>((Index{c} * size + y) * size + x)]} * splat.color[c] * a * in_front;
       }
       in_front *= 1 - a;
     }
