@@ -32,7 +32,7 @@ GrowthForecast GrowthForecast::Assuming(double growth, int changes) {
 }
 
 double ExpectedGrowth(const Scene& scene) {
-  constexpr double kFactor = 0.042, kExponent = 0.94, kLeast = 2;
+  constexpr double kFactor = 0.035, kExponent = 0.94, kLeast = 1;
   double pixels = 0;
   for (const View* view : TrainingViews(scene.views)) {
     pixels += static_cast<double>(view->camera.width) * view->camera.height;

@@ -43,11 +43,11 @@ TEST(ExpectedGrowth, RisesWithThePixelsPerPoint) {
   for (View& view : scene.views) view.camera.width = 100, view.camera.height = 50;
   scene.views[3].role = ViewRole::kTest;
   scene.points.positions.resize(150);
-  EXPECT_NEAR(ExpectedGrowth(scene), 0.042 * std::pow(100, 0.94), 1e-12) << "of the training views";
+  EXPECT_NEAR(ExpectedGrowth(scene), 0.035 * std::pow(100, 0.94), 1e-12) << "of the training views";
   scene.points.positions.clear();
   EXPECT_TRUE(std::isfinite(ExpectedGrowth(scene)));
   scene.points.positions.resize(1'000'000);
-  EXPECT_EQ(ExpectedGrowth(scene), 2);
+  EXPECT_EQ(ExpectedGrowth(scene), 1);
 }
 
 TEST(GrowthForecast, OfAModelThatDoesNotGrow) {
