@@ -43,9 +43,8 @@ std::vector<bool> WhichAreUnderObserved(const splat::Model<float>& model, const 
 
 // By how much to lower the logarithms of the two longer axes of each Gaussian; 0 for most, at most log(kMostShrinkage):
 // * so that the coverage of an under-observed Gaussian becomes Coverage::kLeast, if its shown area stays the same;
-// * by log(kMostShrinkage) if a camera is inside the Gaussian, where its opacity is at least kAlphaFloor. Cameras are
-// in
-//   free space, so such a Gaussian is a film of haze before them.
+// * by log(kMostShrinkage) if a camera is inside the Gaussian, where its opacity is at least kAlphaFloor. Such a
+//   Gaussian is a film of haze, since cameras are in free space.
 inline constexpr double kMostShrinkage = 1.6;  // a larger step would leave a gap that further training must fill
 std::vector<float> LogShrinkage(const splat::Model<float>& model, const ScoringViews& scoring_views);
 

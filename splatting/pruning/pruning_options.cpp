@@ -17,9 +17,8 @@ const schema::Table<PruningOptions>& PruningFields() {
        &O::aic_weight,
        {0, 1e9},
        "before each densification, and from pruning.begin to pruning.end, remove Gaussians that lower the training "
-       "loss "
-       "too little for their number of parameters: by less than X times "
-       "Akaike's criterion (AIC); larger: fewer Gaussians; 0: keep all"},
+       "loss too little for their number of parameters: by less than X times Akaike's criterion (AIC); larger: fewer "
+       "Gaussians; 0: keep all"},
       {"sh_aic_weight",
        &O::sh_aic_weight,
        {0, 1e9},

@@ -13,8 +13,8 @@ namespace vesta::gs {
 
 // begin, end and every are fractions of the Adam stage.
 struct PruningOptions {
-  // Shrinks large Gaussians that lie mostly outside all training images (ShrinkageByCoverage), in each interval
-  // `every`.
+  // Shrinks large Gaussians that hardly any training view shows, and Gaussians around a camera (LogShrinkage). With
+  // keep_fraction, Gaussians that hardly any view shows also go first (SelectToKeep).
   bool shrink_unseen = true;
   // aic_weight: factor on the improvement that a Gaussian's parameters must bring (KeepByAic, prune.h). sh_aic_weight:
   // the same for SH coefficients above degree 0, which are removed once, at `begin` (DegreesByAic, harmonics.h). A
