@@ -80,7 +80,8 @@ class Both {
     // With many equal values and some unobserved Gaussians.
     std::vector<float> pulls;
     for (Index i = 0; i < c.gaussians; ++i) {
-      pulls.push_back(i % 4 == 3 ? 0.0f : static_cast<float>(15 + (7 * i + 3) % 31 / 8));
+      const Index level = 15 + (7 * i + 3) % 31 / 8;
+      pulls.push_back(i % 4 == 3 ? 0.0f : static_cast<float>(level));
     }
     host_->density().pull().CopyFrom(vesta::test::ViewOf(pulls));
     device_->density().pull().CopyFrom(vesta::test::ViewOf(pulls));
