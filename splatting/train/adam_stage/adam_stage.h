@@ -25,6 +25,21 @@
 
 namespace vesta::gs {
 
+// The state before the first iteration.
+template <class B>
+AdamStageState<B> StartAdam(const TrainingSession& session, const SplatModel& model) {
+  const TrainOptions& options = session.options();
+  // Learning rates and length units depend on the given cameras.
+  const std::vector<const View*>& views = session.cameras().given();
+  const Scene& scene = session.scene();
+  DensityOptions density = options.density;
+  density.max_gaussians = session.plan().max_gaussians;
+  return {TrainedModel<B>(model, Adam<B>(options.lr, options.adam.second_moment, options.adam.batch_size),
+                          DensityControl<typename B::Space>(density, scene.extent),
+                          LengthUnitViews(views, NearPlane(scene)), scene.extent),
+          ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.batch_size))};
+}
+
 // Adam with densification and pruning, on one or a few views per iteration. Parameters, gradient and moments are in the
 // memory of backend B.
 template <class B>
@@ -70,20 +85,8 @@ class AdamStage {
  private:
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
 
-  static AdamStageState<B> StartState(const TrainingSession& session, const SplatModel& model) {
-    const TrainOptions& options = session.options();
-    // Learning rates and length units depend on the given cameras.
-    const std::vector<const View*>& views = session.cameras().given();
-    const Scene& scene = session.scene();
-    DensityOptions density = options.density;
-    density.max_gaussians = session.plan().max_gaussians;
-    return {TrainedModel<B>(model, Adam<B>(options.lr, options.adam.second_moment, options.adam.batch_size),
-                            DensityControl<typename B::Space>(density, scene.extent),
-                            LengthUnitViews(views, NearPlane(scene)), scene.extent),
-            ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.batch_size))};
-  }
   void Begin() {
-    state_.emplace(StartState(session_, result_));
+    state_.emplace(StartAdam<B>(session_, result_));
     if constexpr (kOnHost) result_.data = std::vector<float>();  // until the end of the stage, state_ holds the data
     if (saved_) Restore(*saved_);
     saved_.reset();

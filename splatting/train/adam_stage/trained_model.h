@@ -72,6 +72,15 @@ class TrainedModel {
     if (plan.changes) ApplyPlan(plan);
     ResetStatisticsAndUnits();
   }
+  // Gaussian i becomes a copy of the old Gaussian source[i], with its moments if kept[i] is 1, and with moments of zero
+  // otherwise. SH degrees must not increase from one copy to the next. Discards the average; resets the density
+  // statistics and length units.
+  void Replace(const Buffer<std::uint32_t, Space>& source, const Buffer<std::uint8_t, Space>& kept) {
+    average_.Clear();
+    gradient_ = Vector();
+    Rearrange(LayoutOf(source), source, kept);
+    ResetStatisticsAndUnits();
+  }
   // Keeps only these Gaussians (ascending indices), with their moments, average and density statistics. Resets length
   // units. On a device it may throw OutOfDeviceMemory; the old or the new model can then still be downloaded.
   void Keep(const std::vector<Index>& kept) {
