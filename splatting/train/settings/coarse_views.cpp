@@ -20,8 +20,9 @@ View HalfOf(const View& full) {
   View half;
   half.name = full.name, half.rotation = full.rotation, half.translation = full.translation;
   half.camera = ResizeCamera(full.camera, size.width, size.height);
-  if (!full.stored) return half;
   const double part = static_cast<double>(size.width) * size.height / full.camera.width / full.camera.height;
+  half.camera.eps2d *= part;
+  if (!full.stored) return half;
   PhotographSource source{
       .decode = [whole = full.stored, size] { return ResizeArea(*whole->Read(), size.width, size.height); },
       .bytes = part * full.stored->bytes(),

@@ -3,6 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "splatting/evaluate/evaluation.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
 namespace vesta::gs {
 namespace {
 
@@ -35,6 +42,29 @@ TEST(CoarseViews, HalveImagesAndCameras) {
   const float* plane = full.image.plane(1);
   EXPECT_NEAR(half.image.plane(1)[100 + 4],
               (plane[2 * 200 + 8] + plane[2 * 200 + 9] + plane[3 * 200 + 8] + plane[3 * 200 + 9]) / 4, 1e-6);
+}
+
+// Gaussians that are smaller than a pixel are as bright in a half-size view as in the full-size view.
+TEST(CoarseViews, ShowSmallGaussiansAsBrightAsTheFullSizeDoes) {
+  Scene scene = test::RingOfCameras(1, 160, 128, false);
+  View& full = scene.views[0];
+  full.image = Image(160, 128);
+  SplatModel model = test::RandomModel(200, 0, 3);
+  for (int k = 0; k < 3; ++k) {
+    std::fill_n(model.data.begin() + (splat::kLogScale + k) * model.count, model.count, std::log(2e-3f));
+  }
+  std::fill_n(model.data.begin() + splat::kOpacity * model.count, model.count, -2.0f);  // little occlusion
+  Renderer renderer({0, 0, 0}, 0.01);
+  const auto mean = [&](const View& view, double eps2d) {
+    View changed = view;
+    changed.camera.eps2d = eps2d;
+    const Image image = renderer.Render(model, changed);
+    return std::accumulate(image.rgb.begin(), image.rgb.end(), 0.0) / static_cast<double>(image.rgb.size());
+  };
+  const View half = CoarseViews({&full})[0];
+  const double brightness = mean(full, full.camera.eps2d);
+  EXPECT_NEAR(mean(half, half.camera.eps2d) / brightness, 1, 0.1);
+  EXPECT_GT(mean(half, full.camera.eps2d) / brightness, 2);
 }
 
 TEST(CoarseViews, LeaveSmallOnesAsTheyAre) {
