@@ -4,6 +4,7 @@
 #include "bench/solver_race/engines.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/pose_graph_problem.h"
+#include "problems/pose_graph/solve.h"
 
 namespace vesta::bench {
 
@@ -35,6 +36,24 @@ Contender NativePoseGraph(const std::string& name, const std::string& path, cons
           }};
 }
 
+namespace {
+
+// With vesta's own start.
+Contender WholePoseGraph(const std::string& name, const std::string& path, const RaceOptions& race) {
+  return {name, [=] {
+            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
+            SetNumThreads(race.threads);
+            pose_graph::PoseGraphSolveOptions options;
+            options.problem.error = kError;
+            options.lm = Limited(options.lm, race);
+            Recorder recorder;
+            SolvePoseGraph(graph, options, recorder.Callback());
+            return recorder.Take();
+          }};
+}
+
+}  // namespace
+
 Contender BridgedPoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                            const RaceOptions& race) {
   return WithCeres(name, path, [=](ceres::Problem& problem) { return SolveByBridge(lm, problem, race); });
@@ -45,7 +64,8 @@ std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOp
   LmOptions pcg;
   pcg.normal_system.linear_solver = LinearSolverKind::kPcg;
   pcg.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
-  contenders.push_back(NativePoseGraph("vesta", path, pose_graph::PoseGraphOptions(), race));
+  contenders.push_back(WholePoseGraph("vesta", path, race));
+  contenders.push_back(NativePoseGraph("vesta from given poses", path, pose_graph::PoseGraphOptions(), race));
   contenders.push_back(NativePoseGraph("vesta PCG block Jacobi", path, pcg, race));
   contenders.push_back(BridgedPoseGraph("vesta bridge", path, LmOptions(), race));
   contenders.push_back(BridgedPoseGraph("vesta bridge block Jacobi", path, pcg, race));

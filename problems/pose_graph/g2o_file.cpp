@@ -33,8 +33,8 @@ class Reader {
       const std::string_view tag = NextWord(&line_);
       if (!tag.empty() && tag.front() != '#') ReadRecord(tag);
     }
-    if (!space_)
-      Fail(kBadFile, "{}: contains no vertices; give a g2o file with VERTEX_SE2 or VERTEX_SE3:QUAT lines", path_);
+    if (!space_) Fail(kBadFile, "{}: contains neither vertices nor edges; give a g2o file", path_);
+    if (graph_.ids.empty()) AddVerticesOfEdges();
     Resolve();
     semidefinite_.Note("are only semidefinite: they do not constrain some direction", graph_.notes);
     clipped_.Note("were indefinite and have been replaced by the nearest semidefinite ones", graph_.notes);
@@ -131,6 +131,17 @@ class Reader {
   void SetSpace(PoseSpace space) {
     if (!space_) space_ = graph_.space = space;
     if (*space_ != space) Fail(kUnsupported, "{}: the file mixes 2D and 3D poses; split it", Where());
+  }
+  // For a file of edges alone.
+  void AddVerticesOfEdges() {
+    graph_.has_poses = false;
+    for (const Reference& end : ends_) {
+      if (!positions_.try_emplace(end.id, graph_.num_poses()).second) continue;
+      graph_.ids.push_back(end.id);
+      const std::size_t begin = graph_.poses.size();
+      graph_.poses.resize(begin + static_cast<std::size_t>(PoseSize(*space_)), 0.0);
+      if (*space_ == PoseSpace::kSe3) graph_.poses[begin + 3] = 1;
+    }
   }
   // Replaces vertex ids by indices into the poses.
   void Resolve() {

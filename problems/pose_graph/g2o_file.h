@@ -22,7 +22,8 @@ struct G2oOptions {
 //   EDGE_SE3:QUAT from to x y z qx qy qz qw, then the same: 21 numbers
 //   FIX id ...
 //   # comment
-// Vertices may come after their edges. Quaternions are normalised, because files contain rounded values. Singular
+// Vertices may come after their edges. A file of edges alone defines the vertices that they join
+// (PoseGraph::has_poses is false). Quaternions are normalised, because files contain rounded values. Singular
 // information matrices are accepted, with a note. Throws Error, naming the file and the line, for:
 //   unknown tags, 2D and 3D poses in one file, missing or superfluous words, numbers that are not finite;
 //   repeated or unknown ids, an edge from a vertex to itself;

@@ -28,6 +28,7 @@ struct PoseGraph {
   PoseSpace space = PoseSpace::kSe2;
   std::vector<Index> ids = {};     // vertex id of each pose in the file
   std::vector<double> poses = {};  // PoseSize values per pose, in the world frame
+  bool has_poses = true;           // false: the file had edges alone, and all poses are the identity
   std::vector<Index> fixed = {};   // indices of the fixed poses, ascending, unique
   std::vector<Edge> edges = {};
   std::vector<double> measurements = {};  // PoseSize values per edge: pose `to` in the frame of pose `from`

@@ -2,6 +2,7 @@
 #include "problems/pose_graph/pose_graph_linearization.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -31,12 +32,14 @@ struct Edge {
       : from(x + terms.edges[static_cast<std::size_t>(e)].from * Space::kPose),
         to(x + terms.edges[static_cast<std::size_t>(e)].to * Space::kPose),
         measurement(terms.measurements.data() + e * Space::kPose),
-        whitening(terms.whitening.data() + e * D * D) {}
+        whitening(terms.whitening.data() + e * D * D),
+        has_chord(D == 3 && terms.has_chords) {}
 
   // Computes the whitened residual and returns its squared norm.
   double Residual(double* whitened) const {
     double plain[D];
     Space::Residual(from, to, measurement, plain);
+    if (has_chord) plain[2] = 2 * std::sin(plain[2] / 2);
     Whiten<D, 1>(whitening, plain, whitened);
     double square = 0;
     for (int i = 0; i < D; ++i) square += whitened[i] * whitened[i];
@@ -45,10 +48,16 @@ struct Edge {
   void Jacobian(double* whitened) const {
     double plain[2 * D * D];
     Space::Jacobian(from, to, measurement, plain);
+    if (has_chord) {
+      double residual[D];
+      Space::Residual(from, to, measurement, residual);
+      for (int k = 0; k < 2 * D; ++k) plain[2 * 2 * D + k] *= std::cos(residual[2] / 2);
+    }
     Whiten<D, 2 * D>(whitening, plain, whitened);
   }
 
   const double *from, *to, *measurement, *whitening;
+  bool has_chord;
 };
 
 template <class Space>

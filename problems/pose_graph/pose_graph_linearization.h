@@ -23,6 +23,8 @@ struct EdgeTerms {
   std::vector<double> measurements;  // as PoseGraph::measurements
   std::vector<double> whitening;     // row-major TangentSize x TangentSize per edge
   std::shared_ptr<const Loss> loss;  // null: plain least squares
+  // In 2D, the third residual is the chord 2 sin(yaw error / 2) instead of the yaw error. In 3D it is a chord anyway.
+  bool has_chords = false;
 
   Index num_edges() const { return static_cast<Index>(edges.size()); }
   int tangent() const { return TangentSize(space); }

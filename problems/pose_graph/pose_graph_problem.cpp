@@ -10,6 +10,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/math/quaternion.h"
+#include "problems/pose_graph/chordal.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/pose_graph_linearization.h"
 #include "problems/pose_graph/poses.h"
@@ -77,14 +78,23 @@ void UseErrorOfG2o(PoseSpace space, const double* m, double* root) {
 }
 
 EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphProblemOptions& options) {
-  const int d = TangentSize(graph.space);
+  const int d = TangentSize(graph.space), num_positions = graph.space == PoseSpace::kSe2 ? 2 : 3;
   EdgeTerms terms{.space = graph.space,
                   .edges = graph.edges,
                   .measurements = graph.measurements,
                   .whitening = std::vector<double>(graph.edges.size() * static_cast<std::size_t>(d * d)),
-                  .loss = options.loss};
+                  .loss = options.loss,
+                  .has_chords = options.error == EdgeError::kIsotropic};
   for (Index e = 0; e < graph.num_edges(); ++e) {
     double* root = terms.whitening.data() + e * d * d;
+    if (options.error == EdgeError::kIsotropic) {
+      const IsotropicWeights weights = IsotropicWeightsOf(graph, e);
+      // |R_b - R_a R_m|^2 is 2 (2 sin(angle / 2))^2; the residual has 2 sin(angle / 2).
+      for (int i = 0; i < d; ++i) {
+        root[i * (d + 1)] = std::sqrt(i < num_positions ? weights.translation : 2 * weights.rotation);
+      }
+      continue;
+    }
     const double* information = graph.information.data() + e * InformationSize(graph.space);
     if (!FactorInformation(information, d, root)) {
       const Spectrum spectrum = SpectrumOf(information, d);
@@ -230,7 +240,7 @@ const std::vector<double>& PoseGraphProblem::start() const { return impl_->start
 LmOptions PoseGraphOptions() {
   LmOptions options;
   options.column_scaling = ColumnScaling::kOnePlusInverse;
-  options.step_control.initial_lambda = 1e-6;
+  options.step_control.initial_lambda = 1e-10;
   options.step_control.lambda_after_first_reject = 1;
   options.normal_system.linear_solver = LinearSolverKind::kPcg;
   options.normal_system.preconditioner = PreconditionerKind::kProblem;

@@ -24,6 +24,11 @@ enum class EdgeError {
   // error is twice as large. In 2D, kG2o and kCeres have the same minimum if Lambda is diag(s, s, t); in 3D, they
   // weight rotations differently.
   kCeres,
+  // Isotropic weights, which a certificate needs (certificate.h): the cost is half the sum over the edges of
+  // kappa |R_b - R_a R_m|^2 + tau |p_b - p_a - R_a p_m|^2 with the Frobenius norm and the weights of IsotropicWeightsOf
+  // (chordal.h). Equals kCeres in 3D if position and rotation information are multiples of the identity; in 2D, then
+  // for small angles.
+  kIsotropic,
 };
 
 struct PoseGraphProblemOptions {
@@ -78,10 +83,10 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
   std::unique_ptr<Impl> impl_;
 };
 
-// Solver options for pose graphs. PCG uses the Cholesky factor and solves up to rounding. The initial lambda is 1e-6 (a
-// trust-region radius of 1e6 in Ceres), because the residuals are close to linear. Near the minimum, this takes fewer
-// iterations than an initial lambda of 1e-4. If the first step is rejected, the start is far from the minimum, and
-// lambda becomes 1 (docs/decisions/pose-graph-damping.md).
+// Solver options for pose graphs. PCG uses the Cholesky factor and solves up to rounding. The initial lambda is 1e-10
+// (a trust-region radius of 1e10 in Ceres), because the residuals are close to linear. Near the minimum, this takes
+// fewer iterations than an initial lambda of 1e-6. If the first step is rejected, the start is far from the minimum,
+// and lambda becomes 1 (docs/decisions/pose-graph-damping.md).
 LmOptions PoseGraphOptions();
 
 }  // namespace vesta::pose_graph

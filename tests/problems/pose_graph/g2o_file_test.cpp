@@ -60,6 +60,18 @@ TEST_F(G2oFile, ReadsSpaceWithUnitQuaternions) {
   EXPECT_EQ(graph.measurements, (std::vector<double>{1, 2, 3, 0, 0, 0, 1}));
 }
 
+TEST_F(G2oFile, EdgesAloneDefineTheirVertices) {
+  const PoseGraph graph =
+      Read("EDGE_SE2 7 -3 1 0.5 0.25 4 1 0.5 5 0.25 6\nEDGE_SE2 4 7 1 0.5 0.25 4 1 0.5 5 0.25 6\nFIX 4\n");
+  EXPECT_FALSE(graph.has_poses);
+  EXPECT_EQ(graph.ids, (std::vector<Index>{7, -3, 4}));
+  EXPECT_EQ(graph.poses, std::vector<double>(9, 0.0));
+  EXPECT_EQ(graph.fixed, std::vector<Index>{2});
+  EXPECT_TRUE(Read(kTwoPoses).has_poses);
+  const PoseGraph space = Read("EDGE_SE3:QUAT 0 1 1 2 3 0 0 2 0 1 0 0 0 0 0 2 0 0 0 0 3 0 0 0 4 0 0 5 0 6");
+  EXPECT_EQ(space.poses, (std::vector<double>{0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0}));
+}
+
 TEST_F(G2oFile, WhatIsWrittenIsReadBack) {
   for (const PoseGraph& graph : {test::RingGraph<Se2>(10, 0.1, 1), test::RingGraph<Se3>(10, 0.1, 2)}) {
     PoseGraph written = graph;

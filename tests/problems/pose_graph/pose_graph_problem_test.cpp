@@ -57,6 +57,7 @@ TYPED_TEST_SUITE(PoseGraphDerivatives, Spaces);
 
 TYPED_TEST(PoseGraphDerivatives, Plain) { this->Check({}, {}); }
 TYPED_TEST(PoseGraphDerivatives, ErrorOfCeres) { this->Check({.error = EdgeError::kCeres}, {}); }
+TYPED_TEST(PoseGraphDerivatives, IsotropicError) { this->Check({.error = EdgeError::kIsotropic}, {}); }
 TYPED_TEST(PoseGraphDerivatives, RobustLoss) { this->Check({.loss = std::make_shared<HuberLoss>(0.5)}, {}); }
 TYPED_TEST(PoseGraphDerivatives, FixedPoses) { this->Check({}, {2, 3, 13}); }
 
