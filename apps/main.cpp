@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The `vesta` program: reconstruct | train | refine | prune | eval | render | view | convert | doctor | report | config
-// | bundle_adjust | help.
+// | bundle_adjust | pose_graph | help.
 #include <glog/logging.h>
 
 #include <csignal>
@@ -58,6 +58,8 @@ int RunCommand(const CommandLine& line) {
       return RunConfig(line);
     case kBundleAdjust:
       return RunBundleAdjust(line);
+    case kPoseGraph:
+      return RunPoseGraph(line);
   }
   return kUsage;
 }

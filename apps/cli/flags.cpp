@@ -31,6 +31,12 @@ constexpr schema::Choice<Show> kShows[] = {{Show::kColor, "colour"},
                                            {Show::kMedianDepth, "median_depth"},
                                            {Show::kNormals, "normals"}};
 constexpr schema::Choice<SpzVersion> kSpzVersions[] = {{SpzVersion::kUniversal, "2"}, {SpzVersion::kLatest, "4"}};
+constexpr schema::Choice<pose_graph::Initialize> kInitializes[] = {{pose_graph::Initialize::kAuto, "auto"},
+                                                                   {pose_graph::Initialize::kGiven, "given"},
+                                                                   {pose_graph::Initialize::kChordal, "chordal"}};
+constexpr schema::Choice<pose_graph::EdgeError> kErrors[] = {{pose_graph::EdgeError::kG2o, "g2o"},
+                                                             {pose_graph::EdgeError::kCeres, "ceres"},
+                                                             {pose_graph::EdgeError::kIsotropic, "isotropic"}};
 static_assert(schema::AreDistinct(kShows) && schema::AreDistinct(kAligns) && schema::AreDistinct(kDevices) &&
               schema::AreDistinct(kMethods));
 
@@ -56,6 +62,7 @@ const std::vector<CommandInfo>& Commands() {
       {kReport, "report", {"DIR"}, "write an HTML report of training runs", nullptr, true},
       {kConfig, "config", {}, "print the training options as JSON"},
       {kBundleAdjust, "bundle_adjust", {"FILE"}, "optimise the cameras and points of a BAL file", "FILE"},
+      {kPoseGraph, "pose_graph", {"FILE"}, "optimise the poses of a g2o file", "FILE"},
   };
   return commands;
 }
@@ -78,7 +85,7 @@ const std::vector<FlagRow>& ProgramFlags() {
   using O = Flags;
   using enum FlagGroup;
   constexpr unsigned kRefines = kRefine | kPrune, kTrains = kTrain | kRefines, kOptions = kTrains | kConfig,
-                     kViews = kEval | kRender | kView;
+                     kViews = kEval | kRender | kView, kSolves = kBundleAdjust | kPoseGraph;
   constexpr schema::Range kCount{0, 1e9};
   static const std::vector<FlagRow> flags = {
       {kInput,
@@ -171,29 +178,42 @@ const std::vector<FlagRow>& ProgramFlags() {
         "views, or lm for the "
         "presets paper and paper_code"}},
       {kQuality,
-       kBundleAdjust,
-       {"iterations", &O::iterations, kCount, "stop after N Levenberg-Marquardt iterations; auto: 50"}},
+       kSolves,
+       {"iterations", &O::iterations, kCount,
+        "stop after N Levenberg-Marquardt iterations; auto: 50 (bundle_adjust) or 100 (pose_graph)"}},
       {kQuality,
        kBundleAdjust,
        {"pcg_iterations",
         &O::pcg_iterations,
         {1, 1e9},
         "at most N conjugate-gradient iterations in each Levenberg-Marquardt iteration; auto: 500"}},
+      {kQuality, kSolves, {"time_limit", &O::time_limit, kCount, "stop after X seconds, with loading; 0: no limit"}},
       {kQuality,
-       kBundleAdjust,
-       {"time_limit", &O::time_limit, kCount, "stop after X seconds, with loading; 0: no limit"}},
-      {kQuality,
-       kBundleAdjust,
+       kSolves,
        {"loss",
         &O::loss,
         {"none", "huber", "soft_l1", "cauchy", "arctan", "tukey"},
-        "robust loss of each reprojection error, with the name that Ceres uses"}},
+        "robust loss of each reprojection error (pose_graph: of each edge), with the name that Ceres uses"}},
       {kQuality,
-       kBundleAdjust,
+       kSolves,
        {"loss_scale",
         &O::loss_scale,
         {1e-6, 1e9},
-        "reprojection error, in pixels, above which --loss reduces the influence of an observation"}},
+        "error, in pixels (pose_graph: in standard deviations), above which --loss reduces the influence of an "
+        "observation"}},
+      {kQuality,
+       kPoseGraph,
+       {"initialize", &O::initialize, kInitializes,
+        "start: given: the poses in FILE; chordal: poses from the edges alone; auto: whichever costs less"}},
+      {kQuality,
+       kPoseGraph,
+       {"error", &O::error, kErrors,
+        "error of an edge: as g2o or Ceres's example defines it, or with isotropic weights; auto: g2o, or isotropic "
+        "with "
+        "--certify"}},
+      {kQuality,
+       kPoseGraph,
+       {"certify", &O::certify, "compute a lower bound of the cost over all poses, with --error=isotropic"}},
 
       {kOutput,
        kReconstruct,
@@ -211,12 +231,13 @@ const std::vector<FlagRow>& ProgramFlags() {
        {"spz_version", &O::spz_version, kSpzVersions,
         "version of a .spz; 2 is less precise, for programs that do not read version 4"}},
       {kOutput, kBundleAdjust, {"out", &O::out, schema::Words{"FILE"}, "output file, in the BAL format"}},
+      {kOutput, kPoseGraph, {"out", &O::out, schema::Words{"FILE"}, "output file, in the format of g2o"}},
       {kOutput,
        kReport,
        {"out", &O::out, schema::Words{"FILE"},
         "output file, an HTML page; the default for a single DIR is DIR/report.html"}},
       {kOutput,
-       kEval | kBundleAdjust,
+       kEval | kSolves,
        {"json", &O::json, schema::Words{"FILE"}, "also write the results to this file, as JSON"}},
       {kOutput,
        kEval,
@@ -293,7 +314,7 @@ const std::vector<FlagRow>& ProgramFlags() {
        kReconstruct,
        {"device", &O::device, kDevices, "processor for COLMAP; auto: the GPU, if COLMAP has CUDA and there is one"}},
       {kResources,
-       kTrains | kViews | kConvert | kBundleAdjust | kReport | kDoctor | kReconstruct,
+       kTrains | kViews | kConvert | kSolves | kReport | kDoctor | kReconstruct,
        {"threads", &O::threads, {0, 1024}, "number of threads; 0: one per core"}},
       {kResources,
        kTrains | kViews | kDoctor,
@@ -314,17 +335,17 @@ const std::vector<FlagRow>& ProgramFlags() {
         "and "
         "--set override them"}},
       {kOther,
-       kTrains | kRender | kConvert | kReport | kBundleAdjust | kReconstruct,
+       kTrains | kRender | kConvert | kReport | kSolves | kReconstruct,
        {"quiet", &O::quiet, "print only errors"},
-       kTrains | kRender | kConvert | kReport | kBundleAdjust | kReconstruct},
+       kTrains | kRender | kConvert | kReport | kSolves | kReconstruct},
       {kOther,
-       kTrains | kBundleAdjust,
+       kTrains | kSolves,
        {"log_lm", &O::log_lm, "log each Levenberg-Marquardt iteration, and the solver's report, to stderr"},
-       kTrains | kBundleAdjust},
+       kTrains | kSolves},
       {kOther,
-       kTrains | kBundleAdjust,
+       kTrains | kSolves,
        {"profile", &O::profile, "print the time of each phase at the end; a training run also writes it to its files"},
-       kTrains | kBundleAdjust},
+       kTrains | kSolves},
   };
   return flags;
 }

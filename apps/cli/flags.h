@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kernels/core/schema.h"
+#include "problems/pose_graph/solve.h"
 #include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
@@ -33,7 +34,8 @@ enum Command : unsigned {
   kReport = 256,
   kDoctor = 512,
   kView = 1024,
-  kReconstruct = 2048
+  kReconstruct = 2048,
+  kPoseGraph = 4096
 };
 
 struct CommandInfo {
@@ -107,11 +109,15 @@ struct Flags {
   bool quiet = false;
   bool log_lm = false;
   bool profile = false;
-  // bundle_adjust.
+  // bundle_adjust and pose_graph.
   std::optional<int> iterations, pcg_iterations;  // empty: as in LmOptions
   double time_limit = 0;                          // seconds; 0: none
   std::string loss = "none";
   double loss_scale = 1;
+  // pose_graph.
+  pose_graph::Initialize initialize = pose_graph::Initialize::kAuto;
+  std::optional<pose_graph::EdgeError> error;  // empty: kG2o, or kIsotropic with --certify
+  bool certify = false;
 };
 
 // The groups of flags, in the order of the help.

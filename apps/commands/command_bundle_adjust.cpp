@@ -15,6 +15,7 @@
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/least_squares.h"
 #include "apps/device/bundle_on_gpu.h"
 #include "apps/device/device.h"
 #include "apps/device/ranks.h"
@@ -33,21 +34,6 @@ namespace {
 
 using Cpu = CpuBackend<double>;
 
-std::shared_ptr<const Loss> LossOf(const Flags& flags) {
-  if (flags.loss == "huber") return std::make_shared<HuberLoss>(flags.loss_scale);
-  if (flags.loss == "soft_l1") return std::make_shared<SoftLOneLoss>(flags.loss_scale);
-  if (flags.loss == "cauchy") return std::make_shared<CauchyLoss>(flags.loss_scale);
-  if (flags.loss == "arctan") return std::make_shared<ArctanLoss>(flags.loss_scale);
-  if (flags.loss == "tukey") return std::make_shared<TukeyLoss>(flags.loss_scale);
-  return nullptr;
-}
-
-void SetOptions(const Flags& flags, LmOptions& options) {
-  if (flags.iterations) options.max_iterations = *flags.iterations;
-  if (flags.pcg_iterations) options.normal_system.pcg.max_iterations = *flags.pcg_iterations;
-  if (flags.time_limit > 0) options.max_seconds = std::max(1e-3, flags.time_limit - SecondsSinceStart());
-}
-
 // The GPU solves only problems without a robust loss, and only for --device=cuda: auto is the CPU here, because no
 // times of both were compared.
 bool SolvesOnGpu(const Flags& flags) {
@@ -59,23 +45,10 @@ bool SolvesOnGpu(const Flags& flags) {
   return true;
 }
 
-CallbackResult AfterIteration(const LmIteration& row, bool log) {
-  if (log) {
-    PrintText(stderr, fmt::format("{:4} cost {:.6e} lambda {:.1e} pcg {:4}{}\n", row.iteration, row.cost, row.lambda,
-                                  row.pcg_iterations, row.accepted || row.iteration == 0 ? "" : " rejected"));
-  }
-  return Interrupted() ? CallbackResult::kStop : CallbackResult::kContinue;
-}
-
 // Root mean square of the reprojection errors over the observations, in pixels.
 double RmsError(double squared_error, const bundle::BundleData& data) {
   const auto observations = static_cast<double>(data.observations.size());
   return data.observations.empty() ? 0.0 : std::sqrt(squared_error / observations);
-}
-
-nlohmann::ordered_json ToJson(const LmIteration& row) {
-  return {{"iteration", row.iteration},           {"seconds", row.seconds},  {"cost", row.cost}, {"lambda", row.lambda},
-          {"pcg_iterations", row.pcg_iterations}, {"accepted", row.accepted}};
 }
 
 std::string ToJson(const LmSummary& summary, const bundle::BundleData& data, double rms_before, double rms_after,
@@ -92,8 +65,7 @@ std::string ToJson(const LmSummary& summary, const bundle::BundleData& data, dou
                                  {"peak_memory_mib", PeakMemoryMib()},
                                  {"device", device},
                                  {"threads", NumThreads()},
-                                 {"history", nlohmann::ordered_json::array()}};
-  for (const LmIteration& row : summary.iterations) json["history"].push_back(ToJson(row));
+                                 {"history", HistoryOf(summary)}};
   return json.dump(1) + "\n";
 }
 
@@ -140,7 +112,7 @@ Adjusted SolveOnGpu(const Flags& flags, bundle::BundleData& data, const LmCallba
   const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
   const double before = RmsError(problem.SquaredError(x), data);
   const LmSummary summary = SolveBundleOnGpu(
-      data, [&](LmOptions& options) { SetOptions(flags, options); }, callback);
+      data, [&](LmOptions& options) { SetLimits(flags, options); }, callback);
   return {summary, before, RmsError(problem.SquaredError(x), data)};
 }
 
@@ -163,10 +135,7 @@ void WriteAdjusted(const Flags& flags, const Adjusted& adjusted, const bundle::B
 int RunBundleAdjust(const CommandLine& line) {
   const Flags& flags = line.flags;
   const std::string& file = line.arguments[0];
-  if (flags.loss == "none" && flags.loss_scale != Flags().loss_scale) {
-    throw UsageError(fmt::format("--loss_scale={}: has no effect without --loss; choose one, for example --loss=huber",
-                                 flags.loss_scale));
-  }
+  const bundle::BundleProblemOptions problem_options{.loss = LossOf(flags)};
   const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks() && !on_gpu;
   if (on_gpu && NumStartedRanks() > 1)
     Fail(kUnsupported, "--device=cuda: several processes solve on CPUs only; use --device=cpu");
@@ -191,8 +160,7 @@ int RunBundleAdjust(const CommandLine& line) {
   const bool logs = flags.log_lm && IsFirstRank();
   const auto after_iteration = [&](const LmIteration& row) { return AfterIteration(row, logs); };
   LmOptions options = bundle::BundleLmOptions();
-  SetOptions(flags, options);
-  const bundle::BundleProblemOptions problem_options{.loss = LossOf(flags)};
+  SetLimits(flags, options);
   const Adjusted adjusted = on_gpu       ? SolveOnGpu(flags, data, after_iteration)
                             : over_ranks ? SolveOverRanks(problem_options, options, data, after_iteration)
                                          : SolveAlone(problem_options, options, data, after_iteration);

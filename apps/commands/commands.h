@@ -20,5 +20,6 @@ int RunDoctor(const CommandLine& line);
 int RunReport(const CommandLine& line);
 int RunConfig(const CommandLine& line);
 int RunBundleAdjust(const CommandLine& line);
+int RunPoseGraph(const CommandLine& line);
 
 }  // namespace vesta::app

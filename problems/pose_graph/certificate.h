@@ -10,7 +10,7 @@
 namespace vesta::pose_graph {
 
 struct Certificate {
-  double cost = 0;         // of the poses, with EdgeError::kIsotropic
+  double cost = 0;         // of these poses, by EdgeError::kIsotropic
   double lower_bound = 0;  // no poses have a lower cost
 
   // The part of the cost by which a better solution could at most be lower; >= 0.

@@ -10,10 +10,10 @@
 namespace vesta::pose_graph {
 
 // Weights of an edge for the isotropic errors kappa |R_b - R_a R_m|^2 (Frobenius norm) and tau |p_b - p_a - R_a p_m|^2,
-// from its information matrix. tau is the harmonic mean of the eigenvalues of the position block. kappa is half of that
-// of the rotation block, because the square of the norm is about twice the square of the angle. In 3D both are those of
-// SE-Sync (Rosen et al. 2019, "SE-Sync: a certifiably correct algorithm for synchronization over the special Euclidean
-// group"); in 2D its code has twice this kappa. 0 where a block is singular.
+// from its information matrix. tau is the harmonic mean of the eigenvalues of the position block. kappa is half the
+// harmonic mean for the rotation block, because the square of the norm is about twice the square of the angle. In 3D,
+// SE-Sync has the same weights (Rosen et al. 2019, "SE-Sync: a certifiably correct algorithm for synchronization over
+// the special Euclidean group"); in 2D, its code has twice this kappa. 0 where a block is singular.
 struct IsotropicWeights {
   double rotation = 0;     // kappa
   double translation = 0;  // tau
