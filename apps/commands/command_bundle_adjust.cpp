@@ -11,7 +11,6 @@
 #include <optional>
 #include <vector>
 
-#include "apps/cli/outputs.h"
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/commands/commands.h"
@@ -140,14 +139,7 @@ int RunBundleAdjust(const CommandLine& line) {
   if (on_gpu && NumStartedRanks() > 1)
     Fail(kUnsupported, "--device=cuda: several processes solve on CPUs only; use --device=cpu");
   bundle::BundleData data = FirstRankFirst([&] {
-    if (IsFirstRank()) {
-      RunFiles files = FilesOf(line);
-      files.Writes(FlagText("out", flags.out), flags.out);
-      if (!flags.json.empty()) files.Writes(FlagText("json", flags.json), flags.json);
-      files.Check();
-      CheckWritable("out", flags.out);
-      if (!flags.json.empty()) CheckWritable("json", flags.json);
-    }
+    if (IsFirstRank()) CheckOutputs(line);
     return bundle::ReadBal(file);
   });
   CatchInterrupts();

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 
-#include "apps/cli/outputs.h"
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/commands/commands.h"
@@ -78,12 +77,7 @@ int RunPoseGraph(const CommandLine& line) {
   // The lower bound of a certificate is close only at the minimum itself.
   if (flags.certify) options.lm.function_tolerance = 1e-12;
   SetLimits(flags, options.lm);
-  RunFiles files = FilesOf(line);
-  files.Writes(FlagText("out", flags.out), flags.out);
-  if (!flags.json.empty()) files.Writes(FlagText("json", flags.json), flags.json);
-  files.Check();
-  CheckWritable("out", flags.out);
-  if (!flags.json.empty()) CheckWritable("json", flags.json);
+  CheckOutputs(line);
   pose_graph::PoseGraph graph = pose_graph::ReadG2o(file, {.clip_indefinite = true});
   if (flags.certify && graph.fixed.size() > 1)
     Fail(kUnsupported, "{}: fixes {} poses, but --certify needs a graph with at most one", file, graph.fixed.size());

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "apps/cli/outputs.h"
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 
@@ -21,6 +22,16 @@ std::shared_ptr<const Loss> LossOf(const Flags& flags) {
   if (flags.loss == "arctan") return std::make_shared<ArctanLoss>(flags.loss_scale);
   if (flags.loss == "tukey") return std::make_shared<TukeyLoss>(flags.loss_scale);
   return nullptr;
+}
+
+void CheckOutputs(const CommandLine& line) {
+  const Flags& flags = line.flags;
+  RunFiles files = FilesOf(line);
+  files.Writes(FlagText("out", flags.out), flags.out);
+  if (!flags.json.empty()) files.Writes(FlagText("json", flags.json), flags.json);
+  files.Check();
+  CheckWritable("out", flags.out);
+  if (!flags.json.empty()) CheckWritable("json", flags.json);
 }
 
 void SetLimits(const Flags& flags, LmOptions& options) {

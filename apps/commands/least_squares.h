@@ -15,6 +15,9 @@ namespace vesta::app {
 // The robust loss of --loss and --loss_scale; null for none. Throws UsageError for a scale without a loss.
 std::shared_ptr<const Loss> LossOf(const Flags& flags);
 
+// Throws Error if the files of --out and --json cannot be written, or would replace the input.
+void CheckOutputs(const CommandLine& line);
+
 // Sets the limits of --iterations, --pcg_iterations and --time_limit.
 void SetLimits(const Flags& flags, LmOptions& options);
 
