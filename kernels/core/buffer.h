@@ -9,6 +9,7 @@
 #include <new>
 #include <utility>
 
+#include "kernels/core/huge_pages.h"
 #include "kernels/core/span.h"
 
 namespace vesta {
@@ -21,6 +22,7 @@ class Buffer;
 inline void* AllocateAligned(std::size_t bytes) {
   constexpr std::size_t kAlignment = 64;
   auto* const start = static_cast<std::byte*>(::operator new(bytes + kAlignment));
+  AdviseHugePages(start, bytes);
   // The distance, 1 to 64, is stored in the byte before the result.
   const std::size_t distance = kAlignment - reinterpret_cast<std::uintptr_t>(start) % kAlignment;
   start[distance - 1] = static_cast<std::byte>(distance);

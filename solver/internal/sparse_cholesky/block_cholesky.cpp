@@ -47,7 +47,7 @@ inline void AddRuns(const double* from, Index from_stride, Index count, Index co
 }  // namespace
 
 // Takes the smallest buffer that is large enough, or else the largest one.
-std::vector<double> BlockCholesky::Pool::Acquire(std::size_t size) {
+HostBuffer<double> BlockCholesky::Pool::Acquire(Index size) {
   auto best = free_.end();
   for (auto it = free_.begin(); it != free_.end(); ++it) {
     const bool fits = it->capacity() >= size;
@@ -56,12 +56,12 @@ std::vector<double> BlockCholesky::Pool::Acquire(std::size_t size) {
       best = it;
     }
   }
-  std::vector<double> values;
+  HostBuffer<double> values;
   if (best != free_.end()) {
     values = std::move(*best);
     free_.erase(best);
   }
-  if (values.size() < size) values.resize(size);
+  values.ResizeForOverwrite(size);
   return values;
 }
 
@@ -73,7 +73,7 @@ BlockCholesky::BlockCholesky(std::shared_ptr<const EliminationPlan> plan)
     total += PaddedRows(front.scalars) * front.pivot_scalars;
     largest = std::max(largest, front.scalars);
   }
-  values_.Resize(total);
+  values_.ResizeForOverwrite(total);  // Assemble clears it
   updates_.resize(plan_->fronts.size());
   pool_of_front_.resize(plan_->fronts.size());
   assembled_.resize(plan_->fronts.size());
@@ -176,7 +176,7 @@ void BlockCholesky::Assemble(Index f, const Input& input) {
   }
   const Index below = panel.rows - panel.pivots, stride = PaddedRows(below);
   if (below == 0) return;
-  updates_[At(f)] = pools_[pool_of_front_[At(f)]].Acquire(At(stride * below));
+  updates_[At(f)] = pools_[pool_of_front_[At(f)]].Acquire(stride * below);
   ClearLower(updates_[At(f)].data(), stride, below);
 }
 
@@ -212,7 +212,7 @@ void BlockCholesky::AddToParent(Index f, const Input& input) {
   Assemble(child.parent, input);
   const FrontPanel panel = PanelOf(child.parent);
   double* const parent_update = updates_[At(child.parent)].data();
-  std::vector<double> waiting = std::exchange(updates_[At(f)], {});
+  HostBuffer<double> waiting = std::exchange(updates_[At(f)], {});
   const double* const update = waiting.data();
   const Index stride = PaddedRows(child.scalars - child.pivot_scalars);
   const Index parent_stride = PaddedRows(panel.rows - panel.pivots);

@@ -34,11 +34,11 @@ class BlockCholesky {
   class Pool {
    public:
     // Returns at least `size` values with arbitrary contents.
-    std::vector<double> Acquire(std::size_t size);
-    void Release(std::vector<double> values) { free_.push_back(std::move(values)); }
+    HostBuffer<double> Acquire(Index size);
+    void Release(HostBuffer<double> values) { free_.push_back(std::move(values)); }
 
    private:
-    std::vector<std::vector<double>> free_;
+    std::vector<HostBuffer<double>> free_;
   };
 
   // The matrix to factorise: matrix + scale * diag(added).
@@ -68,10 +68,10 @@ class BlockCholesky {
   HostBuffer<double> values_;       // the panels of all fronts: their columns of L
   std::vector<Pool> pools_;         // one per subtree of a wave, and one per front outside of subtrees
   std::vector<std::size_t> pool_of_front_;
-  std::vector<std::vector<double>> updates_;  // per front, until it is added to the parent
-  std::vector<char> assembled_;               // per front: 1 after Assemble
-  HostBuffer<double> least_;                  // smallest allowed value per pivot, in elimination order
-  HostBuffer<double> permuted_, local_;       // work memory of Solve
+  std::vector<HostBuffer<double>> updates_;  // per front, until it is added to the parent
+  std::vector<char> assembled_;              // per front: 1 after Assemble
+  HostBuffer<double> least_;                 // smallest allowed value per pivot, in elimination order
+  HostBuffer<double> permuted_, local_;      // work memory of Solve
 };
 
 // A linearization that can return H as a matrix.
