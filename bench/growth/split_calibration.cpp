@@ -5,10 +5,11 @@
 //
 // Trains with vesta's growth, without pruning, to the fraction X of the stage and measures the pulls over one epoch.
 // Then it divides the Gaussians into N classes of equal size by pull. From the same state, it splits the Gaussians of
-// one class, trains on for some epochs, and compares the loss of the training views, and the squared error of the test
-// views, with a training that splits none.
+// one class, trains on for N epochs (default: to the end of the stage), and compares the loss of the training views,
+// and the squared error of the test views, with a training that splits none.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <numeric>
@@ -36,8 +37,9 @@ Errors ErrorsOf(BareStage& stage) {
 
 int ViewsOf(const BareStage& stage) { return static_cast<int>(stage.session().training_views().size()); }
 
-void TrainEpochs(BareStage& stage, int epochs) {
-  for (int k = 0; k < epochs * ViewsOf(stage) && stage.done() < stage.iterations(); ++k) stage.Step(stage.NextPlan());
+void TrainEpochs(BareStage& stage, std::int64_t epochs) {
+  for (std::int64_t k = 0; k < epochs * ViewsOf(stage) && stage.done() < stage.iterations(); ++k)
+    stage.Step(stage.NextPlan());
 }
 
 double Price(BareStage& stage, double epochs) { return gs::GaussianPrice(stage.mean_cost(), epochs); }
@@ -87,7 +89,7 @@ int Main(int argc, char** argv) {
   if (!(at > 0) || !(at < setup.options.density.end)) {
     Fail(kBadArgument, "--at={}: choose a fraction between 0 and density.end", setup.arguments.Flag("at", ""));
   }
-  const int classes = setup.arguments.Count("classes", 10), epochs = setup.arguments.Count("epochs", 4);
+  const int classes = setup.arguments.Count("classes", 10), epochs = setup.arguments.Count("epochs", 10000000);
   BareStage stage(setup.scene, setup.options);
   TrainUntil(stage, at);
   const Index count = stage.model().count();
