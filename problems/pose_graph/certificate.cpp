@@ -52,6 +52,8 @@ class DualMatrix {
   // The least eta >= first of a geometric sequence for which S + eta I (on the rotations) is positive definite;
   // infinity if there is none. Throws Error if the factor is too large.
   double LeastShift(double first, double max_bytes) const {
+    // Without information, or with infinite one, there is no such sequence.
+    if (!(first > 0) || !std::isfinite(LargestDiagonal())) return std::numeric_limits<double>::infinity();
     const std::shared_ptr<SparseCholesky> cholesky = SparseCholesky::Plan(*pattern_, max_bytes);
     if (!cholesky)
       Fail(kOutOfMemory, "pose graph: the factor for the certificate exceeds {:.3g} GiB", max_bytes / 0x1p30);

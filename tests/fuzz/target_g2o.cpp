@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "problems/pose_graph/certificate.h"
 #include "problems/pose_graph/g2o_file.h"
+#include "problems/pose_graph/solve.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/targets.h"
@@ -40,6 +42,22 @@ bool Same(const PoseGraph& a, const PoseGraph& b) {
          near(a.poses, b.poses) && near(a.measurements, b.measurements) && a.information == b.information;
 }
 
+// Solves a small graph from both starts, and certifies the result. A refusal is an Error; the certificate is a valid
+// bound.
+void PromiseSolve(const PoseGraph& graph) {
+  if (graph.num_poses() > 16 || graph.num_edges() > 40) return;
+  pose_graph::PoseGraphSolveOptions options;
+  options.lm.max_iterations = 3;
+  options.problem.error = pose_graph::EdgeError::kIsotropic;
+  try {
+    const pose_graph::PoseGraphSolution solution = SolvePoseGraph(graph, options);
+    Promise(solution.poses.size() == graph.poses.size(), "a solve changes the number of poses");
+    const pose_graph::Certificate certificate = Certify(graph, solution.poses);
+    Promise(!(certificate.lower_bound > certificate.cost), "a lower bound above the cost");
+  } catch (const Error&) {
+  }
+}
+
 }  // namespace
 
 void FuzzG2o(std::string_view bytes) {
@@ -49,6 +67,7 @@ void FuzzG2o(std::string_view bytes) {
     PoseGraph graph;
     if (!Reads(path, [&] { graph = pose_graph::ReadG2o(path, {.clip_indefinite = clip}); })) continue;
     PromiseGraph(graph);
+    PromiseSolve(graph);
     pose_graph::WriteG2o(graph, copy);
     // The first reading clips information matrices, the second one does not change them.
     Promise(Same(graph, pose_graph::ReadG2o(copy)), "writing and reading changes the graph");

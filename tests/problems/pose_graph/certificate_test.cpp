@@ -77,6 +77,15 @@ TEST(Certificate, AWorseMinimumIsNotProven) {
   EXPECT_TRUE(Certify(graph, best.poses).is_optimal());
 }
 
+TEST(Certificate, WithoutInformationTheBoundIsZero) {
+  const PoseGraph alone{.ids = {0}, .poses = {1, 2, 0.5}};
+  EXPECT_EQ(Certify(alone, alone.poses).lower_bound, 0);
+  EXPECT_TRUE(Certify(alone, alone.poses).is_optimal());
+  PoseGraph infinite = test::RingGraph<Se2>(5, 0.1, 1);
+  for (double& value : infinite.information) value *= 1e308;
+  EXPECT_FALSE(Certify(infinite, infinite.poses).lower_bound > 0);
+}
+
 TEST(Certificate, NeedsOneFixedPose) {
   PoseGraph graph = test::RingGraph<Se2>(20, 0.1, 1);
   graph.fixed = {2};
