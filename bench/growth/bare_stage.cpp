@@ -2,24 +2,13 @@
 #include "bench/growth/bare_stage.h"
 
 #include <algorithm>
-#include <utility>
 
-#include "problems/gaussian_splatting/model/initialize.h"
+#include "splatting/train/trainer.h"
 
 namespace vesta::bench {
-namespace {
-
-gs::SplatModel InitialModel(const gs::Scene& scene, const gs::TrainOptions& options) {
-  gs::SplatModel model =
-      gs::InitializeFromPoints(scene.points, scene.extent, *options.sh_degree, options.density.max_gaussians);
-  const std::vector<Index> order = gs::SpatialOrder(model);
-  return gs::InOrder(std::move(model), order);
-}
-
-}  // namespace
 
 BareStage::BareStage(const gs::Scene& scene, const gs::TrainOptions& options)
-    : session_(scene, options, 0, callbacks_), state_(gs::StartAdam<Cpu>(session_, InitialModel(scene, options))) {
+    : session_(scene, options, 0, callbacks_), state_(gs::StartAdam<Cpu>(session_, gs::InitialModel(scene, options))) {
   views_.LoadFull();
 }
 
@@ -45,9 +34,7 @@ int BareStage::Attributes(const gs::IterationPlan& plan) const {
 void BareStage::Step(const gs::IterationPlan& plan) {
   views_.ChooseSize(plan.is_coarse);
   const double cost = views_.Step(plan, std::min(plan.max_sh_degree, state_.model.sh_degree()), &state_);
-  state_.mean_cost = state_.iteration == 0 ? cost : 0.95 * state_.mean_cost + 0.05 * cost;
-  ++state_.iteration;
-  state_.span = plan.span;
+  state_.CountIteration(plan.span, cost);
 }
 
 gs::Evaluation BareStage::Evaluate() {

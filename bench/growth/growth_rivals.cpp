@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// vesta's growth beside that of 3DGS-MCMC, with equal numbers of Gaussians and iterations.
+// Compares vesta's growth with 3DGS-MCMC at equal numbers of Gaussians and iterations.
 //
 //   growth_rivals SCENE [--factors X,...] [--seeds N,...] [--json FILE] [-- flags of vesta train]
 //
-// Trains with each factor as density.grow_pull, which decides the number of Gaussians, and then by MCMC (mcmc.h) with
-// the same number. A training runs in its own process.
+// Trains with each factor as density.grow_pull. The factor decides the number of Gaussians. MCMC (mcmc.h) then trains
+// with the same number. Each training runs in its own process.
 #include <cstdlib>
 #include <cstring>
 #include <ctime>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training with the density control of 3DGS-MCMC (Kheradmand et al. 2024, "3D Gaussian Splatting as Markov Chain Monte
-// Carlo"): a fixed number of Gaussians, those of low opacity move to others, and noise explores. All else is vesta's
-// Adam stage without pruning.
+// Carlo"). The number of Gaussians is fixed. Gaussians of low opacity move to others, and noise moves the means. The
+// rest is vesta's Adam stage without pruning.
 #pragma once
 
 #include "splatting/train/trainer.h"
@@ -14,7 +14,7 @@ struct McmcOptions {
   Index gaussians = 0;                                  // the number to reach
   double begin = 500.0 / 30000, end = 25000.0 / 30000;  // of the stage
   int every = 100;                                      // iterations between relocations
-  // Growth per relocation, at least; more if else the number were not reached by the middle of the stage.
+  // Least growth per relocation. It is larger if that is needed to reach the number by the middle of the stage.
   double growth = 0.05;
   double min_opacity = 0.005;
   double noise = 5e5;  // factor on the learning rate of positions
@@ -22,8 +22,8 @@ struct McmcOptions {
   double opacity_penalty = 0.01, scale_penalty = 0.01;
 };
 
-// `copies` equal Gaussians that replace one in the same place, so that their image hardly changes (equation 9): their
-// opacity, and their standard deviation as a multiple of the one before.
+// The shape of `copies` equal Gaussians that replace one Gaussian in its place and hardly change its image (equation
+// 9). scale: factor on the standard deviation.
 struct SharedShape {
   double opacity, scale;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the pull of a Gaussian (splatting/density/density_steps.h) tell what its split gains?
+// Compares the pull of Gaussians (splatting/density/density_steps.h) with the gain of their splits.
 //
 //   split_calibration SCENE [--at X] [--classes N] [--epochs N] [--json FILE] [-- flags of vesta train]
 //

@@ -53,7 +53,8 @@ class DualMatrix {
   // infinity if there is none. Throws Error if the factor is too large.
   double LeastShift(double first, double max_bytes) const {
     // Without information, or with infinite one, there is no such sequence.
-    if (!(first > 0) || !std::isfinite(LargestDiagonal())) return std::numeric_limits<double>::infinity();
+    const double last = 4 * LargestDiagonal();
+    if (!(first > 0) || !std::isfinite(last)) return std::numeric_limits<double>::infinity();
     const std::shared_ptr<SparseCholesky> cholesky = SparseCholesky::Plan(*pattern_, max_bytes);
     if (!cholesky)
       Fail(kOutOfMemory, "pose graph: the factor for the certificate exceeds {:.3g} GiB", max_bytes / 0x1p30);
@@ -63,7 +64,7 @@ class DualMatrix {
     }
     const std::shared_ptr<BlockCholesky> factor = cholesky->Factor();
     constexpr double kRatio = 4;
-    for (double shift = first; shift <= kRatio * LargestDiagonal(); shift *= kRatio) {
+    for (double shift = first; shift <= last; shift *= kRatio) {
       if (factor->Factorize(*matrix_, shift, on_rotations) == 0) return shift;
     }
     return std::numeric_limits<double>::infinity();

@@ -173,13 +173,17 @@ SplatModel ModelOfAdamStage(const std::string& saved, const TrainOptions& option
 
 StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>}; }
 
+SplatModel InitialModel(const Scene& scene, const TrainOptions& options) {
+  SplatModel model =
+      InitializeFromPoints(scene.points, scene.extent, *options.sh_degree, options.density.max_gaussians);
+  const std::vector<Index> order = SpatialOrder(model);
+  return InOrder(std::move(model), order);
+}
+
 TrainResult Train(const Scene& scene, const TrainOptions& options, const BeforeTraining& before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {
   const TrainOptions fitted = FitToScene(options, NumTrainingViews(scene));
-  SplatModel model = InitializeFromPoints(scene.points, scene.extent, *fitted.sh_degree, fitted.density.max_gaussians);
-  const std::vector<Index> order = SpatialOrder(model);
-  model = InOrder(std::move(model), order);
-  return RunStages(scene, {std::move(model), false, before}, fitted, callbacks, stages);
+  return RunStages(scene, {InitialModel(scene, fitted), false, before}, fitted, callbacks, stages);
 }
 
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, const BeforeTraining& before,

@@ -18,6 +18,9 @@ struct BeforeTraining {
   double seconds = 0, mib = 0;
 };
 
+// The Gaussians with which Train starts: one per point of the scene, in spatial order. options: from FitToScene.
+SplatModel InitialModel(const Scene& scene, const TrainOptions& options);
+
 // Photographs must be in memory or in the scene's store. With callbacks.resume the training continues from a
 // checkpoint; with unchanged options, the result is bit-identical to an uninterrupted run. Throws Error if the
 // checkpoint belongs to another scene, or if no iterations remain.

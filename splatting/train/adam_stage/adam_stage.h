@@ -166,9 +166,8 @@ class AdamStage {
     views_.DecideOnCamerasWhereDue(plan.span, &*state_);
     const double begin = session_.Seconds();
     const double cost = views_.Step(plan, degree, &*state_);
-    const int it = ++state_->iteration;
-    state_->span = plan.span;
-    state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
+    state_->CountIteration(plan.span, cost);
+    const int it = state_->iteration;
     rollback_point_.DropSnapshotIfMemoryLasts(it);
     if (state_->is_averaging && session_.schedule().Averages(plan.span, it)) Average();
     planner_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);

@@ -239,6 +239,13 @@ struct AdamStageState {
   double scoring_seconds = 0;
   int scoring_skipped = 0;
 
+  // Counts an iteration of this span. cost: mean of its views, per pixel and channel.
+  void CountIteration(const StageSpan& done, double cost) {
+    mean_cost = iteration == 0 ? cost : 0.95 * mean_cost + 0.05 * cost;
+    ++iteration;
+    span = done;
+  }
+
   // Whether a state from a file is valid.
   bool IsWhole() const {
     const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
