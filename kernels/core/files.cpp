@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
 
 namespace vesta {
 
@@ -29,17 +30,41 @@ bool FolderExists(const std::string& path) {
   return std::filesystem::is_directory(path, ignored);
 }
 
-std::string ReadFile(const std::string& path) {
+namespace {
+
+std::uintmax_t SizeOfFile(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) Fail(kNotFound, "{}: no such file", path);
   if (!std::filesystem::is_regular_file(status)) Fail(kNotFound, "{}: not a file", path);
-  const auto size = std::filesystem::file_size(path, error);
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) Fail(kNotFound, "{}: {}", path, error.message());
+  return size;
+}
+
+// Reads `size` bytes, beginning at byte `from`.
+void ReadPart(const std::string& path, Index from, Index size, char* bytes) {
   std::ifstream file(path, std::ios::binary);
-  if (error || !file) Fail(kNotFound, "{}: cannot be opened; check its permissions", path);
-  std::string bytes(size, '\0');
-  file.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (!file) Fail(kBadFile, "{}: reading failed after {} of {} bytes", path, file.gcount(), size);
+  if (!file) Fail(kNotFound, "{}: cannot be opened; check its permissions", path);
+  file.seekg(from);
+  file.read(bytes, size);
+  if (!file) Fail(kBadFile, "{}: reading failed after {} of {} bytes", path, from + file.gcount(), from + size);
+}
+
+}  // namespace
+
+std::string ReadFile(const std::string& path) {
+  std::string bytes(SizeOfFile(path), '\0');
+  ReadPart(path, 0, std::ssize(bytes), bytes.data());
+  return bytes;
+}
+
+HostBuffer<char> ReadLargeFile(const std::string& path) {
+  constexpr Index kPart = 1 << 22;
+  HostBuffer<char> bytes;
+  bytes.ResizeForOverwrite(static_cast<Index>(SizeOfFile(path)));
+  ParallelForChunks(bytes.size(), kPart,
+                    [&](Index begin, Index end) { ReadPart(path, begin, end - begin, bytes.data() + begin); });
   return bytes;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "kernels/core/buffer.h"
 #include "kernels/core/span.h"
 
 namespace vesta {
@@ -18,6 +19,8 @@ bool FolderExists(const std::string& path);
 
 // Returns the whole file. Throws Error if it is missing, not a regular file, or cannot be read.
 std::string ReadFile(const std::string& path);
+// The same on all threads, for files of up to gigabytes.
+HostBuffer<char> ReadLargeFile(const std::string& path);
 
 // Parses a whole word as a number, including nan and inf. Returns false if the word is not a number or is out of range.
 bool ParseNumber(std::string_view word, double* value);

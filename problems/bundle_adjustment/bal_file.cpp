@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <exception>
 #include <iterator>
 #include <limits>
 #include <string_view>
@@ -13,23 +15,21 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
+#include "kernels/core/parallel.h"
 #include "problems/bundle_adjustment/projection.h"
 
 namespace vesta::bundle {
 namespace {
 
-// Reads numbers one after the other and counts lines.
+// Without branches, for SIMD loops.
+bool IsSpace(char c) { return (c == ' ') | (c == '\n') | (c == '\r') | (c == '\t'); }
+
+// Reads the numbers of a text one after the other and counts lines.
 class Reader {
  public:
-  explicit Reader(std::string path) : path_(std::move(path)), text_(ReadFile(path_)) {
-    next_ = text_.data();
-    end_ = next_ + text_.size();
-    // These files are usually distributed compressed.
-    for (const std::string_view packed : {"BZh", "\37\213", "PK\3\4", "\3757zXZ"}) {
-      if (text_.starts_with(packed))
-        Fail(kUnsupported, "{}: compressed; unpack it first (bunzip2, gunzip, unzip, unxz)", path_);
-    }
-  }
+  // line: of the first character.
+  Reader(const std::string& path, std::string_view text, Index line)
+      : path_(path), next_(text.data()), end_(next_ + text.size()), line_(line) {}
 
   template <class T>
   T Read(const char* what) {
@@ -63,23 +63,22 @@ class Reader {
     SkipSpace();
     if (next_ != end_) Refuse("the end of the file", "nothing may follow the last parameter");
   }
-  Index bytes() const { return static_cast<Index>(text_.size()); }
+  std::string_view rest() const { return {next_, static_cast<std::size_t>(end_ - next_)}; }
   Index line() const { return line_; }
   const std::string& path() const { return path_; }
 
  private:
-  static bool IsSpace(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
   void SkipSpace() {
     for (; next_ != end_ && IsSpace(*next_); ++next_) line_ += *next_ == '\n' ? 1 : 0;
   }
   [[noreturn]] void Refuse(const char* what, const char* rule) const {
-    std::string_view rest(next_, static_cast<std::size_t>(end_ - next_));
-    Fail(kBadFile, "{}: line {}: found '{}' instead of {}; {}", path_, line_, Printable(NextWord(&rest)), what, rule);
+    std::string_view found = rest();
+    Fail(kBadFile, "{}: line {}: found '{}' instead of {}; {}", path_, line_, Printable(NextWord(&found)), what, rule);
   }
 
-  std::string path_, text_;
-  const char *next_ = nullptr, *end_ = nullptr, *word_ = nullptr;
-  Index line_ = 1;
+  const std::string& path_;
+  const char *next_, *end_, *word_ = nullptr;
+  Index line_;
 };
 
 Index ReadCount(Reader& in, const char* what) {
@@ -91,31 +90,113 @@ Index ReadCount(Reader& in, const char* what) {
   return count;
 }
 
+// Reads number k of those after the counts, k = 0, 1, ..., to its place. Throws Error if the data have no such number.
+void ReadNumber(Reader& in, Index k, BundleData* data) {
+  const Index of_observations = 4 * std::ssize(data->observations), parameter = k - of_observations;
+  if (parameter >= std::ssize(data->x)) return in.ExpectEnd();
+  if (parameter >= 0) {
+    data->x[static_cast<std::size_t>(parameter)] = in.Read<double>("a parameter");
+    return;
+  }
+  Observation& o = data->observations[static_cast<std::size_t>(k / 4)];
+  switch (k % 4) {
+    case 0:
+      o.camera = in.ReadIndex(data->num_cameras, "the camera of an observation");
+      break;
+    case 1:
+      o.point = in.ReadIndex(data->num_points, "the point of an observation");
+      break;
+    default:
+      o.pixel[k % 4 - 2] = in.Read<double>("a pixel coordinate");
+  }
+}
+
+// A part of the text.
+struct Part {
+  std::string_view text;             // empty, or begins with a space
+  Index first_number = 0, line = 0;  // at its beginning; before the sums in Divide, its own counts
+};
+
+void CountNumbersAndLines(Part* part) {
+  const std::string_view text = part->text;
+  constexpr std::size_t kBlock = 255;  // so that counts of a block fit into bytes
+  for (std::size_t begin = 0; begin < text.size(); begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, text.size());
+    std::uint8_t numbers = 0, lines = 0;
+    for (std::size_t i = std::max<std::size_t>(begin, 1); i < end; ++i) {
+      numbers = static_cast<std::uint8_t>(numbers + (IsSpace(text[i - 1]) & !IsSpace(text[i])));
+    }
+    for (std::size_t i = begin; i < end; ++i) lines = static_cast<std::uint8_t>(lines + (text[i] == '\n'));
+    part->first_number += numbers, part->line += lines;
+  }
+}
+
+// Divides the text into parts, for threads. The last part is empty, at the end of the text. line: of its beginning.
+std::vector<Part> Divide(std::string_view text, Index line) {
+  constexpr std::size_t kPartBytes = 1 << 20;
+  std::vector<Part> parts;
+  while (!text.empty()) {
+    std::size_t size = std::min(kPartBytes, text.size());
+    while (size < text.size() && !IsSpace(text[size])) ++size;
+    parts.push_back({text.substr(0, size)});
+    text.remove_prefix(size);
+  }
+  ParallelFor(std::ssize(parts), 1, [&](Index k) { CountNumbersAndLines(&parts[static_cast<std::size_t>(k)]); });
+  Index number = 0;
+  for (Part& part : parts) {
+    number += std::exchange(part.first_number, number);
+    line += std::exchange(part.line, line);
+  }
+  parts.push_back({text, number, line});
+  return parts;
+}
+
+// Reads the numbers after the counts, in parallel. Of several errors, throws the first in the file.
+void ReadNumbers(const std::string& path, std::string_view text, Index line, BundleData* data) {
+  const std::vector<Part> parts = Divide(text, line);
+  std::vector<std::exception_ptr> errors(parts.size());
+  ParallelFor(std::ssize(parts) - 1, 1, [&](Index i) {
+    const auto k = static_cast<std::size_t>(i);
+    Reader in(path, parts[k].text, parts[k].line);
+    try {
+      for (Index n = parts[k].first_number; n < parts[k + 1].first_number; ++n) ReadNumber(in, n, data);
+    } catch (...) {
+      errors[k] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  Reader end(path, parts.back().text, parts.back().line);
+  ReadNumber(end, parts.back().first_number, data);
+}
+
 }  // namespace
 
 BundleData ReadBal(const std::string& path) {
-  Reader in(path);
+  const HostBuffer<char> bytes = ReadLargeFile(path);
+  const std::string_view text(bytes.data(), static_cast<std::size_t>(bytes.size()));
+  // These files are usually distributed compressed.
+  for (const std::string_view packed : {"BZh", "\37\213", "PK\3\4", "\3757zXZ"}) {
+    if (text.starts_with(packed))
+      Fail(kUnsupported, "{}: compressed; unpack it first (bunzip2, gunzip, unzip, unxz)", path);
+  }
+  Reader in(path, text, 1);
   BundleData data;
   data.num_cameras = ReadCount(in, "the number of cameras");
   data.num_points = ReadCount(in, "the number of points");
   const Index observations = ReadCount(in, "the number of observations");
   const Index parameters = kCameraSize * data.num_cameras + kPointSize * data.num_points;
   // Every number takes at least one digit and one space. Checked before any allocation that depends on the counts.
-  if (4 * observations + parameters > (in.bytes() + 1) / 2) {
+  if (4 * observations + parameters > (std::ssize(text) + 1) / 2) {
     Fail(kBadFile,
          "{}: line {}: {} cameras, {} points and {} observations do not fit into {} bytes; the file is truncated or "
          "is not a BAL file",
-         path, in.line(), data.num_cameras, data.num_points, observations, in.bytes());
+         path, in.line(), data.num_cameras, data.num_points, observations, std::ssize(text));
   }
   data.observations.resize(static_cast<std::size_t>(observations));
-  for (Observation& o : data.observations) {
-    o.camera = in.ReadIndex(data.num_cameras, "the camera of an observation");
-    o.point = in.ReadIndex(data.num_points, "the point of an observation");
-    for (double& value : o.pixel) value = in.Read<double>("a pixel coordinate");
-  }
   data.x.resize(static_cast<std::size_t>(parameters));
-  for (double& value : data.x) value = in.Read<double>("a parameter");
-  in.ExpectEnd();
+  ReadNumbers(path, in.rest(), in.line(), &data);
   return data;
 }
 

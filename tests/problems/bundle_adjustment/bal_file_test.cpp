@@ -3,8 +3,11 @@
 
 #include <array>
 #include <cstring>
+#include <string>
 
 #include "bench/collections/generate_bundle.h"
+#include "kernels/core/files.h"
+#include "kernels/core/random.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::bundle {
@@ -41,23 +44,27 @@ TEST(BalFile, Reads) {
   EXPECT_EQ(data.x[20], 3);
 }
 
+void ExpectSameBits(const BundleData& a, const BundleData& b) {
+  EXPECT_EQ(a.num_cameras, b.num_cameras);
+  EXPECT_EQ(a.num_points, b.num_points);
+  ASSERT_EQ(a.x.size(), b.x.size());
+  EXPECT_EQ(std::memcmp(a.x.data(), b.x.data(), a.x.size() * sizeof(double)), 0);
+  ASSERT_EQ(a.observations.size(), b.observations.size());
+  for (std::size_t i = 0; i < a.observations.size(); ++i) {
+    ASSERT_EQ(a.observations[i].camera, b.observations[i].camera);
+    ASSERT_EQ(a.observations[i].point, b.observations[i].point);
+    ASSERT_EQ(a.observations[i].pixel[0], b.observations[i].pixel[0]);
+    ASSERT_EQ(a.observations[i].pixel[1], b.observations[i].pixel[1]);
+  }
+}
+
 TEST(BalFile, ReadsBackBitForBit) {
   BundleData data = Generate({.num_cameras = 20, .num_points = 300, .mean_track = 5});
   data.x[0] = 5e-324, data.x[1] = -0.0, data.x[2] = 1.7976931348623157e308, data.x[3] = 0.1;
   const TempFolder folder;
   WriteBal(folder / "a.txt", data);
   const BundleData back = ReadBal(folder / "a.txt");
-  EXPECT_EQ(back.num_cameras, data.num_cameras);
-  EXPECT_EQ(back.num_points, data.num_points);
-  EXPECT_EQ(std::memcmp(back.x.data(), data.x.data(), data.x.size() * sizeof(double)), 0);
-  ASSERT_EQ(back.x.size(), data.x.size());
-  ASSERT_EQ(back.observations.size(), data.observations.size());
-  for (std::size_t i = 0; i < data.observations.size(); ++i) {
-    EXPECT_EQ(back.observations[i].camera, data.observations[i].camera);
-    EXPECT_EQ(back.observations[i].point, data.observations[i].point);
-    EXPECT_EQ(back.observations[i].pixel[0], data.observations[i].pixel[0]);
-    EXPECT_EQ(back.observations[i].pixel[1], data.observations[i].pixel[1]);
-  }
+  ExpectSameBits(back, data);
 }
 
 TEST(BalFile, EmptyProblem) {
@@ -95,6 +102,32 @@ TEST(BalFile, SaysWhichLineIsAtFault) {
                                                {"  3", std::string("3\0", 2), "25", "3?"}}) {
     EXPECT_THAT([&] { Read(Replaced(kFile, piece, by)); }, ThrowsError(kBadFile, "a.txt", line, token)) << by;
   }
+}
+
+// Large files are read in parts, in parallel.
+TEST(BalFile, LargeFilesHaveTheSameNumbersAndTheFirstError) {
+  BundleData data;
+  data.num_cameras = 3, data.num_points = 50000;
+  CounterRandom random(1, 2);
+  for (std::int32_t i = 0; i < 50000; ++i) {
+    data.observations.push_back({i % 3, i, {random.Normal() * 1e3, random.Normal()}});
+  }
+  data.x.resize(static_cast<std::size_t>(9 * data.num_cameras + 3 * data.num_points));
+  for (double& value : data.x) value = random.Normal();
+  TempFolder folder;
+  WriteBal(folder / "a.txt", data);
+  const std::string text = ReadFile(folder / "a.txt");
+  ASSERT_GT(text.size(), 3u << 20);
+  ExpectSameBits(Read(text), data);
+  std::string damaged = text;
+  for (const std::string line : {"120001", "170001"}) {
+    std::size_t at = 0;
+    for (Index number = 1; number < std::stoll(line); ++number) at = damaged.find('\n', at) + 1;
+    damaged[at] = 'x';
+  }
+  EXPECT_THAT([&] { Read(damaged); }, ThrowsError(kBadFile, "a.txt", "120001"));
+  EXPECT_THAT([&] { Read(text + "\n7"); }, ThrowsError(kBadFile, "a.txt", "200030", "7"));
+  EXPECT_THAT([&] { Read(text.substr(0, text.size() / 2)); }, ThrowsError(kBadFile, "a.txt"));
 }
 
 TEST(BalFile, MissingAndUnwritable) {
