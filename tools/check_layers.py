@@ -30,10 +30,11 @@ def splat_rooms():
     """The rooms of the splatting application, lowest first: each may include the rooms named, all of them lower."""
     base = [*KERNELS, "kernels/ranks", "kernels/image", "kernels/gaussian_splatting", "solver", PROBLEM[:-1]]
     rooms = {
+        "points": "",
         "io/bytes": "",
         "io/images": "io/bytes",
         "io/splats": "io/bytes io/images",
-        "io/scenes": "io/bytes io/images io/splats",
+        "io/scenes": "points io/bytes io/images io/splats",
         "adam": "",
         "density": "",
         "render": "",

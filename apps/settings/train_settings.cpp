@@ -173,6 +173,7 @@ gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& op
   scene.background = ToFloat(options.background);
   scene.eps2d = options.eps2d, scene.antialiased = options.antialias;
   scene.random_points.seed = options.seed;
+  scene.finds_points = true;
   scene.hold_out = options.target_psnr > 0;
   return scene;
 }

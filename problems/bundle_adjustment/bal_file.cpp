@@ -90,7 +90,7 @@ Index ReadCount(Reader& in, const char* what) {
   return count;
 }
 
-// Reads number k of those after the counts, k = 0, 1, ..., to its place. Throws Error if the data have no such number.
+// Reads the number with index k (from 0, after the counts) to its place. Throws Error if the data have no such number.
 void ReadNumber(Reader& in, Index k, BundleData* data) {
   const Index of_observations = 4 * std::ssize(data->observations), parameter = k - of_observations;
   if (parameter >= std::ssize(data->x)) return in.ExpectEnd();
@@ -151,7 +151,7 @@ std::vector<Part> Divide(std::string_view text, Index line) {
   return parts;
 }
 
-// Reads the numbers after the counts, in parallel. Of several errors, throws the first in the file.
+// Reads the numbers after the counts, in parallel. Throws the first error in the file.
 void ReadNumbers(const std::string& path, std::string_view text, Index line, BundleData* data) {
   const std::vector<Part> parts = Divide(text, line);
   std::vector<std::exception_ptr> errors(parts.size());

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/io/scenes/random_points.h"
+#include "splatting/points/random_points.h"
 
 namespace vesta::gs {
 

@@ -11,6 +11,7 @@
 #include "splatting/io/scenes/find_photograph.h"
 #include "splatting/io/scenes/nerf.h"
 #include "splatting/io/scenes/photographs.h"
+#include "splatting/points/plane_sweep.h"
 
 namespace vesta::gs {
 namespace {
@@ -108,6 +109,19 @@ void NoteDistortion(Scene* scene) {
                   distorted, scene->views.size()));
 }
 
+// Points on surfaces take the place of random ones.
+void FindPoints(const RandomPoints& random, Scene* scene) {
+  const PointCloud found = PointsByPlaneSweep(scene->views, random.count, random.seed);
+  if (found.size() == 0) return;
+  std::ranges::copy(found.positions, scene->points.positions.begin());
+  std::ranges::copy(found.colors, scene->points.colors.begin());
+  scene->extent = SceneExtent(scene->views, scene->points);
+  const std::string note = fmt::format("{}; {} of them are then replaced by points found in the photographs",
+                                       scene->points_note, found.size());
+  std::ranges::replace(scene->notes, scene->points_note, note);
+  scene->points_note = note;
+}
+
 }  // namespace
 
 void ChooseTestViews(const TestViews& choice, std::vector<View>* views) {
@@ -143,6 +157,7 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   // Images of NeRF scenes have no background: they are composited over the training background.
   const bool alpha_is_mask = !FindColmapModel(path).empty();
   LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes, &scene);
+  if (options.finds_points && !scene.points_note.empty()) FindPoints(options.random_points, &scene);
   for (View& view : scene.views) {
     view.camera.eps2d = options.eps2d, view.camera.antialiased = options.antialiased;
   }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/io/scenes/random_points.h"
+#include "splatting/points/random_points.h"
 
 namespace vesta::gs {
 
@@ -35,6 +35,7 @@ struct LoadSceneOptions {
   // Memory for decoded photographs. If they need more, they are decoded on demand (photograph_store.h).
   double photographs_bytes = std::numeric_limits<double>::infinity();
   RandomPoints random_points;      // for scenes without points
+  bool finds_points = false;       // scenes without points: search the photographs (points/plane_sweep.h)
   double eps2d = splat::kEps2d;    // Camera::eps2d
   bool antialiased = false;        // Camera::antialiased
   bool hold_out = false;           // hold out some training views (HoldOut)
@@ -46,10 +47,11 @@ struct LoadSceneOptions {
 // Both aspect ratios must agree to within a pixel; if they agree only after rotation by the EXIF orientation, the image
 // is rotated. Photographs with lens distortion are undistorted (undistort.h). Then all images are downscaled. Pixels
 // that a mask file excludes (FindMasks, photographs.h) are ignored. Pixels that are not opaque are ignored in COLMAP
-// scenes; in NeRF scenes, they are composited over the background and used. A pixel takes 12 bytes. Scene::notes
-// receives the ignored COLMAP models and the numbers of masked, missing and undistorted photographs. Throws Error, with
-// the file and what to do, for unusable input: missing folder or image, unreadable image, wrong aspect ratio, mask
-// without a pixel to use, too strong distortion, damaged model, no training views.
+// scenes; in NeRF scenes, they are composited over the background and used. A pixel takes 12 bytes. A scene without
+// points gets random ones; with `finds_points`, points on surfaces take their place as far as they are found.
+// Scene::notes receives the ignored COLMAP models and the numbers of masked, missing and undistorted photographs.
+// Throws Error, with the file and what to do, for unusable input: missing folder or image, unreadable image, wrong
+// aspect ratio, mask without a pixel to use, too strong distortion, damaged model, no training views.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
 
 // Whether folder/name leads out of the scene folder, to which `folder` is relative; also true for absolute paths. A

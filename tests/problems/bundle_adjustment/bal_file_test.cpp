@@ -100,7 +100,8 @@ TEST(BalFile, SaysWhichLineIsAtFault) {
                                                {"500", "\x01\xff", "11", "??"},
                                                {"  3", "  3\n\n4", "27", "4"},
                                                {"  3", std::string("3\0", 2), "25", "3?"}}) {
-    EXPECT_THAT([&] { Read(Replaced(kFile, piece, by)); }, ThrowsError(kBadFile, "a.txt", line, token)) << by;
+    const std::string text = Replaced(kFile, piece, by);
+    EXPECT_THAT([&] { Read(text); }, ThrowsError(kBadFile, "a.txt", line, token)) << text;
   }
 }
 

@@ -14,6 +14,7 @@
 #include "splatting/io/scenes/colmap.h"
 #include "splatting/io/scenes/nerf.h"
 #include "tests/splatting/io/nine_views.h"
+#include "tests/splatting/points/plane_views.h"
 
 namespace vesta::gs {
 namespace {
@@ -295,6 +296,43 @@ TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
                                                 "/sparse/0 has no points: 500 random points are used instead, "
                                                 "in the cameras' views"));
   EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
+}
+
+TEST_F(LoadSceneTest, PointsOnSurfacesTakeThePlaceOfRandomOnes) {
+  const std::vector<View> views = test::TexturedViews({}, 5);
+  model_ = ExampleModel();
+  model_.points.clear();
+  model_.images.resize(1);
+  model_.cameras[0].camera = views[0].camera;
+  model_.images[0].rotation = {1, 0, 0, 0};
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    if (i > 0) model_.images.push_back(model_.images[0]);
+    model_.images[i].id = i;
+    model_.images[i].name = fmt::format("view{}.png", i);
+    model_.images[i].translation = views[i].translation;
+    SavePng(ImagePath(i), views[i].image);
+  }
+  WriteModel();
+  LoadSceneOptions options;
+  options.random_points.count = 100;
+  options.test_views.every = 0;
+  const Scene random = LoadScene(folder_.path(), options);
+  options.finds_points = true;
+  const Scene found = LoadScene(folder_.path(), options);
+  ASSERT_EQ(found.points.size(), 100);
+  const auto on_plane = [](const Scene& scene) {
+    return std::ranges::count_if(scene.points.positions, [](const auto& p) { return std::abs(p[2] - 4) < 0.1f; });
+  };
+  EXPECT_LT(on_plane(random), 20);
+  EXPECT_GT(on_plane(found), 90);
+  EXPECT_NEAR(found.extent, 0.5 * 4, 0.05);
+  EXPECT_NE(found.points_note, random.points_note);
+  EXPECT_THAT(found.notes, testing::ElementsAre(found.points_note));
+  // Photographs without texture leave the random points.
+  for (std::uint32_t i = 0; i < 5; ++i) SavePng(ImagePath(i), Image(test::kPlaneWidth, test::kPlaneHeight));
+  const Scene flat = LoadScene(folder_.path(), options);
+  EXPECT_EQ(flat.points.positions, random.points.positions);
+  EXPECT_EQ(flat.notes, random.notes);
 }
 
 // The cameras look at a common point, and some are in the cube of PointsInCube.
