@@ -214,6 +214,10 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kQuality,
        kPoseGraph,
        {"certify", &O::certify, "compute a lower bound of the cost over all poses, with --error=isotropic"}},
+      {kQuality,
+       kPoseGraph,
+       {"robust", &O::robust,
+        "find and reject wrong loop closures; the output has the others. Trusts edges between consecutive ids"}},
 
       {kOutput,
        kReconstruct,

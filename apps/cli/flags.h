@@ -118,6 +118,7 @@ struct Flags {
   pose_graph::Initialize initialize = pose_graph::Initialize::kAuto;
   std::optional<pose_graph::EdgeError> error;  // empty: kG2o, or kIsotropic with --certify
   bool certify = false;
+  bool robust = false;
 };
 
 // The groups of flags, in the order of the help.

@@ -2,11 +2,14 @@
 // pose_graph: reads a pose graph in the format of g2o, solves it, and writes the result.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
@@ -17,7 +20,9 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "problems/pose_graph/certificate.h"
+#include "problems/pose_graph/closure_check.h"
 #include "problems/pose_graph/g2o_file.h"
+#include "problems/pose_graph/robust.h"
 #include "problems/pose_graph/solve.h"
 
 namespace vesta::app {
@@ -29,11 +34,42 @@ pose_graph::EdgeError ErrorOf(const Flags& flags) {
     throw UsageError("--certify: needs isotropic errors; use --error=isotropic, or leave --error out");
   if (flags.certify && flags.loss != "none")
     throw UsageError(fmt::format("--certify: is not possible with --loss={}; leave one out", flags.loss));
+  if (flags.robust && flags.loss != "none")
+    throw UsageError(fmt::format("--robust: is not possible with --loss={}; leave one out", flags.loss));
   return flags.error.value_or(flags.certify ? EdgeError::kIsotropic : EdgeError::kG2o);
 }
 
-std::string ToJson(const pose_graph::PoseGraphSolution& solution, const pose_graph::PoseGraph& graph,
+// The vertex ids of the edges that are not kept.
+std::vector<std::pair<Index, Index>> RejectedEdges(const pose_graph::PoseGraph& graph, const std::vector<bool>& kept) {
+  std::vector<std::pair<Index, Index>> rejected;
+  for (std::size_t e = 0; e < kept.size(); ++e) {
+    const auto [from, to] = graph.edges[e];
+    if (!kept[e])
+      rejected.emplace_back(graph.ids[static_cast<std::size_t>(from)], graph.ids[static_cast<std::size_t>(to)]);
+  }
+  return rejected;
+}
+
+// A solution, and with --robust the rejected edges.
+struct Result {
+  pose_graph::PoseGraphSolution solution;
+  Index num_closures = 0;
+  std::vector<std::pair<Index, Index>> rejected = {};
+};
+
+// Solves the graph. With --robust, removes the rejected edges from it.
+Result Solve(const Flags& flags, const pose_graph::PoseGraphSolveOptions& options, pose_graph::PoseGraph& graph) {
+  const LmCallback callback = [&](const LmIteration& row) { return AfterIteration(row, flags.log_lm); };
+  if (!flags.robust) return {SolvePoseGraph(graph, options, callback)};
+  pose_graph::RobustSolution robust = SolveRobustPoseGraph(graph, {.solve = options}, callback);
+  Result result{std::move(robust.solution), robust.num_closures, RejectedEdges(graph, robust.kept)};
+  graph = WithEdges(graph, robust.kept);
+  return result;
+}
+
+std::string ToJson(const Flags& flags, const Result& result, const pose_graph::PoseGraph& graph,
                    const std::optional<pose_graph::Certificate>& certificate) {
+  const pose_graph::PoseGraphSolution& solution = result.solution;
   const LmSummary& summary = solution.summary;
   nlohmann::ordered_json json = {{"poses", graph.num_poses()},
                                  {"edges", graph.num_edges()},
@@ -46,15 +82,31 @@ std::string ToJson(const pose_graph::PoseGraphSolution& solution, const pose_gra
                                  {"peak_memory_mib", PeakMemoryMib()},
                                  {"threads", NumThreads()}};
   if (certificate) json["lower_bound"] = certificate->lower_bound;
+  if (flags.robust) {
+    json["closures"] = result.num_closures;
+    json["rejected"] = result.rejected;
+  }
   json["history"] = HistoryOf(summary);
   return json.dump(1) + "\n";
 }
 
-void PrintResult(const Flags& flags, const pose_graph::PoseGraphSolution& solution, const pose_graph::PoseGraph& graph,
+void PrintRejected(const Result& result) {
+  constexpr std::size_t kMost = 10;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(kMost, result.rejected.size()); ++k) {
+    text += fmt::format("{} {}-{}", k == 0 ? ":" : ",", result.rejected[k].first, result.rejected[k].second);
+  }
+  if (result.rejected.size() > kMost) text += ", ... (--json lists all)";
+  Print("rejected {} of {} loop closures{}\n", result.rejected.size(), result.num_closures, text);
+}
+
+void PrintResult(const Flags& flags, const Result& result, const pose_graph::PoseGraph& graph,
                  const std::optional<pose_graph::Certificate>& certificate) {
+  const pose_graph::PoseGraphSolution& solution = result.solution;
   for (const std::string& note : graph.notes) Print("{}\n", note);
   Print("{} poses, {} edges, from {} poses\n{}\n", graph.num_poses(), graph.num_edges(),
         solution.starts_chordal ? "chordal" : "the given", solution.summary.BriefReport());
+  if (flags.robust) PrintRejected(result);
   if (certificate && certificate->is_optimal()) {
     Print("globally optimal: no poses have a cost lower by more than {:.1g} of it\n", certificate->gap());
   } else if (certificate) {
@@ -82,16 +134,16 @@ int RunPoseGraph(const CommandLine& line) {
   if (flags.certify && graph.fixed.size() > 1)
     Fail(kUnsupported, "{}: fixes {} poses, but --certify needs a graph with at most one", file, graph.fixed.size());
   CatchInterrupts();
-  pose_graph::PoseGraphSolution solution =
-      SolvePoseGraph(graph, options, [&](const LmIteration& row) { return AfterIteration(row, flags.log_lm); });
+  const Result result = Solve(flags, options, graph);
+  const pose_graph::PoseGraphSolution& solution = result.solution;
   if (flags.log_lm) PrintText(stderr, fmt::format("{}", solution.summary.FullReport()));
   if (solution.summary.status == LmStatus::kNonFinite) Fail(kBadFile, "{}: {}", file, solution.summary.message);
   std::optional<pose_graph::Certificate> certificate;
   if (flags.certify && !Interrupted()) certificate = Certify(graph, solution.poses);
   graph.poses = solution.poses;
   WriteG2o(graph, flags.out);
-  if (!flags.json.empty()) WriteFileAtomically(flags.json, ToJson(solution, graph, certificate));
-  PrintResult(flags, solution, graph, certificate);
+  if (!flags.json.empty()) WriteFileAtomically(flags.json, ToJson(flags, result, graph, certificate));
+  PrintResult(flags, result, graph, certificate);
   return Interrupted() ? kInterruptedStatus : 0;
 }
 

@@ -60,6 +60,24 @@ TEST_F(PoseGraphCommand, CertifiesItsMinimum) {
   EXPECT_GE(numbers["lower_bound"].get<double>(), (1 - 1e-5) * numbers["final_cost"].get<double>());
 }
 
+TEST_F(PoseGraphCommand, RejectsAWrongClosure) {
+  pose_graph::PoseGraph graph = RingGraph<pose_graph::Se2>(30, 0.01, 1, 1);
+  const std::size_t num_edges = graph.edges.size();
+  WriteG2o(graph, in_);
+  ASSERT_EQ(Solve({"--robust"}).status, 0);
+  EXPECT_EQ(Numbers()["rejected"].size(), 0u);
+  const double cost = Numbers()["final_cost"];
+  AddEdge(graph, 3, 20, {1, 2, 3});
+  WriteG2o(graph, in_);
+  const ProgramOutput output = Solve({"--robust"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, testing::HasSubstr("rejected 1 of"));
+  EXPECT_THAT(output.out, testing::HasSubstr("103-120"));  // vertex ids
+  EXPECT_EQ(Numbers()["rejected"], nlohmann::json::parse("[[103, 120]]"));
+  EXPECT_NEAR(Numbers()["final_cost"].get<double>(), cost, 1e-6 * cost);
+  EXPECT_EQ(pose_graph::ReadG2o(out_).edges.size(), num_edges);
+}
+
 TEST_F(PoseGraphCommand, SolvesEdgesAloneWithARobustLoss) {
   WriteG2o(RingGraph<pose_graph::Se2>(30, 0.05, 1), in_);
   std::string edges;
@@ -91,6 +109,7 @@ TEST_F(PoseGraphCommand, BadInputIsOneLineAndLeavesNothing) {
   refused({"--out=" + out_, "--certify"}, kFailed, {in_, "--certify"});
   refused({"--out=" + out_, "--certify", "--error=g2o"}, kUsage, {"--certify", "--error=isotropic"});
   refused({"--out=" + out_, "--certify", "--loss=huber"}, kUsage, {"--certify", "--loss=huber"});
+  refused({"--out=" + out_, "--robust", "--loss=huber"}, kUsage, {"--robust", "--loss=huber"});
   refused({"--out=" + out_, "--error=ours"}, kUsage, {"--error=ours", "g2o", "ceres", "isotropic"});
   refused({"--out=" + out_, "--loss_scale=2"}, kUsage, {"--loss_scale=2", "--loss"});
 }

@@ -46,9 +46,10 @@ std::vector<double> ExactMeasurement(const double* a, const double* b) {
 }
 
 // On a ring of radius 10; each pose is joined to the next, and every third to the opposite one. Poses and measurements
-// have noise; information matrices are random.
+// have noise; information matrices are random. With id_step = 1, edges of the path are
+// odometry.
 template <class Space>
-pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t seed) {
+pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t seed, Index id_step = 3) {
   constexpr auto kPose = static_cast<std::size_t>(Space::kPose);
   Random random(seed);
   pose_graph::PoseGraph graph;
@@ -68,7 +69,7 @@ pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t see
     truth.insert(truth.end(), pose.begin(), pose.end());
     const std::vector<double> start = moved(pose.data(), noise);
     graph.poses.insert(graph.poses.end(), start.begin(), start.end());
-    graph.ids.push_back(100 + 3 * i);
+    graph.ids.push_back(100 + id_step * i);
   }
   const auto join = [&](Index from, Index to) {
     const double* poses = truth.data();
@@ -87,6 +88,15 @@ pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t see
   join(0, 1);
   join(1, 0);
   return graph;
+}
+
+// Adds an edge with the information of the first one.
+inline void AddEdge(pose_graph::PoseGraph& graph, Index from, Index to, const std::vector<double>& measurement) {
+  graph.edges.push_back({from, to});
+  graph.measurements.insert(graph.measurements.end(), measurement.begin(), measurement.end());
+  const std::vector<double> information(graph.information.begin(),
+                                        graph.information.begin() + InformationSize(graph.space));
+  graph.information.insert(graph.information.end(), information.begin(), information.end());
 }
 
 inline CpuBackend<double>::Vector Start(const pose_graph::PoseGraphProblem& problem) {
