@@ -27,8 +27,9 @@ endif()
 set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/double_lanes.h kernels/math/quaternion.h solver/*.h solver/distributed/*.h
   problems/toy/*.h problems/bundle_adjustment/bal_file.h
   problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h
-  problems/pose_graph/certificate.h problems/pose_graph/chordal.h problems/pose_graph/g2o_file.h
-  problems/pose_graph/pose_graph_problem.h problems/pose_graph/poses.h problems/pose_graph/solve.h)
+  problems/pose_graph/certificate.h problems/pose_graph/chordal.h problems/pose_graph/closure_check.h
+  problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h problems/pose_graph/poses.h
+  problems/pose_graph/robust.h problems/pose_graph/solve.h)
 if(TARGET vesta_mpi)
   list(APPEND headers kernels/mpi/*.h)
 endif()

@@ -154,7 +154,7 @@ class CycleFinder {
   Index num_visits_ = 0;
 };
 
-// The ratio of squared errors to variances at a quantile, relative to that of the chi-square distribution.
+// The ratio of squared errors to variances at a quantile, relative to the same quantile of the chi-square distribution.
 double ScaleOf(const std::vector<Cycle>& cycles, double (Cycle::*ratio)() const, int degrees) {
   constexpr double kQuantile = 0.75;
   std::vector<double> ratios;
@@ -171,7 +171,7 @@ struct CycleTest {
 
   CycleTest(const PoseGraph& graph, std::size_t num_closures, double significance, double rotation_scale,
             double position_scale)
-      // The extent is that of a disc or ball of this radius.
+      // A disc or ball of this radius has the same extent.
       : radius(OdometryExtent<D>(graph) * std::sqrt((D + 2.0) / D)) {
     const double each = significance / (2 * static_cast<double>(num_closures));
     rotation_bound = rotation_scale * ChiSquareQuantile(kRotation, each);

@@ -17,7 +17,7 @@ struct RobustSolveOptions {
 };
 
 struct RobustSolution {
-  PoseGraphSolution solution = {};  // of the kept edges; its starts are those of the first solve
+  PoseGraphSolution solution = {};  // of the kept edges; its start is the one of the first solve
   std::vector<bool> kept = {};      // by edge
   Index num_closures = 0;
   Index num_rejected = 0;
