@@ -30,14 +30,14 @@ struct RobustSolution {
 // Rejects wrong closures, and solves the graph with the others. Trusts the odometry, which is the edges between
 // consecutive vertex ids.
 //
-// 1. Solves the graph of the closures that CheckClosures (closure_check.h) supports.
-// 2. Keeps each closure whose squared residual r^T Lambda r is below T = information_scale times the chi-square
-// quantile
-//    of significance / number of closures. Solves again, and repeats this until the same closures are kept, or 20
-//    times. The poses are then a minimum of the truncated cost, the sum of min(r^T Lambda r, T) (Yang et al. 2020,
-//    "Graduated non-convexity for robust spatial perception", equation 5).
-// 3. If other closures are likely (closure_check.h), does the same from these, and returns the result with the lower
-//    truncated cost. This comparison uses the smaller mean square of the two results instead of information_scale.
+// First it solves the graph of the closures that CheckClosures (closure_check.h) supports. Then it keeps each closure
+// whose squared residual r^T Lambda r is below T, and solves again, until the same closures are kept, or 20 times. T is
+// information_scale times the chi-square quantile of significance / number of closures. The poses are then a minimum of
+// the truncated cost, the sum of min(r^T Lambda r, T) (Yang et al. 2020, "Graduated non-convexity for robust spatial
+// perception", equation 5).
+//
+// If other closures are likely (closure_check.h), it does the same from these, and returns the result with the lower
+// truncated cost. This comparison uses the smaller mean square of the two results instead of information_scale.
 //
 // callback: see SolveLm; it receives the iterations of all solves. If it stops one, that is the last. Throws Error
 // as PoseGraphProblem does, and for options out of range.

@@ -2,10 +2,12 @@
 // Benchmark pose graphs against the best known costs.
 #include <gtest/gtest.h>
 
+#include "bench/collections/wrong_closures.h"
 #include "bench/solver_race/ceres_pose_graph.h"
 #include "kernels/core/files.h"
 #include "problems/pose_graph/certificate.h"
 #include "problems/pose_graph/g2o_file.h"
+#include "problems/pose_graph/robust.h"
 #include "problems/pose_graph/solve.h"
 #include "solver/ceres/ceres_problem.h"
 #include "tests/support/test_files.h"
@@ -82,6 +84,28 @@ TEST(CertificateData, AWorseMinimumIsNotProven) {
   EXPECT_LE(2 * certificate.lower_bound, 24227.05);
   EXPECT_FALSE(certificate.is_optimal());
 }
+
+// With 10 % of wrong closures, the robust solve ends at the poses of the graph without them.
+class WrongClosuresData : public testing::TestWithParam<const char*> {};
+
+TEST_P(WrongClosuresData, DoNotMoveThePoses) {
+  const std::string path = PathOf(GetParam());
+  if (!FileExists(path)) GTEST_SKIP() << "no " << path << ": set VESTA_DATA to a folder with nlls/g2o";
+  PoseGraph graph = ReadG2o(path, {.clip_indefinite = true});
+  graph.poses = SolvePoseGraph(graph).poses;
+  const PoseGraph wrong = bench::WithWrongClosures(graph, {.fraction = 0.1, .seed = 7});
+  RobustSolveOptions options;
+  options.solve.initialize = Initialize::kChordal;
+  const RobustSolution robust = SolveRobustPoseGraph(wrong, options);
+  const double difference = bench::PositionDifference(graph, robust.solution.poses, graph.poses);
+  EXPECT_LE(difference, 1e-3 * bench::PositionExtent(graph, graph.poses));
+  EXPECT_EQ(robust.num_rejected, wrong.num_edges() - graph.num_edges());
+}
+
+INSTANTIATE_TEST_SUITE_P(Graphs, WrongClosuresData,
+                         testing::Values("input_M3500_g2o", "intel", "sphere2500", "torus3D",
+                                         "sphere_bignoise_vertex3"),
+                         [](const auto& tested) { return std::string(tested.param); });
 
 // As plain cost functions through the Ceres bridge, against Ceres itself.
 class BridgeData : public testing::TestWithParam<const char*> {};

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/collections/wrong_closures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "kernels/core/check.h"
+#include "kernels/core/random.h"
+#include "problems/pose_graph/closure_check.h"
+
+namespace vesta::bench {
+namespace {
+
+using pose_graph::PoseGraph;
+
+int Dimensions(const PoseGraph& graph) { return graph.space == pose_graph::PoseSpace::kSe2 ? 2 : 3; }
+
+// Root mean square of difference(i, k) over the poses i, summed over the axes k.
+template <class Difference>
+double RootMeanSquare(const PoseGraph& graph, const Difference& difference) {
+  double sum = 0;
+  for (Index i = 0; i < graph.num_poses(); ++i) {
+    for (int k = 0; k < Dimensions(graph); ++k) sum += std::pow(difference(i, k), 2);
+  }
+  return std::sqrt(sum / static_cast<double>(graph.num_poses()));
+}
+
+double Coordinate(const PoseGraph& graph, const std::vector<double>& poses, Index pose, int axis) {
+  return poses[static_cast<std::size_t>(pose * PoseSize(graph.space) + axis)];
+}
+
+// A uniformly random rotation, and a position in a cube of this extent.
+std::vector<double> RandomPose(const PoseGraph& graph, double extent, CounterRandom& random) {
+  std::vector<double> pose;
+  // A coordinate that is uniform between -h and h has the variance h^2 / 3.
+  const double half_side = extent * std::sqrt(3.0 / Dimensions(graph));
+  for (int k = 0; k < Dimensions(graph); ++k) pose.push_back(half_side * (2 * random.Uniform() - 1));
+  if (Dimensions(graph) == 2) {
+    pose.push_back(std::numbers::pi * (2 * random.Uniform() - 1));
+    return pose;
+  }
+  double q[4], square = 0;
+  for (double& value : q) {
+    value = random.Normal();
+    square += value * value;
+  }
+  for (const double value : q) pose.push_back(value / std::sqrt(square));
+  return pose;
+}
+
+}  // namespace
+
+double PositionDifference(const PoseGraph& graph, const std::vector<double>& a, const std::vector<double>& b) {
+  return RootMeanSquare(graph, [&](Index i, int k) { return Coordinate(graph, a, i, k) - Coordinate(graph, b, i, k); });
+}
+
+double PositionExtent(const PoseGraph& graph, const std::vector<double>& poses) {
+  double mean[3] = {};
+  for (Index i = 0; i < graph.num_poses(); ++i) {
+    for (int k = 0; k < Dimensions(graph); ++k) {
+      mean[k] += Coordinate(graph, poses, i, k) / static_cast<double>(graph.num_poses());
+    }
+  }
+  return RootMeanSquare(graph, [&](Index i, int k) { return Coordinate(graph, poses, i, k) - mean[k]; });
+}
+
+PoseGraph WithWrongClosures(PoseGraph graph, const WrongClosures& options) {
+  std::vector<Index> closures;
+  for (Index e = 0; e < graph.num_edges(); ++e) {
+    if (!IsOdometry(graph, e)) closures.push_back(e);
+  }
+  VESTA_CHECK(!closures.empty() && graph.num_poses() > 2, "a graph without closures");
+  const double extent = options.size * PositionExtent(graph, graph.poses);
+  const auto count = std::llround(options.fraction * static_cast<double>(closures.size()));
+  const Index size = InformationSize(graph.space);
+  for (long long i = 0; i < count; ++i) {
+    CounterRandom random(options.seed, static_cast<std::uint64_t>(i));
+    const Index source = closures[static_cast<std::size_t>(random.Below(std::ssize(closures)))];
+    PoseGraph::Edge edge;
+    do {
+      edge = {random.Below(graph.num_poses()), random.Below(graph.num_poses())};
+    } while (std::abs(edge.from - edge.to) < 2);
+    graph.edges.push_back(edge);
+    const std::vector<double> pose = RandomPose(graph, extent, random);
+    graph.measurements.insert(graph.measurements.end(), pose.begin(), pose.end());
+    const std::vector<double> information(graph.information.begin() + source * size,
+                                          graph.information.begin() + (source + 1) * size);
+    graph.information.insert(graph.information.end(), information.begin(), information.end());
+  }
+  return graph;
+}
+
+}  // namespace vesta::bench
