@@ -58,7 +58,8 @@ done
 grep -q "vesta has no component unheard_of; there are: core" "$work/refused/build/configure.log" ||
   { cat "$work/refused/build/configure.log"; fail "the message does not name the unknown component"; }
 
-examples=(exponential_fit registration many_fits eigen_types slow_detector unknown_gains ceres_examples from_ceres)
+examples=(exponential_fit registration many_fits eigen_types slow_detector unknown_gains cameras_from_pairs
+  ceres_examples from_ceres)
 if [[ -e $work/prefix/include/vesta/kernels/mpi ]]; then examples+=(over_processes); fi
 for example in "${examples[@]}"; do
   say "examples/$example"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rotations of all views from those of pairs, and positions from directions.
+// Rotation averaging: rotations of all views from rotations of pairs. Position averaging: positions from directions.
 #pragma once
 
 #include <algorithm>
@@ -39,10 +39,10 @@ inline vesta::pose_graph::PoseGraph RotationGraph(Index views, const std::vector
   return graph;
 }
 
-// Starts from chordal relaxation, a linear problem. Wrong pairs distort its result, so a robust loss follows. Its scale
-// decreases from all errors to those of correct pairs, because a small scale at once would keep the views that chordal
-// relaxation turned wrongly. Chatterjee and Govindu 2013, "Efficient and robust large-scale rotation averaging"; Yang
-// et al. 2020, "Graduated non-convexity for robust spatial perception".
+// Starts from chordal relaxation, a linear problem. Wrong pairs distort its result, so solves with a robust loss follow
+// (Chatterjee and Govindu 2013, "Efficient and robust large-scale rotation averaging"). The scale of the loss decreases
+// from solve to solve (Yang et al. 2020, "Graduated non-convexity for robust spatial perception"). With the last scale
+// alone, views that chordal relaxation rotates wrongly would stay wrong.
 inline std::vector<View> AverageRotations(Index count, const std::vector<Pair>& pairs) {
   namespace pg = vesta::pose_graph;
   const pg::PoseGraph graph = RotationGraph(count, pairs);
@@ -119,7 +119,7 @@ inline std::vector<double> StartPositions(Index count, const std::vector<Sight>&
 }
 
 // Minimises the errors of the directions with a robust loss (Wilson and Snavely 2014, "Robust global translations with
-// 1DSfM"). The directions do not determine the scale, which stays close to that of the start.
+// 1DSfM"). The directions do not determine the scale, which stays close to the scale of the start.
 inline void RefinePositions(const std::vector<Sight>& sights, std::vector<double>& nodes) {
   vesta::BlockProblem problem = NodeProblem(static_cast<Index>(nodes.size()) / 3);
   const auto loss = std::make_shared<vesta::CauchyLoss>(kDirectionError);

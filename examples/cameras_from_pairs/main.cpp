@@ -5,7 +5,7 @@
 //
 // FILE is a problem in the BAL format; without it, a small scene is generated. The poses in the file serve only to
 // simulate the pairs and to compute the cost for comparison. Its lenses and observations are used.
-//   1. Rotation averaging: rotations of all cameras from those of pairs.
+//   1. Rotation averaging: rotations of all cameras from rotations of pairs.
 //   2. Position averaging: positions of cameras and of some points, from directions.
 //   3. Triangulation: all points.
 //   4. Bundle adjustment, with and without a robust loss.
