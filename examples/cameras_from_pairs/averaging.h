@@ -41,8 +41,8 @@ inline vesta::pose_graph::PoseGraph RotationGraph(Index views, const std::vector
 
 // Starts from chordal relaxation, a linear problem. Wrong pairs distort its result, so solves with a robust loss follow
 // (Chatterjee and Govindu 2013, "Efficient and robust large-scale rotation averaging"). The scale of the loss decreases
-// from solve to solve (Yang et al. 2020, "Graduated non-convexity for robust spatial perception"). With the last scale
-// alone, views that chordal relaxation rotates wrongly would stay wrong.
+// from solve to solve (Yang et al. 2020, "Graduated non-convexity for robust spatial perception"). The last scale
+// alone might not correct views that chordal relaxation rotates wrongly.
 inline std::vector<View> AverageRotations(Index count, const std::vector<Pair>& pairs) {
   namespace pg = vesta::pose_graph;
   const pg::PoseGraph graph = RotationGraph(count, pairs);
