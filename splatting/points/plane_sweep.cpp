@@ -23,7 +23,7 @@ namespace {
 using Vector3 = std::array<float, 3>;
 using Color = std::array<std::uint8_t, 3>;
 
-constexpr int kLongestSide = 320;  // of the compared images, pixels
+constexpr int kLongestSide = 320;  // images are shrunk to this size, pixels
 constexpr int kRadius = 2;         // a window has 2 kRadius + 1 pixels per side
 constexpr int kWindow = (2 * kRadius + 1) * (2 * kRadius + 1);
 constexpr float kLeastContrast = 0.01f;  // standard deviation of the pixels of a window
@@ -31,12 +31,12 @@ constexpr float kLeastScore = 0.7f;
 constexpr float kLeastMargin = 0.1f;  // over the scores of depths more than kPeak steps away
 constexpr int kPeak = 3;
 constexpr int kFewestSteps = 16, kMostSteps = 256;
-constexpr double kNearest = 0.25;  // of the likely depth
+constexpr double kNearest = 0.125;  // of the likely depth
 constexpr std::size_t kOthers = 4;
-constexpr double kBestAngle = 8 * std::numbers::pi / 180;  // between the rays of two views to a likely point
+constexpr double kBestAngle = 3 * std::numbers::pi / 180;  // between the rays of two views to a likely point
 constexpr double kLeastAngle = 1e-4;
 constexpr double kLeastAxes = 0.7;  // cosine of the angle between two optical axes
-constexpr Index kRounds = 3;        // at most as many times `count` pixels are tried
+constexpr Index kRounds = 8;        // tries at most kRounds * count pixels
 constexpr float kUnseen = -2;       // below every correlation
 
 // A training view at a small size.
@@ -237,7 +237,7 @@ float PeakOffset(const std::vector<float>& scores, std::size_t at) {
   return bend < 0 ? 0.5f * (scores[at - 1] - scores[at + 1]) / bend : 0;
 }
 
-// The distinct peak of the scores, in steps; nullopt if there is none.
+// The distinct peak of the scores, in steps; nullopt without one.
 std::optional<float> DistinctPeak(const std::vector<float>& scores) {
   const auto best = std::max_element(scores.begin(), scores.end());
   const std::ptrdiff_t at = best - scores.begin();

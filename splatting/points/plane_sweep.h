@@ -14,7 +14,7 @@ namespace vesta::gs {
 // (Collins 1996, A Space-Sweep Approach to True Multi-Image Matching).
 //
 // Pixels are drawn at random, equally many in each training view. For each, the 5 x 5 pixels around it are projected
-// into up to four other views at many depths, from a quarter of the likely depth (LikelyDepths) to infinity, and
+// into up to four other views at many depths, from an eighth of the likely depth (LikelyDepths) to infinity, and
 // compared by normalized cross-correlation of the green channel. The score of a depth is the mean correlation of the
 // two views that agree best. The best depth gives a point if its score is at least 0.7 and exceeds those of all other
 // depths by 0.1. Images are compared at a size of at most 320 pixels. Masked pixels are not compared.
