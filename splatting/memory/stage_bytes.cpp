@@ -86,8 +86,8 @@ class Parts {
 
  private:
   static constexpr bool kIsDevice = !std::is_same_v<typename B::Space, Host>;
-  // Per Gaussian: the rise in one view and in all, a score, and a sorted index.
-  static constexpr double kRemovalCostBytes = 3 * sizeof(double) + sizeof(Index);
+  // Per Gaussian: the rise in one view, in all and at most, a score, and a sorted index.
+  static constexpr double kRemovalCostBytes = 4 * sizeof(double) + sizeof(Index);
 
   double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
 

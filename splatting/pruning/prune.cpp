@@ -109,12 +109,24 @@ std::vector<Index> SelectToKeep(const splat::Model<float>& model, const ScoringV
                  count);
 }
 
+std::vector<double> SupportedRises(const RemovalCost& removal) {
+  double all = 0, outside = 0;
+  for (std::size_t i = 0; i < removal.rise.size(); ++i) {
+    all += std::max(0.0, removal.rise[i]);
+    outside += std::max(0.0, removal.rise[i] - removal.largest_rise[i]);
+  }
+  const double weight = all > 0 ? std::min(1.0, 2 * outside / all) : 0;
+  std::vector<double> rises = removal.rise;
+  for (std::size_t i = 0; i < rises.size(); ++i) rises[i] -= weight * removal.largest_rise[i];
+  return rises;
+}
+
 std::vector<Index> KeepByAic(const splat::Model<float>& model, const ScoringViews& scoring_views, double aic_weight,
                              std::uint64_t seed, std::uint64_t round) {
   constexpr double kPartOfPoor = 0.4;
   const RemovalCost removal = MeasureRemovalCost(model, scoring_views);
   const double unit = aic_weight * removal.loss / removal.values;
-  std::vector<double> gain = removal.rise;
+  std::vector<double> gain = SupportedRises(removal);
   Index going = 0;
   for (std::size_t i = 0; i < gain.size(); ++i) {
     const int degree = std::min(model.DegreeOf(static_cast<Index>(i)), model.active_sh_degree);

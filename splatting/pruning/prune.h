@@ -19,11 +19,18 @@ namespace vesta::gs {
 std::vector<Index> SelectToKeep(const splat::Model<float>& model, const ScoringViews& scoring_views, bool prune_unseen,
                                 Index count);
 
+// Per Gaussian, the rise of the loss in all views but the one where it rises most. This view alone cannot tell a
+// surface from a floater in front of its camera. If the views hardly overlap, no other view could confirm a surface; so
+// the largest rise is subtracted with the weight min(1, 2 s), where s is the fraction of the positive rises of all
+// Gaussians that is outside of the largest ones.
+std::vector<double> SupportedRises(const RemovalCost& removal);
+
 // Indices, ascending, of the Gaussians to keep by Akaike's information criterion: removing one would raise the loss of
-// the views by at least `aic_weight` * loss / n per parameter; n is the number of pixel values (RemovalCost::values). A
-// weight of 1 is Akaike's rule (1974, "A new look at the statistical model identification"): a parameter is accepted if
-// it raises the log-likelihood by more than one. For n errors with a Laplace distribution whose scale is their mean,
-// the log-likelihood is -n log(loss) plus a constant. SH bands that are not active yet cost nothing.
+// the views (SupportedRises) by at least `aic_weight` * loss / n per parameter; n is the number of pixel values
+// (RemovalCost::values). A weight of 1 is Akaike's rule (1974, "A new look at the statistical model identification"): a
+// parameter is accepted if it raises the log-likelihood by more than one. For n errors with a Laplace distribution
+// whose scale is their mean, the log-likelihood is -n log(loss) plus a constant. SH bands that are not active yet cost
+// nothing.
 //
 // Two Gaussians that can replace each other both have a low removal cost, but only one should be removed. So one call
 // removes only a random two fifths of the Gaussians that fail the criterion, and at most a quarter of all. The choice

@@ -183,9 +183,10 @@ class ScoringLoss {
 // Removal cost of each Gaussian, predicted by kernels/gaussian_splatting/raster/loss_passes.h. The loss is 0.8 |e| +
 // 0.2 (1 - SSIM), summed over views, pixels and channels.
 struct RemovalCost {
-  double loss = 0;           // with all Gaussians
-  double values = 0;         // unmasked pixels of the views times channels
-  std::vector<double> rise;  // loss without this Gaussian minus loss with it, all others fixed
+  double loss = 0;                   // with all Gaussians
+  double values = 0;                 // unmasked pixels of the views times channels
+  std::vector<double> rise;          // loss without this Gaussian minus loss with it, all others fixed
+  std::vector<double> largest_rise;  // the largest rise of one view; at least 0
 };
 
 // Takes the time of about three renderings of all views. Collective.

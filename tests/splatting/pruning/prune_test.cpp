@@ -59,6 +59,17 @@ TEST(SelectToKeep, AreAsManyAsAskedForInTheirOrder) {
   EXPECT_TRUE(std::ranges::is_sorted(kept));
 }
 
+TEST(SupportedRises, LeaveOutTheLargestRiseIfViewsOverlap) {
+  RemovalCost removal{.rise = {6, 5, -1}, .largest_rise = {2, 3, 1}};  // s = 6 / 11
+  EXPECT_THAT(SupportedRises(removal), testing::ElementsAre(4, 2, -2));
+  removal = {.rise = {5, 5}, .largest_rise = {5, 4}};  // s = 0.1
+  EXPECT_THAT(SupportedRises(removal), testing::ElementsAre(5 - 0.2 * 5, 5 - 0.2 * 4));
+  removal = {.rise = {5, -1}, .largest_rise = {5, 0}};  // one view
+  EXPECT_EQ(SupportedRises(removal), removal.rise);
+  removal = {.rise = {-1}, .largest_rise = {1}};
+  EXPECT_EQ(SupportedRises(removal), removal.rise);
+}
+
 TEST(KeepByAic, GoesByTheRiseForEachParameter) {
   Padded padded;
   for (View& view : padded.scene.views) {
@@ -69,7 +80,7 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
     return KeepByAic(model, padded.MakeScoringViews(), aic_weight, 3, round);
   };
   const RemovalCost removal = MeasureRemovalCost(model, padded.MakeScoringViews());
-  std::vector<double> rise = removal.rise;
+  std::vector<double> rise = SupportedRises(removal);
   std::ranges::sort(rise);
   // Between the scores of the 10th and 11th Gaussian.
   const double aic_weight = (rise[9] + rise[10]) / 2 * removal.values / (removal.loss * padded.model.num_attributes());
@@ -84,7 +95,7 @@ TEST(KeepByAic, GoesByTheRiseForEachParameter) {
     }
   }
   EXPECT_EQ(gone.size(), 10U);
-  for (const Index i : gone) EXPECT_LE(removal.rise[static_cast<std::size_t>(i)], rise[9]);
+  for (const Index i : gone) EXPECT_LE(SupportedRises(removal)[static_cast<std::size_t>(i)], rise[9]);
   EXPECT_NEAR(went, 4, 1) << "two fifths of them in each round";
   EXPECT_EQ(kept(aic_weight, 1), kept(aic_weight, 1));
   EXPECT_EQ(kept(1e12, 1).size(), 30U) << "at most a quarter per round";
@@ -106,7 +117,7 @@ TEST(KeepByAic, InactiveBandsCostNothing) {
     return KeepByAic(model, padded.MakeScoringViews(), aic_weight, 3, 1);
   };
   const RemovalCost removal = MeasureRemovalCost(ToKernelModel(low), padded.MakeScoringViews());
-  std::vector<double> rise = removal.rise;
+  std::vector<double> rise = SupportedRises(removal);
   std::ranges::sort(rise);
   bool depends = false;
   for (const std::size_t candidates : {3U, 8U, 12U}) {

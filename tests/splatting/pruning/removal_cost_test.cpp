@@ -85,6 +85,20 @@ TEST(RemovalCost, PixelsThatDoNotCountHaveNoSay) {
   for (const double rise : nothing.rise) EXPECT_EQ(rise, 0);
 }
 
+TEST(RemovalCost, TheLargestRiseIsThatOfOneView) {
+  const Fit fit;
+  const RemovalCost removal = fit.Measure();
+  const ScoringViews all = TrainingViewsOf(fit.scene, {0, 0, 0});
+  std::vector<double> largest(removal.rise.size());
+  for (const View* view : all.views) {
+    ScoringViews one = all;
+    one.views = {view};
+    const RemovalCost alone = MeasureRemovalCost(ToKernelModel(fit.model), one);
+    for (std::size_t i = 0; i < largest.size(); ++i) largest[i] = std::max(largest[i], alone.rise[i]);
+  }
+  EXPECT_EQ(removal.largest_rise, largest);
+}
+
 TEST(RemovalCost, WhatNoViewShowsHasNone) {
   Fit fit;
   fit.model.attribute(splat::kMean + 1)[7] = 1000;
