@@ -32,20 +32,21 @@ double Coordinate(const PoseGraph& graph, const std::vector<double>& poses, Inde
 
 // A uniformly random rotation, and a position in a cube of this extent.
 std::vector<double> RandomPose(const PoseGraph& graph, double extent, CounterRandom& random) {
-  std::vector<double> pose;
+  std::vector<double> pose(static_cast<std::size_t>(PoseSize(graph.space)));
+  const auto dimensions = static_cast<std::size_t>(Dimensions(graph));
   // A coordinate that is uniform between -h and h has the variance h^2 / 3.
   const double half_side = extent * std::sqrt(3.0 / Dimensions(graph));
-  for (int k = 0; k < Dimensions(graph); ++k) pose.push_back(half_side * (2 * random.Uniform() - 1));
-  if (Dimensions(graph) == 2) {
-    pose.push_back(std::numbers::pi * (2 * random.Uniform() - 1));
+  for (std::size_t k = 0; k < dimensions; ++k) pose[k] = half_side * (2 * random.Uniform() - 1);
+  if (dimensions == 2) {
+    pose[2] = std::numbers::pi * (2 * random.Uniform() - 1);
     return pose;
   }
-  double q[4], square = 0;
-  for (double& value : q) {
-    value = random.Normal();
-    square += value * value;
+  double square = 0;
+  for (std::size_t k = 3; k < 7; ++k) {
+    pose[k] = random.Normal();
+    square += pose[k] * pose[k];
   }
-  for (const double value : q) pose.push_back(value / std::sqrt(square));
+  for (std::size_t k = 3; k < 7; ++k) pose[k] /= std::sqrt(square);
   return pose;
 }
 

@@ -111,8 +111,8 @@ class CycleFinder {
     const int size = PoseSize(graph_.space);
     Rotation<D> rotation = Rotation<D>::Identity();
     Vector position = Vector::Zero();
-    std::vector<Vector>
-        pivots;  // position of the pose `to` of each edge, about which its rotation error turns the rest
+    // Position of the pose `to` of each edge, about which its rotation error turns the rest.
+    std::vector<Vector> pivots;
     Index at = graph_.edges[At(closure)].from;
     Cycle cycle{.num_edges = path_.size(),
                 .rotation_variance = rotation_variance_[At(closure)],
@@ -157,8 +157,8 @@ class CycleFinder {
 // The ratio of squared errors to variances at a quantile, relative to the same quantile of the chi-square distribution.
 double ScaleOf(const std::vector<Cycle>& cycles, double (Cycle::*ratio)() const, int degrees) {
   constexpr double kQuantile = 0.75;
-  std::vector<double> ratios;
-  for (const Cycle& cycle : cycles) ratios.push_back((cycle.*ratio)());
+  std::vector<double> ratios(cycles.size());
+  std::ranges::transform(cycles, ratios.begin(), ratio);
   const auto at = ratios.begin() + static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(ratios.size()));
   std::nth_element(ratios.begin(), at, ratios.end());
   return *at / ChiSquareQuantile(degrees, 1 - kQuantile);
@@ -210,8 +210,8 @@ std::vector<bool> Support(const std::vector<Tested>& tests, std::size_t num_edge
 
 // The cycles that are not longer than half of them.
 std::vector<Cycle> ShorterHalf(const std::vector<std::pair<Index, Cycle>>& cycles) {
-  std::vector<std::size_t> lengths;
-  for (const auto& [edge, cycle] : cycles) lengths.push_back(cycle.num_edges);
+  std::vector<std::size_t> lengths(cycles.size());
+  std::ranges::transform(cycles, lengths.begin(), [](const auto& of_edge) { return of_edge.second.num_edges; });
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::nth_element(lengths.begin(), middle, lengths.end());
   std::vector<Cycle> shorter;
