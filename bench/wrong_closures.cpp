@@ -17,6 +17,7 @@
 
 #include "bench/report.h"
 #include "kernels/core/check.h"
+#include "problems/pose_graph/closure_check.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/robust.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/collections/wrong_closures.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -15,20 +14,6 @@ namespace {
 using pose_graph::PoseGraph;
 
 int Dimensions(const PoseGraph& graph) { return graph.space == pose_graph::PoseSpace::kSe2 ? 2 : 3; }
-
-// Root mean square of difference(i, k) over the poses i, summed over the axes k.
-template <class Difference>
-double RootMeanSquare(const PoseGraph& graph, const Difference& difference) {
-  double sum = 0;
-  for (Index i = 0; i < graph.num_poses(); ++i) {
-    for (int k = 0; k < Dimensions(graph); ++k) sum += std::pow(difference(i, k), 2);
-  }
-  return std::sqrt(sum / static_cast<double>(graph.num_poses()));
-}
-
-double Coordinate(const PoseGraph& graph, const std::vector<double>& poses, Index pose, int axis) {
-  return poses[static_cast<std::size_t>(pose * PoseSize(graph.space) + axis)];
-}
 
 // A uniformly random rotation, and a position in a cube of this extent.
 std::vector<double> RandomPose(const PoseGraph& graph, double extent, CounterRandom& random) {
@@ -53,17 +38,12 @@ std::vector<double> RandomPose(const PoseGraph& graph, double extent, CounterRan
 }  // namespace
 
 double PositionDifference(const PoseGraph& graph, const std::vector<double>& a, const std::vector<double>& b) {
-  return RootMeanSquare(graph, [&](Index i, int k) { return Coordinate(graph, a, i, k) - Coordinate(graph, b, i, k); });
-}
-
-double PositionExtent(const PoseGraph& graph, const std::vector<double>& poses) {
-  double mean[3] = {};
-  for (Index i = 0; i < graph.num_poses(); ++i) {
-    for (int k = 0; k < Dimensions(graph); ++k) {
-      mean[k] += Coordinate(graph, poses, i, k) / static_cast<double>(graph.num_poses());
-    }
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); i += static_cast<std::size_t>(PoseSize(graph.space))) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(Dimensions(graph)); ++k)
+      sum += std::pow(a[i + k] - b[i + k], 2);
   }
-  return RootMeanSquare(graph, [&](Index i, int k) { return Coordinate(graph, poses, i, k) - mean[k]; });
+  return std::sqrt(sum / static_cast<double>(graph.num_poses()));
 }
 
 PoseGraph WithWrongClosures(PoseGraph graph, const WrongClosures& options) {

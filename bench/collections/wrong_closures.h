@@ -12,8 +12,6 @@ namespace vesta::bench {
 // Root mean square difference of the positions, world units.
 double PositionDifference(const pose_graph::PoseGraph& graph, const std::vector<double>& a,
                           const std::vector<double>& b);
-// Root mean square distance of the positions from their mean, world units.
-double PositionExtent(const pose_graph::PoseGraph& graph, const std::vector<double>& poses);
 
 struct WrongClosures {
   double fraction = 0.1;  // relative to the number of the graph's closures (pose_graph::IsOdometry); >= 0

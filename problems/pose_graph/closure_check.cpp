@@ -28,16 +28,11 @@ double ChiSquareTail(int degrees, double x) {
   return tail;
 }
 
-// Root mean square distance of the poses from their mean, if the odometry is exact.
-template <int D>
+// The extent of the poses, if the odometry is exact.
 double OdometryExtent(const PoseGraph& graph) {
   std::vector<bool> kept;
   for (Index e = 0; e < graph.num_edges(); ++e) kept.push_back(IsOdometry(graph, e));
-  const std::vector<double> poses = ChordalPoses(WithEdges(graph, kept)).value_or(graph.poses);
-  const Eigen::Map<const Eigen::Matrix<double, D, Eigen::Dynamic>, 0, Eigen::OuterStride<>> positions(
-      poses.data(), D, graph.num_poses(), Eigen::OuterStride<>(PoseSize(graph.space)));
-  const Eigen::Matrix<double, D, 1> mean = positions.rowwise().mean();
-  return std::sqrt((positions.colwise() - mean).squaredNorm() / static_cast<double>(graph.num_poses()));
+  return PositionExtent(graph, ChordalPoses(WithEdges(graph, kept)).value_or(graph.poses));
 }
 
 // A closure compared with a path between its poses: squared errors, and variances per axis.
@@ -172,7 +167,7 @@ struct CycleTest {
   CycleTest(const PoseGraph& graph, std::size_t num_closures, double significance, double rotation_scale,
             double position_scale)
       // A disc or ball of this radius has the same extent.
-      : radius(OdometryExtent<D>(graph) * std::sqrt((D + 2.0) / D)) {
+      : radius(OdometryExtent(graph) * std::sqrt((D + 2.0) / D)) {
     const double each = significance / (2 * static_cast<double>(num_closures));
     rotation_bound = rotation_scale * ChiSquareQuantile(kRotation, each);
     position_bound = position_scale * ChiSquareQuantile(D, each);
@@ -268,6 +263,14 @@ ClosureCheck CheckIn(const PoseGraph& graph, double significance) {
 bool IsOdometry(const PoseGraph& graph, Index edge) {
   const auto [from, to] = graph.edges[At(edge)];
   return std::abs(graph.ids[At(from)] - graph.ids[At(to)]) == 1;
+}
+
+double PositionExtent(const PoseGraph& graph, const std::vector<double>& poses) {
+  const Index dimensions = graph.space == PoseSpace::kSe2 ? 2 : 3;
+  const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> positions(
+      poses.data(), dimensions, graph.num_poses(), Eigen::OuterStride<>(PoseSize(graph.space)));
+  const Eigen::VectorXd mean = positions.rowwise().mean();
+  return std::sqrt((positions.colwise() - mean).squaredNorm() / static_cast<double>(graph.num_poses()));
 }
 
 PoseGraph WithEdges(const PoseGraph& graph, const std::vector<bool>& kept) {

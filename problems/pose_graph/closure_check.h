@@ -12,6 +12,9 @@ namespace vesta::pose_graph {
 // Whether the edge joins consecutive vertex ids. These edges are odometry, and are trusted. All others are closures.
 bool IsOdometry(const PoseGraph& graph, Index edge);
 
+// Root mean square distance of the positions from their mean, world units. poses: as PoseGraph::poses, at least one.
+double PositionExtent(const PoseGraph& graph, const std::vector<double>& poses);
+
 // The same poses with a part of the edges. kept: one value per edge.
 PoseGraph WithEdges(const PoseGraph& graph, const std::vector<bool>& kept);
 

@@ -47,7 +47,8 @@ class TruncatedSolver {
 
   Index num_closures() const { return std::count(is_closure_.begin(), is_closure_.end(), true); }
 
-  // Solves the graph of the kept edges, and changes them until they are those with residuals below the threshold.
+  // Solves the graph of the kept edges, and keeps the ones with residuals below the threshold, until they do not
+  // change.
   RobustSolution Solve(std::vector<bool> kept) {
     constexpr int kMostSolves = 20;
     RobustSolution robust{.kept = std::move(kept), .num_closures = num_closures()};
@@ -82,7 +83,7 @@ class TruncatedSolver {
     return IsFailure(status) || status == LmStatus::kStoppedByCallback || status == LmStatus::kTimeLimit;
   }
 
-  // Whether the truncated cost of `a` is below that of `b`. The threshold is the quantile times the smaller of their
+  // Whether `a` has a lower truncated cost than `b`. The threshold is the quantile times the smaller of their
   // mean squares. If the information is too small, this is closer to the noise than information_scale.
   bool IsBetter(const RobustSolution& a, const RobustSolution& b) {
     const std::vector<double> of_a = SquaredResiduals(all_edges_, a.solution.poses),

@@ -6,6 +6,7 @@
 #include "bench/solver_race/ceres_pose_graph.h"
 #include "kernels/core/files.h"
 #include "problems/pose_graph/certificate.h"
+#include "problems/pose_graph/closure_check.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/robust.h"
 #include "problems/pose_graph/solve.h"
@@ -98,7 +99,7 @@ TEST_P(WrongClosuresData, DoNotMoveThePoses) {
   options.solve.initialize = Initialize::kChordal;
   const RobustSolution robust = SolveRobustPoseGraph(wrong, options);
   const double difference = bench::PositionDifference(graph, robust.solution.poses, graph.poses);
-  EXPECT_LE(difference, 1e-3 * bench::PositionExtent(graph, graph.poses));
+  EXPECT_LE(difference, 1e-3 * PositionExtent(graph, graph.poses));
   EXPECT_EQ(robust.num_rejected, wrong.num_edges() - graph.num_edges());
 }
 

@@ -46,8 +46,8 @@ std::vector<double> ExactMeasurement(const double* a, const double* b) {
 }
 
 // On a ring of radius 10; each pose is joined to the next, and every third to the opposite one. Poses and measurements
-// have noise; information matrices are random. With id_step = 1, edges of the path are
-// odometry.
+// have noise; information matrices are random. With id_step = 1, edges of the
+// path are odometry.
 template <class Space>
 pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t seed, Index id_step = 3) {
   constexpr auto kPose = static_cast<std::size_t>(Space::kPose);
