@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs missing Debian 12 packages that a build of vesta needs. If none is missing, it needs neither the network nor
 # root.
-#   tools/install_packages.sh [demo] [tutorial] [ci]     demo: also for the demo's plot; tutorial: also for
-#                                                        tools/tutorial.sh; ci: also the tools of CI
+#   tools/install_packages.sh [demo] [tutorial] [python] [ci]
+# demo: also for the demo's plot; tutorial: for tools/tutorial.sh; python: for the Python package and its tests;
+# ci: the tools of CI
 set -eu
 
 packages="
@@ -17,8 +18,9 @@ for group in "$@"; do
   case $group in
     demo) packages="$packages python3-matplotlib" ;;
     tutorial) packages="$packages colmap ffmpeg" ;;
+    python) packages="$packages python3-dev python3-numpy python3-scipy pybind11-dev" ;;
     ci) packages="$packages git ccache clang clang-format clang-tidy doxygen libclang-rt-dev libopenmpi-dev openmpi-bin" ;;
-    *) echo "install_packages.sh: unknown group '$group'; the groups are demo, tutorial and ci" >&2; exit 2 ;;
+    *) echo "install_packages.sh: unknown group '$group'; the groups are demo, tutorial, python and ci" >&2; exit 2 ;;
   esac
 done
 

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The groups of the extension module. Functions that take long release the GIL.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace vesta::python {
+
+namespace py = pybind11;
+
+// Residual programs, and the problems that consist of them.
+void AddProblem(py::module_& module);
+
+}  // namespace vesta::python

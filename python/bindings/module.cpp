@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The extension module vesta._vesta. Each file of this folder adds one group of classes and functions.
+#include <pybind11/pybind11.h>
+
+#include "kernels/core/error.h"
+#include "python/bindings/bindings.h"
+
+namespace vesta::python {
+namespace {
+
+// Error as the Python exception that fits its code; the message is the same line.
+void RaiseFor(const Error& error) {
+  switch (error.code()) {
+    case kBadArgument:
+    case kBadFile:
+    case kUnsupported:
+      PyErr_SetString(PyExc_ValueError, error.what());
+      return;
+    case kNotFound:
+      PyErr_SetString(PyExc_FileNotFoundError, error.what());
+      return;
+    case kCannotWrite:
+      PyErr_SetString(PyExc_OSError, error.what());
+      return;
+    case kOutOfMemory:
+      PyErr_SetString(PyExc_MemoryError, error.what());
+      return;
+    case kUnavailable:
+      PyErr_SetString(PyExc_RuntimeError, error.what());
+      return;
+  }
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_vesta, module) {
+  module.doc() = "The compiled part of the package vesta.";
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const Error& error) {
+      RaiseFor(error);
+    }
+  });
+  AddProblem(module);
+}
+
+}  // namespace vesta::python
