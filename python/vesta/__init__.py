@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nonlinear least squares and Gaussian splats."""
+from vesta.least_squares import OptimizeResult, least_squares  # noqa: F401

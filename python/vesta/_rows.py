@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From recorded residuals to programs: lists of operations that hold for many rows of residuals."""
+import numpy as np
+
+from vesta._trace import _SHIFT
+
+
+class Rows:
+    """Rows of residuals with one list of operations.
+
+    positions: array (rows, residuals), the residuals' numbers in the function's result.
+    instructions: tuples (operation, a, b, c, value); the operands are positions in the list. For "input", a is a slot.
+    outputs: the position of each residual.
+    variables: one array (rows,) per variable slot, indices into x. Slots of variables come first.
+    data: one array (rows,) per data slot.
+    """
+
+    def __init__(self, positions, instructions, outputs, variables, data):
+        self.positions, self.instructions, self.outputs = positions, instructions, outputs
+        self.variables, self.data = variables, data
+
+
+class _Lowering:
+    """Lowers residuals of `num_rows` rows; all columns share the slots."""
+
+    def __init__(self, graph, num_rows):
+        self.graph, self.num_rows = graph, num_rows
+        self.instructions, self.slots = [], {}
+        self.variables, self.data = [], []  # (instruction, array)
+        self._done, self._composed, self._kept = {}, {}, []
+
+    def column(self, node, lanes):
+        """The instruction for lanes `lanes` (None: all) of a node."""
+        key = (node, id(lanes))
+        stack = [(node, lanes)]
+        while stack:  # without recursion: expressions can be deep
+            n, at = stack[-1]
+            if (n, id(at)) in self._done:
+                stack.pop()
+                continue
+            info = self.graph.nodes[n]
+            operands = [(o, self._compose(m, at)) for o, m in info.operands]
+            missing = [(o, m) for o, m in operands if (o, id(m)) not in self._done]
+            if missing:
+                stack.extend(missing)
+                continue
+            stack.pop()
+            self._kept.append(at)  # keeps the id
+            if info.op in ("x", "data"):
+                self._done[n, id(at)] = self._leaf(info, n, at)
+            else:
+                places = [self._done[o, id(m)] for o, m in operands]
+                self._done[n, id(at)] = self._append(info.op, *places)
+        return self._done[key]
+
+    def _compose(self, inner, outer):
+        if inner is None or outer is None:
+            return outer if inner is None else inner
+        key = (id(inner), id(outer))
+        if key not in self._composed:
+            self._composed[key] = (inner[outer], inner, outer)
+        return self._composed[key][0]
+
+    def _append(self, op, a=-1, b=-1, c=-1, value=0.0):
+        self.instructions.append((op, a, b, c, value))
+        return len(self.instructions) - 1
+
+    def _leaf(self, info, node, lanes):
+        lanes = np.arange(info.size) if lanes is None else lanes
+        content = lanes if info.op == "x" else info.values[lanes]
+        if info.op == "data" and (content == content[0]).all():
+            return self._append("constant", value=float(content[0]))
+        key = (info.op, content.tobytes())
+        if key not in self.slots:
+            self.slots[key] = self._append("input")
+            (self.variables if info.op == "x" else self.data).append((self.slots[key], content))
+        return self.slots[key]
+
+    def finish(self, positions, outputs):
+        instructions = list(self.instructions)
+        for slot, (place, _) in enumerate(self.variables + self.data):
+            instructions[place] = ("input", slot, -1, -1, 0.0)
+        return Rows(positions, instructions, outputs, [v for _, v in self.variables], [d for _, d in self.data])
+
+
+def rows_of(graph, residuals):
+    """residuals: symbolic array (rows, residuals per row). Returns a list of Rows with all of its rows."""
+    ids = residuals.ids
+    nodes = ids >> _SHIFT
+    if (nodes == nodes[:1]).all():
+        groups = [np.arange(len(ids))] if len(ids) else []
+    else:
+        _, inverse = np.unique(nodes, axis=0, return_inverse=True)
+        inverse = np.asarray(inverse).ravel()
+        order = np.argsort(inverse, kind="stable")
+        groups = np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)
+    result = []
+    for group in groups:
+        lowering = _Lowering(graph, len(group))
+        outputs = []
+        for column in ids[group].T:
+            node = int(column[0] >> _SHIFT)
+            lanes = column & ((1 << _SHIFT) - 1)
+            whole = len(lanes) == graph.nodes[node].size and (lanes == np.arange(len(lanes))).all()
+            outputs.append(lowering.column(node, None if whole else lanes))
+        positions = group[:, None] * ids.shape[1] + np.arange(ids.shape[1])
+        result.append(lowering.finish(positions, outputs))
+    return _join_equal(result)
+
+
+def _join_equal(groups):
+    """Joins groups that have equal instructions, such as residuals that a Python loop computed one by one."""
+    joined = {}
+    for rows in groups:
+        key = (tuple(rows.instructions), tuple(rows.outputs), len(rows.variables), rows.positions.shape[1])
+        joined.setdefault(key, []).append(rows)
+    result = []
+    for same in joined.values():
+        first = same[0]
+        if len(same) > 1:
+            columns = [[np.concatenate([getattr(r, name)[k] for r in same]) for k in range(len(getattr(first, name)))]
+                       for name in ("variables", "data")]
+            first = Rows(np.concatenate([r.positions for r in same]), first.instructions, first.outputs, *columns)
+        result.append(first)
+    return result
+
+
+def merge_rows(groups):
+    """Merges rows that read the same variables into one row with more residuals, to share their common operations."""
+    merged = []
+    for rows in sorted(groups, key=lambda r: -len(r.variables)):
+        slots = {v.tobytes(): k for k, v in enumerate(rows.variables)}
+        for k, other in enumerate(merged):
+            known = {v.tobytes(): j for j, v in enumerate(other.variables)}
+            if len(other.positions) == len(rows.positions) and slots.keys() <= known.keys():
+                merged[k] = _with(other, rows, [known[v] for v in slots])
+                break
+        else:
+            merged.append(rows)
+    return merged
+
+
+def _with(rows, more, variable_slots):
+    """rows with the residuals of `more`, whose variables are variable_slots of `rows`."""
+    num_variables, shift = len(rows.variables), len(rows.instructions)
+    known = {d.tobytes(): j for j, d in enumerate(rows.data)}
+    data, data_slots = list(rows.data), []
+    for values in more.data:
+        key = values.tobytes()
+        if key not in known:
+            known[key] = len(data)
+            data.append(values)
+        data_slots.append(num_variables + known[key])
+    slots = variable_slots + data_slots
+    instructions = list(rows.instructions)
+    for op, a, b, c, value in more.instructions:
+        if op == "input":
+            instructions.append((op, slots[a], -1, -1, value))
+        else:
+            instructions.append((op, *(k + shift if k >= 0 else -1 for k in (a, b, c)), value))
+    return Rows(np.concatenate([rows.positions, more.positions], axis=1), instructions,
+                rows.outputs + [o + shift for o in more.outputs], rows.variables, data)
