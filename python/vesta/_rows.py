@@ -2,7 +2,7 @@
 """From recorded residuals to programs: lists of operations that hold for many rows of residuals."""
 import numpy as np
 
-from vesta._trace import _SHIFT
+from vesta._trace import _SHIFT, equal_columns
 
 
 class Rows:
@@ -20,53 +20,87 @@ class Rows:
         self.variables, self.data = variables, data
 
 
-class _Lowering:
-    """Lowers residuals of `num_rows` rows; all columns share the slots."""
+class _LaneMaps:
+    """Maps from rows to lanes, with equal maps represented by equal tuples.
 
-    def __init__(self, graph, num_rows):
-        self.graph, self.num_rows = graph, num_rows
+    A tuple is (-1, start, step, count) for start + step * i, or (k, 0, 1, count) for array k. Composing maps of the first
+    kind, which come from slices, takes no time that depends on the count.
+    """
+
+    def __init__(self):
+        self._arrays, self._by_content, self._composed = [], {}, {}
+
+    def canonical(self, lanes):
+        """The tuple of an array."""
+        start, step = int(lanes[0]), int(lanes[1] - lanes[0]) if len(lanes) > 1 else 1
+        if (lanes == start + step * np.arange(len(lanes))).all():
+            return -1, start, step, len(lanes)
+        content = lanes.tobytes()
+        if content not in self._by_content:
+            self._by_content[content] = len(self._arrays)
+            self._arrays.append(lanes)
+        return self._by_content[content], 0, 1, len(lanes)
+
+    def array(self, lanes):
+        k, start, step, count = lanes
+        return self._arrays[k] if k >= 0 else start + step * np.arange(count)
+
+    def compose(self, inner, outer):
+        """The map i -> inner[outer[i]]."""
+        k, start, step, count = inner
+        if (k, start, step) == (-1, 0, 1):
+            return outer
+        if k < 0 and outer[0] < 0:
+            return -1, start + step * outer[1], step * outer[2], outer[3]
+        key = inner, outer
+        if key not in self._composed:
+            at = self.array(outer)
+            self._composed[key] = self.canonical(self._arrays[k][at] if k >= 0 else start + step * at)
+        return self._composed[key]
+
+
+class _Lowering:
+    """Lowers residuals of the same number of rows; all columns share the slots."""
+
+    def __init__(self, graph, maps, operand_maps):
+        self.graph, self._maps, self._operand_maps = graph, maps, operand_maps
         self.instructions, self.slots = [], {}
         self.variables, self.data = [], []  # (instruction, array)
-        self._done, self._composed, self._kept = {}, {}, []
+        self._done = {}
 
     def column(self, node, lanes):
-        """The instruction for lanes `lanes` (None: all) of a node."""
-        key = (node, id(lanes))
+        """The instruction for lanes `lanes` of a node."""
         stack = [(node, lanes)]
         while stack:  # without recursion: expressions can be deep
-            n, at = stack[-1]
-            if (n, id(at)) in self._done:
+            key = n, at = stack[-1]
+            if key in self._done:
                 stack.pop()
                 continue
             info = self.graph.nodes[n]
-            operands = [(o, self._compose(m, at)) for o, m in info.operands]
-            missing = [(o, m) for o, m in operands if (o, id(m)) not in self._done]
+            operands = [(o, self._maps.compose(m, at)) for o, m in self._operands(n, info)]
+            missing = [operand for operand in operands if operand not in self._done]
             if missing:
                 stack.extend(missing)
                 continue
             stack.pop()
-            self._kept.append(at)  # keeps the id
             if info.op in ("x", "data"):
-                self._done[n, id(at)] = self._leaf(info, n, at)
+                self._done[key] = self._leaf(info, self._maps.array(at))
             else:
-                places = [self._done[o, id(m)] for o, m in operands]
-                self._done[n, id(at)] = self._append(info.op, *places)
-        return self._done[key]
+                self._done[key] = self._append(info.op, *(self._done[operand] for operand in operands))
+        return self._done[node, lanes]
 
-    def _compose(self, inner, outer):
-        if inner is None or outer is None:
-            return outer if inner is None else inner
-        key = (id(inner), id(outer))
-        if key not in self._composed:
-            self._composed[key] = (inner[outer], inner, outer)
-        return self._composed[key][0]
+    def _operands(self, n, info):
+        if n not in self._operand_maps:
+            self._operand_maps[n] = [
+                (o, (-1, 0, 1, info.size) if lanes is None else self._maps.canonical(lanes))
+                for o, lanes in info.operands]
+        return self._operand_maps[n]
 
     def _append(self, op, a=-1, b=-1, c=-1, value=0.0):
         self.instructions.append((op, a, b, c, value))
         return len(self.instructions) - 1
 
-    def _leaf(self, info, node, lanes):
-        lanes = np.arange(info.size) if lanes is None else lanes
+    def _leaf(self, info, lanes):
         content = lanes if info.op == "x" else info.values[lanes]
         if info.op == "data" and (content == content[0]).all():
             return self._append("constant", value=float(content[0]))
@@ -86,23 +120,14 @@ class _Lowering:
 def rows_of(graph, residuals):
     """residuals: symbolic array (rows, residuals per row). Returns a list of Rows with all of its rows."""
     ids = residuals.ids
-    nodes = ids >> _SHIFT
-    if (nodes == nodes[:1]).all():
-        groups = [np.arange(len(ids))] if len(ids) else []
-    else:
-        _, inverse = np.unique(nodes, axis=0, return_inverse=True)
-        inverse = np.asarray(inverse).ravel()
-        order = np.argsort(inverse, kind="stable")
-        groups = np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)
+    groups = equal_columns((ids >> _SHIFT).T)
     result = []
+    maps, operand_maps = _LaneMaps(), {}
     for group in groups:
-        lowering = _Lowering(graph, len(group))
+        lowering = _Lowering(graph, maps, operand_maps)
         outputs = []
         for column in ids[group].T:
-            node = int(column[0] >> _SHIFT)
-            lanes = column & ((1 << _SHIFT) - 1)
-            whole = len(lanes) == graph.nodes[node].size and (lanes == np.arange(len(lanes))).all()
-            outputs.append(lowering.column(node, None if whole else lanes))
+            outputs.append(lowering.column(int(column[0] >> _SHIFT), maps.canonical(column & ((1 << _SHIFT) - 1))))
         positions = group[:, None] * ids.shape[1] + np.arange(ids.shape[1])
         result.append(lowering.finish(positions, outputs))
     return _join_equal(result)

@@ -83,14 +83,26 @@ class Graph:
             return _make(self, shape, self.add(Node(op, size, operands)), None)
         # Elements with different operand nodes need different nodes.
         ids = np.stack([np.broadcast_to(a.ids, shape).ravel() for a in arrays])
-        _, inverse = np.unique(ids >> _SHIFT, axis=1, return_inverse=True)
-        inverse = np.asarray(inverse).ravel()
         result = np.empty(size, np.int64)
-        for k in range(inverse.max(initial=-1) + 1):
-            at = np.flatnonzero(inverse == k)
+        for at in equal_columns(ids >> _SHIFT):
             operands = tuple((int(row[at[0]] >> _SHIFT), row[at] & ((1 << _SHIFT) - 1)) for row in ids)
             result[at] = (self.add(Node(op, at.size, operands)) << _SHIFT) + np.arange(at.size)
         return self.from_ids(result.reshape(shape))
+
+
+def equal_columns(table):
+    """Groups of equal columns: a list of arrays of column numbers."""
+    left, groups = np.arange(table.shape[1]), []
+    while left.size and len(groups) < 16:
+        same = (table[:, left] == table[:, left[:1]]).all(axis=0)
+        groups.append(left[same])
+        left = left[~same]
+    if left.size:  # many groups: by sorting
+        _, inverse = np.unique(table[:, left], axis=1, return_inverse=True)
+        inverse = np.asarray(inverse).ravel()
+        order = np.argsort(inverse, kind="stable")
+        groups += [left[g] for g in np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)]
+    return groups
 
 
 def _make(graph, shape, node, lanes):
