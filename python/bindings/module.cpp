@@ -3,6 +3,7 @@
 #include <pybind11/pybind11.h>
 
 #include "kernels/core/error.h"
+#include "kernels/core/parallel.h"
 #include "python/bindings/bindings.h"
 
 namespace vesta::python {
@@ -42,6 +43,9 @@ PYBIND11_MODULE(_vesta, module) {
       RaiseFor(error);
     }
   });
+  module.def("set_num_threads", &SetNumThreads, py::arg("num_threads"),
+             "Sets the number of threads; 0 means one per core.");
+  module.def("num_threads", &NumThreads, "The number of threads.");
   AddProblem(module);
 }
 

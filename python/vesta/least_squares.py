@@ -105,7 +105,7 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
         raise ValueError(summary["message"])
     if verbose:
         print(summary["full_report" if verbose >= 2 else "brief_report"])
-    return _result(problem, x0, lower, upper, summary, kind, note)
+    return _result(problem, x0, lower, upper, summary, the_loss, kind, note)
 
 
 def _bound_pair(bounds):
@@ -132,13 +132,13 @@ def _recorded(fun, x0, loss):
     return problem
 
 
-def _result(problem, x0, lower, upper, summary, kind, note):
+def _result(problem, x0, lower, upper, summary, loss, kind, note):
     x = problem.values(x0)
     plain = problem.problem.evaluate(apply_loss=False, derivatives=True)
     at = problem.positions
     fun = np.empty(len(at))
     fun[at] = plain["residuals"]
-    corrected = problem.problem.evaluate(apply_loss=True, derivatives=True)
+    corrected = problem.problem.evaluate(apply_loss=True, derivatives=True) if loss else plain
     grad = np.zeros(len(x0))
     grad[problem.order] = corrected["gradient"]
     active = np.where(x <= lower, -1, np.where(x >= upper, 1, 0))
