@@ -131,14 +131,14 @@ class Problem:
         selections = [b if isinstance(b, Selection) else b[:] for b in blocks]
         if not selections:
             raise ValueError("residuals need at least one parameter block")
-        n = max(len(s.indices) for s in selections)
+        data = [np.asarray(d, float) for d in data]
+        n = max([len(s.indices) for s in selections] + [len(d) for d in data if d.ndim])
         for k, s in enumerate(selections):
             if s.array._problem is not self:
                 raise ValueError(f"block {k} belongs to another problem")
             if len(s.indices) not in (1, n):
                 raise ValueError(f"block {k} has {len(s.indices)} rows, not {n}")
         selections = [s if len(s.indices) == n else Selection(s.array, np.repeat(s.indices, n)) for s in selections]
-        data = [np.asarray(d, float) for d in data]
         for k, d in enumerate(data):
             if d.ndim and len(d) != n:
                 raise ValueError(f"data {k} has {len(d)} rows, not {n}")
