@@ -10,5 +10,7 @@ namespace py = pybind11;
 
 // Residual programs, and the problems that consist of them.
 void AddProblem(py::module_& module);
+// Many small problems at once.
+void AddSolveEach(py::module_& module);
 
 }  // namespace vesta::python

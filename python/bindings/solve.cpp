@@ -24,24 +24,17 @@ namespace py = pybind11;
 
 namespace {
 
-// A row of the history, as a numpy structured type.
-struct IterationRow {
-  std::int64_t iteration;
-  double cost, cost_change, gain_ratio, damping, gradient_max_norm, step_norm;
-  std::int64_t pcg_iterations;
-  bool accepted;
-  double seconds;
-};
-
-IterationRow RowOf(const LmIteration& row) {
-  return {row.iteration,         row.cost,      row.cost_change,    row.rho,      row.lambda,
-          row.gradient_max_norm, row.step_norm, row.pcg_iterations, row.accepted, row.seconds};
+LinearSolverKind SolverNamed(const std::string& name) {
+  using enum LinearSolverKind;
+  for (const auto& [known, kind] :
+       {std::pair{"auto", kAuto}, {"pcg", kPcg}, {"schur_pcg", kReducedPcg}, {"lsmr", kLsmr}, {"dense_qr", kDenseQr}}) {
+    if (name == known) return kind;
+  }
+  throw Error(kBadArgument,
+              fmt::format("linear_solver is \"{}\"; the solvers are auto, pcg, schur_pcg, lsmr and dense_qr", name));
 }
 
-template <class T>
-py::array_t<T> ToArray(const std::vector<T>& values) {
-  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
-}
+}  // namespace
 
 std::string NameOf(LmStatus status) {
   switch (status) {
@@ -62,40 +55,6 @@ std::string NameOf(LmStatus status) {
     default:
       return "failed";
   }
-}
-
-py::dict ToDict(const LmSummary& summary) {
-  std::vector<IterationRow> rows;
-  for (const LmIteration& row : summary.iterations) rows.push_back(RowOf(row));
-  py::dict result;
-  result["status"] = NameOf(summary.status);
-  result["converged"] = IsConverged(summary.status);
-  result["failed"] = IsFailure(summary.status);
-  result["message"] = summary.message;
-  result["initial_cost"] = summary.initial_cost;
-  result["final_cost"] = summary.final_cost;
-  result["num_parameters"] = summary.num_parameters;
-  result["num_residuals"] = summary.num_residuals;
-  result["num_accepted"] = summary.num_accepted;
-  result["num_rejected"] = summary.num_rejected;
-  result["num_linearizations"] = summary.num_linearizations;
-  result["num_cost_evaluations"] = summary.num_cost_evaluations;
-  result["seconds"] = summary.total_seconds;
-  result["linear_solver"] = summary.linear_solver;
-  result["iterations"] = ToArray(rows);
-  result["brief_report"] = summary.BriefReport();
-  result["full_report"] = summary.FullReport();
-  return result;
-}
-
-LinearSolverKind SolverNamed(const std::string& name) {
-  using enum LinearSolverKind;
-  for (const auto& [known, kind] :
-       {std::pair{"auto", kAuto}, {"pcg", kPcg}, {"schur_pcg", kReducedPcg}, {"lsmr", kLsmr}, {"dense_qr", kDenseQr}}) {
-    if (name == known) return kind;
-  }
-  throw Error(kBadArgument,
-              fmt::format("linear_solver is \"{}\"; the solvers are auto, pcg, schur_pcg, lsmr and dense_qr", name));
 }
 
 LmOptions ToOptions(const py::dict& settings) {
@@ -122,6 +81,51 @@ LmOptions ToOptions(const py::dict& settings) {
   }
   options.Validate();
   return options;
+}
+
+namespace {
+
+// A row of the history, as a numpy structured type.
+struct IterationRow {
+  std::int64_t iteration;
+  double cost, cost_change, gain_ratio, damping, gradient_max_norm, step_norm;
+  std::int64_t pcg_iterations;
+  bool accepted;
+  double seconds;
+};
+
+IterationRow RowOf(const LmIteration& row) {
+  return {row.iteration,         row.cost,      row.cost_change,    row.rho,      row.lambda,
+          row.gradient_max_norm, row.step_norm, row.pcg_iterations, row.accepted, row.seconds};
+}
+
+template <class T>
+py::array_t<T> ToArray(const std::vector<T>& values) {
+  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+py::dict ToDict(const LmSummary& summary) {
+  std::vector<IterationRow> rows;
+  for (const LmIteration& row : summary.iterations) rows.push_back(RowOf(row));
+  py::dict result;
+  result["status"] = NameOf(summary.status);
+  result["converged"] = IsConverged(summary.status);
+  result["failed"] = IsFailure(summary.status);
+  result["message"] = summary.message;
+  result["initial_cost"] = summary.initial_cost;
+  result["final_cost"] = summary.final_cost;
+  result["num_parameters"] = summary.num_parameters;
+  result["num_residuals"] = summary.num_residuals;
+  result["num_accepted"] = summary.num_accepted;
+  result["num_rejected"] = summary.num_rejected;
+  result["num_linearizations"] = summary.num_linearizations;
+  result["num_cost_evaluations"] = summary.num_cost_evaluations;
+  result["seconds"] = summary.total_seconds;
+  result["linear_solver"] = summary.linear_solver;
+  result["iterations"] = ToArray(rows);
+  result["brief_report"] = summary.BriefReport();
+  result["full_report"] = summary.FullReport();
+  return result;
 }
 
 // callback: None, or a function of a one-row history; a result of False stops the solve.

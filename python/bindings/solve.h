@@ -3,9 +3,17 @@
 
 #include <pybind11/pybind11.h>
 
+#include <string>
+
 #include "problems/program/batch.h"
+#include "solver/lm_options.h"
 
 namespace vesta::python {
+
+// Options of a solve by their Python names. Throws Error for unknown names and values out of range.
+LmOptions ToOptions(const pybind11::dict& settings);
+// A status as Python names it, such as "function_tolerance".
+std::string NameOf(LmStatus status);
 
 // Adds the methods solve, evaluate, covariance and check.
 void AddSolve(pybind11::class_<program::BatchProblem>& problem);

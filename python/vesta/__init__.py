@@ -5,6 +5,7 @@ from vesta._vesta import num_threads, set_num_threads  # noqa: F401
 from vesta.functions import (  # noqa: F401
     conjugate_quaternion, dot, multiply_quaternions, norm, rotate, rotate_by_quaternion, where)
 from vesta.least_squares import OptimizeResult, least_squares  # noqa: F401
+from vesta.least_squares_each import least_squares_each  # noqa: F401
 from vesta.problem import (  # noqa: F401
     Arctan, BlockArray, Cauchy, Euclidean, Huber, Line, Problem, Product, SE3, SO3, Scaled, SoftLOne, Sphere, Subset,
     Summary, Tolerant, Tukey)

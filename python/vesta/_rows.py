@@ -12,7 +12,7 @@ class Rows:
     instructions: tuples (operation, a, b, c, value); the operands are positions in the list. For "input", a is a slot.
     outputs: the position of each residual.
     variables: one array (rows,) per variable slot, indices into x. Slots of variables come first.
-    data: one array (rows,) per data slot.
+    data: one array (rows,) per data slot, or a pair (number of an argument, lanes).
     """
 
     def __init__(self, positions, instructions, outputs, variables, data):
@@ -83,7 +83,7 @@ class _Lowering:
                 stack.extend(missing)
                 continue
             stack.pop()
-            if info.op in ("x", "data"):
+            if not info.operands:
                 self._done[key] = self._leaf(info, self._maps.array(at))
             else:
                 self._done[key] = self._append(info.op, *(self._done[operand] for operand in operands))
@@ -101,13 +101,14 @@ class _Lowering:
         return len(self.instructions) - 1
 
     def _leaf(self, info, lanes):
-        content = lanes if info.op == "x" else info.values[lanes]
+        content = info.values[lanes] if info.op == "data" else lanes
         if info.op == "data" and (content == content[0]).all():
             return self._append("constant", value=float(content[0]))
-        key = (info.op, content.tobytes())
+        key = info.op, content.tobytes(), info.values if info.op == "argument" else None
         if key not in self.slots:
             self.slots[key] = self._append("input")
-            (self.variables if info.op == "x" else self.data).append((self.slots[key], content))
+            slot = (info.values, content) if info.op == "argument" else content
+            (self.variables if info.op == "x" else self.data).append((self.slots[key], slot))
         return self.slots[key]
 
     def finish(self, positions, outputs):

@@ -40,9 +40,13 @@ class RowProblem:
     def add_rows(self, rows, loss=None):
         """Adds residuals that are programs."""
         for layout in layouts(self.blocks, rows.variables):
-            data = np.stack([d[layout.rows] for d in rows.data]) if rows.data else np.zeros((0, len(layout.rows)))
-            self.problem.add_program(program_of(rows, layout), layout.sizes, layout.blocks, data, loss)
-            self._positions.append(rows.positions[layout.rows].ravel())
+            self.add_layout(rows, layout, loss)
+
+    def add_layout(self, rows, layout, loss=None):
+        """The same for the rows of one layout."""
+        data = np.stack([d[layout.rows] for d in rows.data]) if rows.data else np.zeros((0, len(layout.rows)))
+        self.problem.add_program(program_of(rows, layout), layout.sizes, layout.blocks, data, loss)
+        self._positions.append(rows.positions[layout.rows].ravel())
 
     def add_callback(self, function, num_residuals, layout, positions, loss=None):
         """Adds residuals that a Python function computes for all rows of the layout."""

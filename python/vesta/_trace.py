@@ -15,7 +15,8 @@ class TraceError(TypeError):
 
 
 class Node:
-    """op: the name of an operation, "x" (entries of x) or "data" (fixed numbers, in `values`).
+    """op: the name of an operation, "x" (entries of x), "data" (fixed numbers, in `values`), or "argument" (numbers that
+    are known after the recording; `values` is the number of the argument).
 
     operands: pairs (node, lanes). Lane i uses lane lanes[i] of the operand's node; lanes None means lane i.
     """
@@ -38,6 +39,10 @@ class Graph:
     def variables(self, size):
         """The vector x of all parameters, shape (size,)."""
         return _make(self, (size,), self.add(Node("x", size)), None)
+
+    def argument(self, number, shape):
+        """Fixed numbers whose values are not needed for the recording."""
+        return _make(self, shape, self.add(Node("argument", int(np.prod(shape)), values=number)), None)
 
     def constant(self, values):
         values = np.asarray(values, dtype=float)

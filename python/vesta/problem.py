@@ -150,10 +150,12 @@ class Problem:
             raise ValueError('jac needs to be None, "2-point" or a function')
 
     def _record(self, function, selections, data, loss, n):
-        graph = Graph()
-        x = graph.variables(len(self._rows.blocks.block))
         try:
             with np.errstate(all="ignore"):
+                if self._record_row(function, selections, data, loss, n):
+                    return
+                graph = Graph()
+                x = graph.variables(len(self._rows.blocks.block))
                 result = graph.array_of(function(*(x[s.entries] for s in selections), *data))
         except TraceError as error:
             raise TraceError(f'{error}; give jac="2-point" for finite differences, or a function as jac') from None
@@ -163,6 +165,48 @@ class Problem:
             if not rows.variables:
                 raise ValueError("some residuals do not depend on a parameter block")
             self._rows.add_rows(rows, loss)
+
+    def _record_row(self, function, selections, data, loss, n):
+        """Records the function for two rows. If their operations are the same, they hold for all rows.
+
+        Returns False if not, if a row of residuals depends on the blocks of another row, if a row reads a block twice,
+        or if the function uses arrays with n rows that are not among its arguments.
+        """
+        blocks = np.stack([s.blocks for s in selections], axis=1)
+        if (np.diff(np.sort(blocks, axis=1), axis=1) == 0).any():
+            return False
+        sizes = [s.array.size for s in selections]
+        graph, total = Graph(), sum(sizes)
+        x = graph.variables(2 * total).reshape(2, total)
+        values = [x[:, end - size:end] for size, end in zip(sizes, np.cumsum(sizes))]
+        values += [graph.argument(k, (2, *d.shape[1:])) if d.ndim else d for k, d in enumerate(data)]
+        try:
+            result = graph.array_of(function(*values))
+        except TraceError:
+            raise
+        except (ValueError, IndexError):
+            return False
+        if result.shape[:1] != (2,) or result.ndim > 2:
+            return False
+        groups = rows_of(graph, result.reshape(2, -1))
+        if len(groups) != 1:
+            return False
+        rows = groups[0]
+        columns = []
+        for d in rows.data:
+            if not isinstance(d, tuple):
+                return False
+            values = data[d[0]].reshape(n, -1)
+            if d[1][0] >= values.shape[1] or d[1][1] != d[1][0] + values.shape[1]:
+                return False
+            columns.append(values[:, d[1][0]])
+        if any(v[0] >= total or v[1] != v[0] + total for v in rows.variables):
+            return False
+        rows.data = columns
+        layout = Layout(np.arange(n), blocks, sizes, [int(v[0]) for v in rows.variables])
+        rows.positions = np.arange(n * len(rows.outputs)).reshape(n, -1)
+        self._rows.add_layout(rows, layout, loss)
+        return True
 
     def _call(self, function, selections, data, loss, n, jac):
         def blocks_of(x):
