@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """least_squares: the function of scipy.optimize with this name, solved by vesta."""
+import time
+
 import numpy as np
 
 from vesta import _vesta
@@ -59,10 +61,12 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
     tr_solver and tr_options have no effect: the method is Levenberg-Marquardt, which scales by the Jacobian.
 
     Returns x, cost, fun, jac, grad, optimality, active_mask, nfev, njev, status, message, success as scipy does, and
-    derivatives ("recorded", "differences", "jac"), note (why fun could not be recorded) and history (a structured array).
+    derivatives ("recorded", "differences", "jac"), note (why fun could not be recorded), history (a structured array with
+    a row per iteration), setup_seconds (before the first iteration) and report.
 
     Raises ValueError for arguments that do not fit, and if the residuals at x0 are not finite.
     """
+    start = time.perf_counter()
     kwargs = kwargs or {}
     x0 = np.atleast_1d(np.asarray(x0, float))
     if x0.ndim != 1:
@@ -100,12 +104,16 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
     options = {"function_tolerance": ftol or 0.0, "parameter_tolerance": xtol or 0.0,
                "gradient_tolerance": gtol or 0.0, "linear_solver": linear_solver,
                "max_iterations": int(max_nfev) if max_nfev is not None else 100 * max(1, min(len(x0), 100))}
+    setup_seconds = time.perf_counter() - start
     summary = problem.problem.solve(options, on_iteration if verbose >= 2 or callback else None)
     if summary["failed"]:
         raise ValueError(summary["message"])
     if verbose:
         print(summary["full_report" if verbose >= 2 else "brief_report"])
-    return _result(problem, x0, lower, upper, summary, the_loss, kind, note)
+    result = _result(problem, x0, lower, upper, summary, the_loss)
+    result.update(derivatives=kind, note=note, history=summary["iterations"], setup_seconds=setup_seconds,
+                  report=summary["full_report"])
+    return result
 
 
 def _bound_pair(bounds):
@@ -132,7 +140,7 @@ def _recorded(fun, x0, loss):
     return problem
 
 
-def _result(problem, x0, lower, upper, summary, loss, kind, note):
+def _result(problem, x0, lower, upper, summary, loss):
     x = problem.values(x0)
     plain = problem.problem.evaluate(apply_loss=False, derivatives=True)
     at = problem.positions
@@ -148,8 +156,7 @@ def _result(problem, x0, lower, upper, summary, loss, kind, note):
         optimality=float(np.abs(pushed).max(initial=0.0)), active_mask=active,
         nfev=summary["num_cost_evaluations"] + summary["num_linearizations"], njev=summary["num_linearizations"],
         status=_STATUS[summary["status"]],
-        message=summary["message"], success=summary["converged"], derivatives=kind, note=note,
-        history=summary["iterations"], report=summary["full_report"])
+        message=summary["message"], success=summary["converged"])
 
 
 def _matrix(evaluation, row_of, column_of, num_columns):
