@@ -34,6 +34,16 @@ LinearSolverKind SolverNamed(const std::string& name) {
               fmt::format("linear_solver is \"{}\"; the solvers are auto, pcg, schur_pcg, lsmr and dense_qr", name));
 }
 
+ColumnScaling ScalingNamed(const std::string& name) {
+  using enum ColumnScaling;
+  for (const auto& [known, scaling] :
+       {std::pair{"inverse_root", kInverseRoot}, {"one_plus_inverse", kOnePlusInverse}, {"none", kNone}}) {
+    if (name == known) return scaling;
+  }
+  throw Error(kBadArgument,
+              fmt::format("column_scaling is \"{}\"; it can be inverse_root, one_plus_inverse or none", name));
+}
+
 }  // namespace
 
 std::string NameOf(LmStatus status) {
@@ -73,6 +83,8 @@ LmOptions ToOptions(const py::dict& settings) {
       options.max_seconds = value.cast<double>();
     } else if (name == "initial_damping") {
       options.step_control.initial_lambda = value.cast<double>();
+    } else if (name == "column_scaling") {
+      options.column_scaling = ScalingNamed(value.cast<std::string>());
     } else if (name == "linear_solver") {
       options.normal_system.linear_solver = SolverNamed(value.cast<std::string>());
     } else {

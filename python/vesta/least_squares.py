@@ -42,7 +42,7 @@ class OptimizeResult(dict):
 def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", ftol=1e-8, xtol=1e-8, gtol=1e-8,
                   x_scale=None, loss="linear", f_scale=1.0, diff_step=None, tr_solver=None, tr_options=None,
                   jac_sparsity=None, max_nfev=None, verbose=0, args=(), kwargs=None, *, callback=None,
-                  linear_solver="auto"):
+                  linear_solver="auto", column_scaling="inverse_root"):
     """Minimises 1/2 sum rho(fun(x)_i^2) over x, with the arguments and the result of scipy.optimize.least_squares.
 
     fun(x, *args, **kwargs): residuals, shape (m,), from x, shape (n,).
@@ -57,8 +57,10 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
     bounds: lower and upper bounds, numbers or arrays (n,). loss: "linear", "huber", "soft_l1", "cauchy" or "arctan",
     applied to each residual divided by f_scale. ftol, xtol, gtol: tolerances of the Levenberg-Marquardt solver (None:
     0). max_nfev: the largest number of iterations. verbose: 1 prints a report, 2 an iteration per line. callback: called
-    with a row of the history (iteration, cost, ...) after each iteration; returning False stops. method, x_scale,
-    tr_solver and tr_options have no effect: the method is Levenberg-Marquardt, which scales by the Jacobian.
+    with a row of the history (iteration, cost, ...) after each iteration; returning False stops. linear_solver: "auto",
+    "pcg", "schur_pcg", "lsmr" or "dense_qr". column_scaling: "inverse_root" divides the Jacobian's columns by their norms
+    at the start, "one_plus_inverse" by 1 + norm as Ceres does, "none" does not. method, x_scale, tr_solver and tr_options
+    have no effect, because the method is Levenberg-Marquardt.
 
     Returns x, cost, fun, jac, grad, optimality, active_mask, nfev, njev, status, message, success as scipy does, and
     derivatives ("recorded", "differences", "jac"), note (why fun could not be recorded), history (a structured array with
@@ -102,7 +104,7 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
         return callback(row) if callback else None
 
     options = {"function_tolerance": ftol or 0.0, "parameter_tolerance": xtol or 0.0,
-               "gradient_tolerance": gtol or 0.0, "linear_solver": linear_solver,
+               "gradient_tolerance": gtol or 0.0, "linear_solver": linear_solver, "column_scaling": column_scaling,
                "max_iterations": int(max_nfev) if max_nfev is not None else 100 * max(1, min(len(x0), 100))}
     setup_seconds = time.perf_counter() - start
     summary = problem.problem.solve(options, on_iteration if verbose >= 2 or callback else None)

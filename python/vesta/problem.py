@@ -241,17 +241,17 @@ class Problem:
         self._rows.add_callback(evaluate, num_residuals, layout, np.arange(n * num_residuals), loss)
 
     def solve(self, max_iterations=50, function_tolerance=1e-6, gradient_tolerance=1e-10, parameter_tolerance=1e-8,
-              max_seconds=np.inf, linear_solver="auto", callback=None):
+              max_seconds=np.inf, linear_solver="auto", column_scaling="inverse_root", callback=None):
         """Solves from the present values, and replaces them by the best ones found. Returns a Summary.
 
-        The tolerances have the meaning of Ceres. linear_solver: "auto", "pcg", "schur_pcg", "lsmr" or "dense_qr".
+        The tolerances have the meaning of Ceres. linear_solver, column_scaling: as in vesta.least_squares.
         callback: called with a row of `iterations` after each iteration; returning False stops. Ctrl-C stops with
         KeyboardInterrupt, and then the values are as before. Raises ValueError if the start is not valid.
         """
         values = self._rows.problem.solve(
             dict(max_iterations=max_iterations, function_tolerance=function_tolerance,
                  gradient_tolerance=gradient_tolerance, parameter_tolerance=parameter_tolerance,
-                 max_seconds=float(max_seconds), linear_solver=linear_solver), callback)
+                 max_seconds=float(max_seconds), linear_solver=linear_solver, column_scaling=column_scaling), callback)
         if values["failed"]:
             raise ValueError(values["message"])
         values["brief_report_text"], values["full_report_text"] = values.pop("brief_report"), values.pop("full_report")
