@@ -42,11 +42,11 @@ class BatchProblem {
  private:
   BlockProblem blocks_;
   std::vector<std::shared_ptr<Batch>> batches_;
-  std::vector<std::shared_ptr<const std::vector<int>>> sizes_;  // of the blocks of a row, per batch
+  std::vector<std::shared_ptr<const std::vector<int>>> sizes_;  // block_sizes of each batch
 };
 
-// Residuals by a program. The inputs of the program are the entries of the parameter blocks of a row, one block after
-// another, then the row's data.
+// Residuals by a program. Its inputs are the entries of the row's parameter blocks, one block after another, then the
+// row's data.
 class ProgramBatch final : public Batch {
  public:
   // residuals: has sum(block_sizes) + num_data inputs. blocks: as in BatchProblem::Add, of `problem`, to which the

@@ -10,6 +10,8 @@ namespace py = pybind11;
 
 // Residual programs, and the problems that consist of them.
 void AddProblem(py::module_& module);
+// Problems of linear operators.
+void AddOperators(py::module_& module);
 // Many small problems at once.
 void AddSolveEach(py::module_& module);
 

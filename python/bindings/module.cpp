@@ -47,6 +47,7 @@ PYBIND11_MODULE(_vesta, module) {
              "Sets the number of threads; 0 means one per core.");
   module.def("num_threads", &NumThreads, "The number of threads.");
   AddProblem(module);
+  AddOperators(module);
   AddSolveEach(module);
 }
 

@@ -116,6 +116,8 @@ py::array_t<T> ToArray(const std::vector<T>& values) {
   return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
+}  // namespace
+
 py::dict ToDict(const LmSummary& summary) {
   std::vector<IterationRow> rows;
   for (const LmIteration& row : summary.iterations) rows.push_back(RowOf(row));
@@ -140,19 +142,24 @@ py::dict ToDict(const LmSummary& summary) {
   return result;
 }
 
-// callback: None, or a function of a one-row history; a result of False stops the solve.
+LmCallback MakeCallback(const py::object& callback) {
+  return [&callback](const LmIteration& row) {
+    const py::gil_scoped_acquire acquire;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (callback.is_none()) return CallbackResult::kContinue;
+    const py::object result = callback(ToArray(std::vector<IterationRow>{RowOf(row)}).attr("__getitem__")(0));
+    return result.is(py::bool_(false)) ? CallbackResult::kStop : CallbackResult::kContinue;
+  };
+}
+
+namespace {
+
 py::dict Solve(program::BatchProblem& problem, const py::dict& settings, const py::object& callback) {
   const LmOptions options = ToOptions(settings);
   LmSummary summary;
   {
     const py::gil_scoped_release release;
-    summary = SolveLm(problem.blocks(), options, [&](const LmIteration& row) {
-      const py::gil_scoped_acquire acquire;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (callback.is_none()) return CallbackResult::kContinue;
-      const py::object result = callback(ToArray(std::vector<IterationRow>{RowOf(row)}).attr("__getitem__")(0));
-      return result.is(py::bool_(false)) ? CallbackResult::kStop : CallbackResult::kContinue;
-    });
+    summary = SolveLm(problem.blocks(), options, MakeCallback(callback));
   }
   return ToDict(summary);
 }

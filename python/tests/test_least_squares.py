@@ -4,6 +4,7 @@ import unittest
 import numpy as np
 import scipy.optimize
 import scipy.sparse
+import scipy.sparse.linalg
 
 import vesta
 
@@ -85,6 +86,30 @@ class LeastSquares(unittest.TestCase):
                 self.assertLess(np.abs(result.fun).max(), 1e-8)
                 self.assertTrue(scipy.sparse.issparse(result.jac))
                 np.testing.assert_allclose(result.jac.toarray(), jacobian(result.x).toarray(), atol=1e-6)
+
+    def test_linear_operator(self):
+        # Deconvolution of a signal; the Jacobian is a convolution by FFT.
+        n = 64
+        kernel = np.fft.rfft(np.exp(-0.5 * (np.minimum(np.arange(n), n - np.arange(n)) / 1.0) ** 2))
+        blur = lambda v: np.fft.irfft(kernel * np.fft.rfft(v), n)
+        x = np.random.default_rng(2).random(n)
+        y = blur(x**3)
+
+        class Jacobian(scipy.sparse.linalg.LinearOperator):
+            def __init__(self, x):
+                super().__init__(float, (n, n))
+                self.x = x
+
+            def _matvec(self, v):
+                return blur(3 * self.x**2 * np.ravel(v))
+
+            def _rmatvec(self, u):
+                return 3 * self.x**2 * blur(np.ravel(u))
+
+        result = vesta.least_squares(lambda x: blur(x**3) - y, np.full(n, 0.5), jac=Jacobian, ftol=1e-14, max_nfev=500)
+        self.assertLess(np.abs(result.fun).max(), 1e-3)
+        with self.assertRaisesRegex(ValueError, "LinearOperator"):
+            vesta.least_squares(lambda x: blur(x**3) - y, np.full(n, 0.5), jac=Jacobian, loss="huber")
 
     def test_sparsity_shares_evaluations(self):
         n, calls = 200, []

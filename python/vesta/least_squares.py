@@ -51,8 +51,10 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
     numpy (or vesta.where, vesta.norm, ...) on x, without branches on values. Entries of x that always occur together,
     such as the parameters of one camera, become parameter blocks, so that the solver can use their sparsity. If fun
     cannot be recorded, or jac is "2-point" or "3-point", derivatives are finite differences; jac_sparsity (m, n) lets
-    several columns share one evaluation. jac may also be a function of x that returns an array or a scipy.sparse matrix
-    (m, n), whose zeros must stay where they are at x0.
+    several columns share one evaluation. jac may also be a function of x that returns an array, or a scipy.sparse matrix
+    whose zeros stay where they are at x0, or a scipy.sparse.linalg.LinearOperator, of the shape (m, n). An operator is
+    used without forming a matrix, by LSMR or PCG. If it has an attribute diag_jtj, this is the diagonal of J^T J, which
+    preconditions; bounds and losses are not supported with operators.
 
     bounds: lower and upper bounds, numbers or arrays (n,). loss: "linear", "huber", "soft_l1", "cauchy" or "arctan",
     applied to each residual divided by f_scale. ftol, xtol, gtol: tolerances of the Levenberg-Marquardt solver (None:
@@ -84,6 +86,17 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
 
     note = None
     problem = None
+    options = {"function_tolerance": ftol or 0.0, "parameter_tolerance": xtol or 0.0,
+               "gradient_tolerance": gtol or 0.0, "linear_solver": linear_solver, "column_scaling": column_scaling,
+               "max_iterations": int(max_nfev) if max_nfev is not None else 100 * max(1, min(len(x0), 100))}
+    on_iteration = _reporter(verbose, callback)
+    if callable(jac):
+        at_start = jac(x0, *args, **kwargs)
+        if hasattr(at_start, "matvec") and not hasattr(at_start, "tocsr"):
+            if the_loss is not None or np.isfinite(lower).any() or np.isfinite(upper).any():
+                raise ValueError("bounds and losses are not supported with a LinearOperator as jac")
+            return _by_operators(lambda x: np.asarray(fun(x, *args, **kwargs), float),
+                                 lambda x: jac(x, *args, **kwargs), x0, options, on_iteration, verbose)
     if jac is None:
         try:
             problem = _recorded(lambda x: fun(x, *args, **kwargs), x0, the_loss)
@@ -98,24 +111,50 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
                               bounds=(lower, upper)).problem(the_loss)
     problem.set_bounds(lower, upper)
 
-    def on_iteration(row):
-        if verbose >= 2:
-            print(f"{row['iteration']:5d}  cost {row['cost']:.6e}  damping {row['damping']:.1e}")
-        return callback(row) if callback else None
-
-    options = {"function_tolerance": ftol or 0.0, "parameter_tolerance": xtol or 0.0,
-               "gradient_tolerance": gtol or 0.0, "linear_solver": linear_solver, "column_scaling": column_scaling,
-               "max_iterations": int(max_nfev) if max_nfev is not None else 100 * max(1, min(len(x0), 100))}
     setup_seconds = time.perf_counter() - start
-    summary = problem.problem.solve(options, on_iteration if verbose >= 2 or callback else None)
+    summary = problem.problem.solve(options, on_iteration)
     if summary["failed"]:
         raise ValueError(summary["message"])
-    if verbose:
-        print(summary["full_report" if verbose >= 2 else "brief_report"])
+    _print_report(verbose, summary)
     result = _result(problem, x0, lower, upper, summary, the_loss)
     result.update(derivatives=kind, note=note, history=summary["iterations"], setup_seconds=setup_seconds,
                   report=summary["full_report"])
     return result
+
+
+def _reporter(verbose, callback):
+    """The function to call after each iteration; None if there is nothing to do."""
+    if verbose < 2:
+        return callback
+
+    def report(row):
+        print(f"{row['iteration']:5d}  cost {row['cost']:.6e}  damping {row['damping']:.1e}")
+        return callback(row) if callback else None
+
+    return report
+
+
+def _print_report(verbose, summary):
+    if verbose:
+        print(summary["full_report" if verbose >= 2 else "brief_report"])
+
+
+def _by_operators(fun, jac, x0, options, on_iteration, verbose):
+    x, summary = _vesta.solve_operators(fun, jac, x0, fun(x0).size, options, on_iteration)
+    if summary["failed"]:
+        raise ValueError(summary["message"])
+    _print_report(verbose, summary)
+    residuals, operator = fun(x), jac(x)
+    grad = np.asarray(operator.rmatvec(residuals))
+    return OptimizeResult(
+        x=x, cost=summary["final_cost"], fun=residuals, jac=operator, grad=grad,
+        optimality=float(np.abs(grad).max(initial=0.0)), active_mask=np.zeros(len(x), int), **_counts(summary),
+        derivatives="jac", note=None, history=summary["iterations"], setup_seconds=0.0, report=summary["full_report"])
+
+
+def _counts(summary):
+    return dict(nfev=summary["num_cost_evaluations"] + summary["num_linearizations"], njev=summary["num_linearizations"],
+                status=_STATUS[summary["status"]], message=summary["message"], success=summary["converged"])
 
 
 def _bound_pair(bounds):
@@ -156,9 +195,7 @@ def _result(problem, x0, lower, upper, summary, loss):
     return OptimizeResult(
         x=x, cost=summary["final_cost"], fun=fun, jac=_matrix(plain, at, problem.order, len(x0)), grad=grad,
         optimality=float(np.abs(pushed).max(initial=0.0)), active_mask=active,
-        nfev=summary["num_cost_evaluations"] + summary["num_linearizations"], njev=summary["num_linearizations"],
-        status=_STATUS[summary["status"]],
-        message=summary["message"], success=summary["converged"])
+        **_counts(summary))
 
 
 def _matrix(evaluation, row_of, column_of, num_columns):
