@@ -2,6 +2,7 @@
 """Nonlinear least squares and Gaussian splats."""
 from vesta._trace import TraceError  # noqa: F401
 from vesta._vesta import num_threads, set_num_threads  # noqa: F401
+from vesta.adapters import from_jax, from_torch  # noqa: F401
 from vesta.functions import (  # noqa: F401
     conjugate_quaternion, dot, multiply_quaternions, norm, rotate, rotate_by_quaternion, where)
 from vesta.least_squares import OptimizeResult, least_squares  # noqa: F401
