@@ -7,7 +7,7 @@
                                        in FILE, apart from numbers
   tools/check_guide.py --self_test     checks that planted faults are reported
 
-A fence ```cpp or ```cmake names the file of its text: ```cpp examples/registration/registration.cpp. The file must
+A fence ```cpp, ```cmake or ```python names the file of its text: ```cpp examples/registration/registration.cpp. The file must
 contain the lines consecutively; the whole block may have a different indentation. Targets of links to files must exist.
 """
 import argparse
@@ -20,7 +20,7 @@ import textwrap
 
 FENCE = re.compile(r"^```(\w*)[ \t]*(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
-SOURCE_LANGUAGES = ("cpp", "cmake")
+SOURCE_LANGUAGES = ("cpp", "cmake", "python")
 REPORT = "docs/guide/reading_a_report.md"
 
 
