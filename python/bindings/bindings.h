@@ -15,4 +15,9 @@ void AddOperators(py::module_& module);
 // Many small problems at once.
 void AddSolveEach(py::module_& module);
 
+// Splats, scenes and trainings, and images of splats.
+void AddSplats(py::module_& module);
+void AddScene(py::module_& module);
+void AddRasterization(py::module_& module);
+
 }  // namespace vesta::python

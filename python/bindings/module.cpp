@@ -49,6 +49,9 @@ PYBIND11_MODULE(_vesta, module) {
   AddProblem(module);
   AddOperators(module);
   AddSolveEach(module);
+  AddSplats(module);
+  AddScene(module);
+  AddRasterization(module);
 }
 
 }  // namespace vesta::python

@@ -10,3 +10,6 @@ from vesta.least_squares_each import least_squares_each  # noqa: F401
 from vesta.problem import (  # noqa: F401
     Arctan, BlockArray, Cauchy, Euclidean, Huber, Line, Problem, Product, SE3, SO3, Scaled, SoftLOne, Sphere, Subset,
     Summary, Tolerant, Tukey)
+from vesta.rasterization import Rasterization, rasterization  # noqa: F401
+from vesta.scene import Evaluation, Run, Scene, View, evaluate, prune, refine, train  # noqa: F401
+from vesta.splat import Splat  # noqa: F401

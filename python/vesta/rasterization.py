@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Images of splats, with derivatives."""
+import numpy as np
+
+from vesta import _vesta
+
+_MODES = ("RGB", "RGB+D", "RGB+ED", "D", "ED")
+
+
+class Rasterization:
+    """colors (C, height, width, 3), float32; depth (C, height, width) along the optical axis, 0 where the opacity is
+    below one half; alpha (C, height, width), the opacity. depth and alpha are computed when they are first read."""
+
+    def __init__(self, raster, renders_colors):
+        self._raster = raster
+        self.colors = raster.colors() if renders_colors else None
+        self._depth = self._alpha = None
+
+    @property
+    def depth(self):
+        if self._depth is None:
+            self._depth = self._raster.depth(False)
+        return self._depth
+
+    @property
+    def alpha(self):
+        if self._alpha is None:
+            self._alpha = self._raster.alpha()
+        return self._alpha
+
+    def vjp(self, d_colors):
+        """The gradient of sum(d_colors * colors): a dictionary of arrays with the names and shapes of the splat's."""
+        gradient = self._raster.vjp(np.asarray(d_colors, np.float32))
+        return {name: gradient[name] for name in ("means", "quats", "log_scales", "opacity_logits", "sh")}
+
+    def jvp(self, directions):
+        """The derivative of colors along a change of the splat: a dictionary as from vjp; missing arrays are 0."""
+        return self._raster.jvp({**self._zeros, **directions})
+
+
+def rasterization(splat, viewmats, Ks, width, height, render_mode="RGB", backgrounds=None, near_plane=0.01):
+    """Renders a splat in C views, with the arguments of gsplat's function of this name where both have them.
+
+    viewmats (C, 4, 4), world to camera; Ks (C, 3, 3). render_mode: "RGB", or with "D" or "ED" for depth, which vesta
+    gives separately. backgrounds: one colour (3,) for all views; None: the splat's, else black.
+
+    A torch.autograd.Function is a few lines:
+
+        class Render(torch.autograd.Function):
+            @staticmethod
+            def forward(ctx, viewmats, Ks, width, height, *tensors):  # means, quats, log_scales, opacity_logits, sh
+                splat = vesta.Splat(*(t.detach().numpy() for t in tensors))
+                ctx.out = vesta.rasterization(splat, viewmats, Ks, width, height)
+                return torch.from_numpy(ctx.out.colors)
+            @staticmethod
+            def backward(ctx, d_colors):
+                gradient = ctx.out.vjp(d_colors.numpy())
+                return (None,) * 4 + tuple(torch.from_numpy(gradient[n]) for n in
+                                           ("means", "quats", "log_scales", "opacity_logits", "sh"))
+    """
+    if render_mode not in _MODES:
+        raise ValueError(f'render_mode is "{render_mode}"; the modes are {", ".join(_MODES)}')
+    viewmats, Ks = np.atleast_3d(np.asarray(viewmats, float)), np.asarray(Ks, float)
+    if viewmats.shape[1:] != (4, 4) or Ks.shape != (len(viewmats), 3, 3):
+        raise ValueError(f"viewmats and Ks have the shapes {viewmats.shape} and {Ks.shape}, not (C, 4, 4) and (C, 3, 3)")
+    background = backgrounds if backgrounds is not None else splat.background or (0.0, 0.0, 0.0)
+    if np.shape(background) != (3,):
+        raise ValueError("backgrounds needs one colour (3,) for all views")
+    arrays = splat.arrays()
+    raster = _vesta.Rasterization(arrays, list(viewmats), list(Ks), int(width), int(height), float(near_plane),
+                                  tuple(float(b) for b in background))
+    result = Rasterization(raster, "RGB" in render_mode)
+    result._zeros = {name: np.zeros_like(arrays[name])
+                     for name in ("means", "quats", "log_scales", "opacity_logits", "sh")}
+    return result

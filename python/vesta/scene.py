@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes: photographs with cameras, and trainings on them."""
+import numpy as np
+
+from vesta import _vesta
+from vesta.splat import Splat
+
+
+class View:
+    """name; K (3, 3), pixels; viewmat (4, 4), world to camera (x right, y down, z forward); width, height; role: "train",
+    "test" or "held out"; image, float32 (height, width, 3) in 0..1, a copy."""
+
+    def __init__(self, scene, index, values):
+        self._scene, self._index = scene, index
+        self.__dict__.update(values)
+
+    @property
+    def image(self):
+        return self._scene.photograph(self._index)
+
+    def __repr__(self):
+        return f"View({self.name!r}, {self.width} x {self.height}, {self.role})"
+
+
+class Scene:
+    """views, and train and test, which select from them; points (n, 3); notes about ignored input."""
+
+    def __init__(self, scene):
+        self._scene = scene
+        self.views = [View(scene, k, values) for k, values in enumerate(scene.views)]
+
+    @staticmethod
+    def load(path, downscale=1, test_every=None, image_folder="images", allow_missing=False, seed=0,
+             background=(0.0, 0.0, 0.0), eps2d=0.3, antialiased=False):
+        """Loads a COLMAP or NeRF scene.
+
+        downscale: divides the image size. test_every: every n-th view by name becomes a test view (0: none; None: as the
+        scene says, otherwise every 8th). seed: for points where the scene has none. background: behind transparent
+        pixels. eps2d, antialiased: the filter of splats that are trained on the scene.
+        """
+        return Scene(_vesta.load_scene(str(path), int(downscale), test_every, image_folder, bool(allow_missing), int(seed),
+                                       tuple(background), float(eps2d), bool(antialiased)))
+
+    @staticmethod
+    def from_arrays(images, Ks, world_to_cam, points, colors=None, names=None, test_every=8):
+        """A scene of images (height, width, 3), bytes or numbers in 0..1, with matrices K (3, 3) and world to camera
+        (4, 4), and points (n, 3), n >= 1, with colours (n, 3) in 0..1 (default: grey)."""
+        points = np.asarray(points, float)
+        colors = np.full(points.shape, 0.5) if colors is None else np.asarray(colors, float)
+        if points.ndim != 2 or points.shape[1] != 3 or not len(points) or colors.shape != points.shape:
+            raise ValueError("points and colors need the shape (n, 3) with n >= 1")
+        if not len(images) == len(Ks) == len(world_to_cam) or not len(images):
+            raise ValueError("images, Ks and world_to_cam need the same length, at least 1")
+        names = [f"{k:05d}" for k in range(len(images))] if names is None else list(names)
+        if len(set(names)) != len(images):
+            raise ValueError("names need one different name per image")
+        pixels = []
+        for name, image in zip(names, images):
+            image = np.asarray(image)
+            image = image.astype(np.float32) / np.float32(255) if image.dtype == np.uint8 else image.astype(np.float32)
+            if image.ndim != 3 or image.shape[2] != 3:
+                raise ValueError(f"image {name} has the shape {image.shape}, not (height, width, 3)")
+            pixels.append(image)
+        return Scene(_vesta.scene_of_arrays(pixels, [np.asarray(k, float) for k in Ks],
+                                            [np.asarray(m, float) for m in world_to_cam], names, points, colors, test_every))
+
+    @property
+    def train(self):
+        return [view for view in self.views if view.role == "train"]
+
+    @property
+    def test(self):
+        return [view for view in self.views if view.role == "test"]
+
+    @property
+    def points(self):
+        return self._scene.points
+
+    @property
+    def notes(self):
+        return self._scene.notes
+
+    def __repr__(self):
+        return f"Scene({len(self.train)} training views, {len(self.test)} test views, {len(self.points)} points)"
+
+
+class Run:
+    """The result of a training: splat; history, a list of dictionaries; metrics, its last row; status, "finished" or
+    "stopped"; notes."""
+
+    def __init__(self, arrays, history, stopped, notes):
+        self.splat, self.history, self.metrics = Splat(**arrays), history, history[-1]
+        self.status, self.notes = "stopped" if stopped else "finished", notes
+
+    def __repr__(self):
+        return (f"Run({self.status}, {len(self.splat)} Gaussians, test PSNR {self.metrics['test_psnr']:.2f} dB, "
+                f"SSIM {self.metrics['test_ssim']:.4f})")
+
+
+def _texts(options):
+    texts = {}
+    for name, value in (options or {}).items():
+        if isinstance(value, (tuple, list, np.ndarray)):
+            value = ",".join(repr(float(v)) for v in value)
+        texts[name] = str(value).lower() if isinstance(value, bool) else str(value)
+    return texts
+
+
+def train(scene, preset="balanced", seed=0, options=None, callback=None):
+    """Trains a splat as `vesta train` does. The same scene, seed and options give the same bits.
+
+    options: a dictionary of options by the names of `vesta config`, such as {"adam.iterations": 3000}. callback: called
+    with each row of the history (a dictionary: iteration, test_psnr, ...); returning False stops the training. Ctrl-C
+    raises KeyboardInterrupt.
+    """
+    return Run(*_vesta.train(scene._scene, "train", None, preset, {"train.seed": str(seed), **_texts(options)}, callback))
+
+
+def refine(splat, scene, preset="balanced", seed=0, options=None, callback=None):
+    """Trains a splat further, without new Gaussians, as `vesta refine` does."""
+    return Run(*_vesta.train(scene._scene, "refine", splat.arrays(), preset,
+                             {"train.seed": str(seed), **_texts(options)}, callback))
+
+
+def prune(splat, scene, keep, preset="balanced", seed=0, options=None, callback=None):
+    """Prunes a splat gradually to the fraction `keep` of its Gaussians, and trains the others, as `vesta prune` does."""
+    if not 0 < keep <= 1:
+        raise ValueError(f"keep is {keep}; choose a fraction above 0, at most 1")
+    return Run(*_vesta.train(scene._scene, "prune", splat.arrays(), preset,
+                             {"train.seed": str(seed), **_texts(options), "pruning.keep_fraction": str(keep)}, callback))
+
+
+class Evaluation:
+    """psnr, dB, and ssim: means over views; per_view: a list of dictionaries with name, psnr and ssim."""
+
+    def __init__(self, per_view):
+        self.per_view = per_view
+        self.psnr = float(np.mean([row["psnr"] for row in per_view]))
+        self.ssim = float(np.mean([row["ssim"] for row in per_view]))
+
+    def __repr__(self):
+        return f"Evaluation({len(self.per_view)} views, PSNR {self.psnr:.2f} dB, SSIM {self.ssim:.4f})"
+
+
+def evaluate(splat, views):
+    """Compares renderings with photographs. views: of one scene, such as scene.test."""
+    views = list(views)
+    if not views:
+        raise ValueError("there are no views to evaluate")
+    if any(view._scene is not views[0]._scene for view in views):
+        raise ValueError("the views belong to different scenes")
+    return Evaluation(_vesta.evaluate(views[0]._scene, splat.arrays(), [view._index for view in views]))
