@@ -177,7 +177,8 @@ void BlockCholesky::Assemble(Index f, const Input& input) {
   const Index below = panel.rows - panel.pivots, stride = PaddedRows(below);
   if (below == 0) return;
   updates_[At(f)] = pools_[pool_of_front_[At(f)]].Acquire(stride * below);
-  ClearLower(updates_[At(f)].data(), stride, below);
+  // Without children, FactorizeFront writes the first values.
+  if (!front.children.empty()) ClearLower(updates_[At(f)].data(), stride, below);
 }
 
 Index BlockCholesky::FactorizeFront(Index f, const Input& input, bool parallel) {
@@ -186,8 +187,9 @@ Index BlockCholesky::FactorizeFront(Index f, const Input& input, bool parallel) 
   const FrontPanel panel = PanelOf(f);
   const Index raised = FactorizePanel(panel, least_.data() + front.first_scalar, parallel);
   const Index below = panel.rows - panel.pivots;
+  const auto add_outer = front.children.empty() ? kernels_.negative_outer : kernels_.subtract_outer;
   ParallelForChunks(below, parallel ? kTaskColumns : std::max<Index>(below, 1), [&](Index begin, Index end) {
-    kernels_.subtract_outer(panel, updates_[At(f)].data(), PaddedRows(below), begin, end);
+    add_outer(panel, updates_[At(f)].data(), PaddedRows(below), begin, end);
   });
   return raised;
 }

@@ -31,6 +31,8 @@ struct FrontKernels {
   Index (*factorize)(const FrontPanel& panel, const double* least);
   // update -= L2 L2^T, in the columns [begin, end) of the lower triangle. L2 is the factorised panel below its pivots.
   void (*subtract_outer)(const FrontPanel& panel, double* update, Index update_stride, Index begin, Index end);
+  // update = -L2 L2^T, without reading `update`; the same bits as after zeroing it.
+  void (*negative_outer)(const FrontPanel& panel, double* update, Index update_stride, Index begin, Index end);
   // Forward substitution (L y = x) for this front: replaces x[0..pivots) by y and subtracts L2 y from x[pivots..rows).
   void (*forward)(const FrontPanel& panel, double* x);
   // Back substitution (L^T y = x) for this front: replaces x[0..pivots) by y. x[pivots..rows) already contains the

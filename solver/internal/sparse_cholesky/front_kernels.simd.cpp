@@ -25,13 +25,18 @@ inline V SubtractProduct(const V& a, const V& b, const V& c) {
 #endif
 }
 
+// Whether an update begins with the values in memory, or with zeros.
+enum class From { kMemory, kZero };
+
 // c(r, col) -= sum_k a(r, k) b(col, k) for kBatches batches of rows and kColumns columns. All are column-major; a and b
 // have the same stride.
-template <int kColumns, int kBatches>
+template <int kColumns, int kBatches, From kFrom>
 inline void UpdateTile(const double* a, const double* b, Index stride, Index count, double* c, Index c_stride) {
   V sum[kColumns][kBatches];
   for (int col = 0; col < kColumns; ++col) {
-    for (int i = 0; i < kBatches; ++i) sum[col][i] = V::load_unaligned(c + col * c_stride + i * kLanes);
+    for (int i = 0; i < kBatches; ++i) {
+      sum[col][i] = kFrom == From::kZero ? V(0.0) : V::load_unaligned(c + col * c_stride + i * kLanes);
+    }
   }
   for (Index k = 0; k < count; ++k) {
     V x[kBatches];
@@ -47,15 +52,15 @@ inline void UpdateTile(const double* a, const double* b, Index stride, Index cou
 }
 
 // The same for `rows` rows, rounded up to whole batches.
-template <int kColumns>
+template <int kColumns, From kFrom>
 void UpdateStrip(const double* a, const double* b, Index stride, Index count, double* c, Index c_stride, Index rows) {
   // As many accumulators as fit in sixteen registers with the operands.
   constexpr int kBatches = kColumns == 1 ? 4 : 12 / kColumns;
   Index r = 0;
   for (; r + (kBatches - 1) * kLanes < rows; r += kBatches * kLanes) {
-    UpdateTile<kColumns, kBatches>(a + r, b, stride, count, c + r, c_stride);
+    UpdateTile<kColumns, kBatches, kFrom>(a + r, b, stride, count, c + r, c_stride);
   }
-  for (; r < rows; r += kLanes) UpdateTile<kColumns, 1>(a + r, b, stride, count, c + r, c_stride);
+  for (; r < rows; r += kLanes) UpdateTile<kColumns, 1, kFrom>(a + r, b, stride, count, c + r, c_stride);
 }
 
 // Columns first..first + kColumns of the panel: subtracts the contribution of the columns before them, then factorises.
@@ -64,8 +69,8 @@ Index FactorizeStrip(const FrontPanel& panel, Index first, const double* least) 
   // Batches begin at multiples of their width, so they include rows above the diagonal, whose results are not used.
   const Index begin = first / kLanes * kLanes;
   double* const columns = panel.values + first * panel.stride;
-  UpdateStrip<kColumns>(panel.values + begin, panel.values + first, panel.stride, first, columns + begin, panel.stride,
-                        panel.rows - begin);
+  UpdateStrip<kColumns, From::kMemory>(panel.values + begin, panel.values + first, panel.stride, first, columns + begin,
+                                       panel.stride, panel.rows - begin);
   Index raised = 0;
   for (int c = 0; c < kColumns; ++c) {
     double* const column = columns + c * panel.stride;
@@ -100,6 +105,7 @@ Index Factorize(const FrontPanel& panel, const double* least) {
   return raised;
 }
 
+template <From kFrom>
 void SubtractOuter(const FrontPanel& panel, double* update, Index update_stride, Index begin, Index end) {
   const double* below = panel.values + panel.pivots;
   const Index rows = panel.rows - panel.pivots;
@@ -109,9 +115,9 @@ void SubtractOuter(const FrontPanel& panel, double* update, Index update_stride,
     update_strip(below + top, below + first, panel.stride, panel.pivots, update + first * update_stride + top,
                  update_stride, rows - top);
   };
-  for (; first + 6 <= end; first += 6) strip(UpdateStrip<6>);
-  for (; first + 3 <= end; first += 3) strip(UpdateStrip<3>);
-  for (; first < end; ++first) strip(UpdateStrip<1>);
+  for (; first + 6 <= end; first += 6) strip(UpdateStrip<6, kFrom>);
+  for (; first + 3 <= end; first += 3) strip(UpdateStrip<3, kFrom>);
+  for (; first < end; ++first) strip(UpdateStrip<1, kFrom>);
 }
 
 // Columns first..first + kColumns of a front's part of solving L y = x.
@@ -172,7 +178,8 @@ void Backward(const FrontPanel& panel, double* x) {
 }  // namespace
 
 const FrontKernels& CompiledFrontKernels() {
-  static constexpr FrontKernels kKernels = {Factorize, SubtractOuter, Forward, Backward};
+  static constexpr FrontKernels kKernels = {Factorize, SubtractOuter<From::kMemory>, SubtractOuter<From::kZero>,
+                                            Forward, Backward};
   return kKernels;
 }
 
