@@ -41,14 +41,14 @@ class Splat:
 
     @staticmethod
     def load(path):
-        """Reads .ply, .compressed.ply, .spz, .sog, .splat or .ksplat. `notes` lists what was ignored."""
+        """Reads .ply, .compressed.ply, .spz, .sog, .splat or .ksplat. `notes` lists ignored Gaussians."""
         arrays, notes = _vesta.read_splat(str(path))
         splat = Splat(**arrays)
         splat.notes = notes
         return splat
 
     def save(self, path):
-        """Writes .ply, .compressed.ply, .spz, .sog, .splat or .glb. Returns notes about what the format cannot hold."""
+        """Writes .ply, .compressed.ply, .spz, .sog, .splat or .glb. Returns notes about losses beyond rounding."""
         return _vesta.write_splat(str(path), self.arrays())
 
     def arrays(self):
@@ -120,7 +120,7 @@ class Splat:
 
     @staticmethod
     def merge(*splats):
-        """One splat of all Gaussians. Background and filter are those of the first, and origins must be equal."""
+        """One splat of all Gaussians, with the background of the first. Filters and origins must be equal."""
         first = splats[0]
         for splat in splats[1:]:
             if (splat.eps2d, splat.antialiased, splat.origin) != (first.eps2d, first.antialiased, first.origin):
