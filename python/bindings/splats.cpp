@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernels/core/error.h"
+#include "kernels/math/quaternion.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "python/bindings/bindings.h"
 #include "splatting/io/splats/splat_file.h"
@@ -143,6 +144,11 @@ void AddSplats(py::module_& module) {
     for (py::ssize_t i = 0; i < at.shape(0); ++i) {
       ShBasis<3>(at(i, 0), at(i, 1), at(i, 2), result.mutable_data(i, 0));
     }
+    return result;
+  });
+  module.def("quaternion_of", [](const py::array_t<double, py::array::c_style | py::array::forcecast>& rotation) {
+    py::array_t<double> result(4);
+    QuaternionFromRotation(rotation.data(), result.mutable_data());
     return result;
   });
   module.def("read_splat", [](const std::string& path) {

@@ -9,8 +9,8 @@ from vesta._solve import RowProblem
 class Differences:
     """fun(x) -> residuals (m,); jac(x) -> array or sparse matrix (m, n), or None for differences.
 
-    sparsity: None, or an array or sparse matrix (m, n) that is zero where the Jacobian is always zero.
-    step: relative step; None for the square root (central differences: the cube root) of the rounding error.
+    sparsity: None, or an array or sparse matrix (m, n) that is zero where the Jacobian is always zero. step: relative
+    step; None for the square root (central differences: the cube root) of the rounding error.
     """
 
     def __init__(self, fun, x0, jac, sparsity, central, step, bounds):

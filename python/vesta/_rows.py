@@ -8,10 +8,9 @@ from vesta._trace import _SHIFT, equal_columns
 class Rows:
     """Rows of residuals with one list of operations.
 
-    positions: array (rows, residuals), the residuals' numbers in the function's result.
-    instructions: tuples (operation, a, b, c, value); the operands are positions in the list. For "input", a is a slot.
-    outputs: the position of each residual.
-    variables: one array (rows,) per variable slot, indices into x. Slots of variables come first.
+    positions: array (rows, residuals), the residuals' numbers in the function's result. instructions: tuples
+    (operation, a, b, c, value); the operands are positions in the list. For "input", a is a slot. outputs: the position
+    of each residual. variables: one array (rows,) per variable slot, indices into x. Slots of variables come first.
     data: one array (rows,) per data slot, or a pair (number of an argument, lanes).
     """
 
@@ -23,8 +22,8 @@ class Rows:
 class _LaneMaps:
     """Maps from rows to lanes, with equal maps represented by equal tuples.
 
-    A tuple is (-1, start, step, count) for start + step * i, or (k, 0, 1, count) for array k. Composing maps of the first
-    kind, which come from slices, takes no time that depends on the count.
+    A tuple is (-1, start, step, count) for start + step * i, or (k, 0, 1, count) for array k. Composing maps of the
+    first kind, which come from slices, takes no time that depends on the count.
     """
 
     def __init__(self):

@@ -15,8 +15,8 @@ class TraceError(TypeError):
 
 
 class Node:
-    """op: the name of an operation, "x" (entries of x), "data" (fixed numbers, in `values`), or "argument" (numbers that
-    are known after the recording; `values` is the number of the argument).
+    """op: the name of an operation, "x" (entries of x), "data" (fixed numbers, in `values`), or "argument" (numbers
+    that are known after the recording; `values` is the number of the argument).
 
     operands: pairs (node, lanes). Lane i uses lane lanes[i] of the operand's node; lanes None means lane i.
     """
@@ -178,8 +178,8 @@ class SymbolicNumber(Symbolic):
     item = property(lambda self: _fail("item()"))
 
 
-for _name in ("sqrt", "exp", "expm1", "log", "log1p", "log2", "log10", "sin", "cos", "tan", "arcsin", "arccos", "arctan",
-              "sinh", "cosh", "tanh", "square", "fabs", "floor"):
+for _name in ("sqrt", "exp", "expm1", "log", "log1p", "log2", "log10", "sin", "cos", "tan", "arcsin", "arccos",
+              "arctan", "sinh", "cosh", "tanh", "square", "fabs", "floor"):
     setattr(SymbolicNumber, _name, lambda self, ufunc=getattr(np, _name): ufunc(self))
 
 

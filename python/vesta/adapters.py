@@ -9,8 +9,8 @@ def from_jax(function):
         function, jac = vesta.from_jax(residual_of_one_row)
         problem.add_residuals(function, blocks, data, jac=lambda *a: jac(len(blocks), *a))
 
-    jac(number of blocks, *arguments) -> a list of arrays (n, k, size). Both work on n rows at once (jax.vmap), in double
-    precision.
+    jac(number of blocks, *arguments) -> a list of arrays (n, k, size). Both work on n rows at once (jax.vmap), in
+    double precision.
     """
     import jax
 

@@ -31,7 +31,10 @@ def rotate(rotation_vectors, points):
 
 def rotate_by_quaternion(quaternions, points, scalar_first=True):
     """Rotates points (..., 3) by unit quaternions (..., 4)."""
-    w, v = (quaternions[..., :1], quaternions[..., 1:]) if scalar_first else (quaternions[..., 3:], quaternions[..., :3])
+    if scalar_first:
+        w, v = quaternions[..., :1], quaternions[..., 1:]
+    else:
+        w, v = quaternions[..., 3:], quaternions[..., :3]
     across = 2 * np.cross(v, points)
     return points + w * across + np.cross(v, across)
 

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """least_squares: the function of scipy.optimize with this name, solved by vesta."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
 import time
 
 import numpy as np
@@ -39,10 +44,13 @@ class OptimizeResult(dict):
         return "\n".join(f"{name:>12}: {value!r}" for name, value in self.items() if name != "report")
 
 
-def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", ftol=1e-8, xtol=1e-8, gtol=1e-8,
-                  x_scale=None, loss="linear", f_scale=1.0, diff_step=None, tr_solver=None, tr_options=None,
-                  jac_sparsity=None, max_nfev=None, verbose=0, args=(), kwargs=None, *, callback=None,
-                  linear_solver="auto", column_scaling="inverse_root"):
+def least_squares(fun: Callable[..., Any], x0: Any, jac: str | Callable[..., Any] | None = None,
+                  bounds: Any = (-np.inf, np.inf), method: str = "trf", ftol: float | None = 1e-8,
+                  xtol: float | None = 1e-8, gtol: float | None = 1e-8, x_scale: Any = None, loss: str = "linear",
+                  f_scale: float = 1.0, diff_step: float | None = None, tr_solver: Any = None, tr_options: Any = None,
+                  jac_sparsity: Any = None, max_nfev: int | None = None, verbose: int = 0, args: Sequence[Any] = (),
+                  kwargs: Mapping[str, Any] | None = None, *, callback: Callable[[np.void], Any] | None = None,
+                  linear_solver: str = "auto", column_scaling: str = "inverse_root") -> OptimizeResult:
     """Minimises 1/2 sum rho(fun(x)_i^2) over x, with the arguments and the result of scipy.optimize.least_squares.
 
     fun(x, *args, **kwargs): residuals, shape (m,), from x, shape (n,).
@@ -51,22 +59,22 @@ def least_squares(fun, x0, jac=None, bounds=(-np.inf, np.inf), method="trf", fto
     numpy (or vesta.where, vesta.norm, ...) on x, without branches on values. Entries of x that always occur together,
     such as the parameters of one camera, become parameter blocks, so that the solver can use their sparsity. If fun
     cannot be recorded, or jac is "2-point" or "3-point", derivatives are finite differences; jac_sparsity (m, n) lets
-    several columns share one evaluation. jac may also be a function of x that returns an array, or a scipy.sparse matrix
-    whose zeros stay where they are at x0, or a scipy.sparse.linalg.LinearOperator, of the shape (m, n). An operator is
-    used without forming a matrix, by LSMR or PCG. If it has an attribute diag_jtj, this is the diagonal of J^T J, which
-    preconditions; bounds and losses are not supported with operators.
+    several columns share one evaluation. jac may also be a function of x that returns an array, or a scipy.sparse
+    matrix whose zeros stay where they are at x0, or a scipy.sparse.linalg.LinearOperator, of the shape (m, n). An
+    operator is used without forming a matrix, by LSMR or PCG. If it has an attribute diag_jtj, this is the diagonal of
+    J^T J, which preconditions; bounds and losses are not supported with operators.
 
     bounds: lower and upper bounds, numbers or arrays (n,). loss: "linear", "huber", "soft_l1", "cauchy" or "arctan",
     applied to each residual divided by f_scale. ftol, xtol, gtol: tolerances of the Levenberg-Marquardt solver (None:
-    0). max_nfev: the largest number of iterations. verbose: 1 prints a report, 2 an iteration per line. callback: called
-    with a row of the history (iteration, cost, ...) after each iteration; returning False stops. linear_solver: "auto",
-    "pcg", "schur_pcg", "lsmr" or "dense_qr". column_scaling: "inverse_root" divides the Jacobian's columns by their norms
-    at the start, "one_plus_inverse" by 1 + norm as Ceres does, "none" does not. method, x_scale, tr_solver and tr_options
-    have no effect, because the method is Levenberg-Marquardt.
+    0). max_nfev: the largest number of iterations. verbose: 1 prints a report, 2 an iteration per line. callback:
+    called with a row of the history (iteration, cost, ...) after each iteration; returning False stops. linear_solver:
+    "auto", "pcg", "schur_pcg", "lsmr" or "dense_qr". column_scaling: "inverse_root" divides the Jacobian's columns by
+    their norms at the start, "one_plus_inverse" by 1 + norm as Ceres does, "none" does not. method, x_scale, tr_solver
+    and tr_options have no effect, because the method is Levenberg-Marquardt.
 
     Returns x, cost, fun, jac, grad, optimality, active_mask, nfev, njev, status, message, success as scipy does, and
-    derivatives ("recorded", "differences", "jac"), note (why fun could not be recorded), history (a structured array with
-    a row per iteration), setup_seconds (before the first iteration) and report.
+    derivatives ("recorded", "differences", "jac"), note (why fun could not be recorded), history (a structured array
+    with a row per iteration), setup_seconds (before the first iteration) and report.
 
     Raises ValueError for arguments that do not fit, and if the residuals at x0 are not finite.
     """
@@ -153,7 +161,8 @@ def _by_operators(fun, jac, x0, options, on_iteration, verbose):
 
 
 def _counts(summary):
-    return dict(nfev=summary["num_cost_evaluations"] + summary["num_linearizations"], njev=summary["num_linearizations"],
+    linearizations = summary["num_linearizations"]
+    return dict(nfev=summary["num_cost_evaluations"] + linearizations, njev=linearizations,
                 status=_STATUS[summary["status"]], message=summary["message"], success=summary["converged"])
 
 

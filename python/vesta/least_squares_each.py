@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """least_squares_each: many small problems of one kind at once."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from vesta import _vesta
@@ -8,7 +13,8 @@ from vesta._trace import Graph, TraceError
 from vesta.least_squares import OptimizeResult
 
 
-def least_squares_each(fun, x0, args=(), ftol=1e-8, xtol=1e-8, gtol=1e-8, max_nfev=100):
+def least_squares_each(fun: Callable[..., Any], x0: Any, args: Sequence[Any] = (), ftol: float | None = 1e-8,
+                       xtol: float | None = 1e-8, gtol: float | None = 1e-8, max_nfev: int = 100) -> OptimizeResult:
     """Minimises 1/2 sum_j fun(x_i, ...)_ij^2 for each problem i on its own.
 
     x0: start values, shape (problems, parameters), at most 12 parameters. fun(x, *args) -> residuals (problems,

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Least-squares problems of parameter blocks and batches of residuals."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from vesta import _vesta
@@ -16,7 +21,7 @@ class BlockArray:
         self._problem, self._first, self._offset, self.count, self.size = problem, first, offset, count, size
 
     @property
-    def values(self):
+    def values(self) -> np.ndarray:
         """The values, shape (count, size); a copy."""
         x = self._problem._rows.problem.get_values()
         return x[self._offset:self._offset + self.count * self.size].reshape(self.count, self.size)
@@ -30,7 +35,7 @@ class BlockArray:
     def __len__(self):
         return self.count
 
-    def __getitem__(self, index):
+    def __getitem__(self, index: Any) -> Selection:
         return Selection(self, np.atleast_1d(np.arange(self.count)[index]))
 
     def set_constant(self, constant=True):
@@ -78,10 +83,10 @@ class Summary:
     def __init__(self, values):
         self.__dict__.update(values)
 
-    def brief_report(self):
+    def brief_report(self) -> str:
         return self.__dict__["brief_report_text"]
 
-    def full_report(self):
+    def full_report(self) -> str:
         return self.__dict__["full_report_text"]
 
     def __repr__(self):
@@ -103,7 +108,7 @@ class Problem:
         empty = np.zeros(0, int)
         self._rows = RowProblem(np.zeros(0), Blocks(empty, empty, empty))
 
-    def add_blocks(self, values, manifold=None):
+    def add_blocks(self, values: Any, manifold: _vesta.Manifold | None = None) -> BlockArray:
         """Adds one block per row of `values`, shape (count, size) or (size,). Returns a BlockArray.
 
         manifold: such as vesta.SO3(); its ambient size is `size`.
@@ -118,12 +123,14 @@ class Problem:
                                    np.concatenate([blocks.sizes, np.full(count, size)]))
         return BlockArray(self, first, offset, count, size)
 
-    def add_residuals(self, function, blocks, data=(), loss=None, jac=None):
+    def add_residuals(self, function: Callable[..., Any], blocks: Sequence[BlockArray | Selection],
+                      data: Sequence[Any] = (), loss: _vesta.Loss | None = None,
+                      jac: str | Callable[..., Any] | None = None) -> None:
         """Adds one row of residuals per selected block.
 
         function(*blocks, *data) -> residuals (n, k) or (n,), from blocks of the shape (n, size) and data whose first
-        axis has length n. blocks: BlockArrays or selections such as cameras[camera_of], each of n blocks or of one block
-        for all rows. loss: such as vesta.Huber(1.0), of the squared norm of a row.
+        axis has length n. blocks: BlockArrays or selections such as cameras[camera_of], each of n blocks or of one
+        block for all rows. loss: such as vesta.Huber(1.0), of the squared norm of a row.
 
         jac: None records the function (see vesta.least_squares). "2-point": forward differences, for functions that
         cannot be recorded. A function with the same arguments: a list with the derivatives by each block, (n, k, size).
@@ -240,12 +247,13 @@ class Problem:
                         [s.array.size for s in selections], None)
         self._rows.add_callback(evaluate, num_residuals, layout, np.arange(n * num_residuals), loss)
 
-    def solve(self, max_iterations=50, function_tolerance=1e-6, gradient_tolerance=1e-10, parameter_tolerance=1e-8,
-              max_seconds=np.inf, linear_solver="auto", column_scaling="inverse_root", callback=None):
+    def solve(self, max_iterations: int = 50, function_tolerance: float = 1e-6, gradient_tolerance: float = 1e-10,
+              parameter_tolerance: float = 1e-8, max_seconds: float = np.inf, linear_solver: str = "auto",
+              column_scaling: str = "inverse_root", callback: Callable[[np.void], Any] | None = None) -> Summary:
         """Solves from the present values, and replaces them by the best ones found. Returns a Summary.
 
-        The tolerances have the meaning of Ceres. linear_solver, column_scaling: as in vesta.least_squares.
-        callback: called with a row of `iterations` after each iteration; returning False stops. Ctrl-C stops with
+        The tolerances have the meaning of Ceres. linear_solver, column_scaling: as in vesta.least_squares. callback:
+        called with a row of `iterations` after each iteration; returning False stops. Ctrl-C stops with
         KeyboardInterrupt, and then the values are as before. Raises ValueError if the start is not valid.
         """
         values = self._rows.problem.solve(
@@ -257,18 +265,18 @@ class Problem:
         values["brief_report_text"], values["full_report_text"] = values.pop("brief_report"), values.pop("full_report")
         return Summary(values)
 
-    def cost(self):
+    def cost(self) -> float:
         """The cost at the present values."""
         return self._rows.problem.evaluate(apply_loss=True, derivatives=False)["cost"]
 
-    def check(self):
+    def check(self) -> list[str]:
         """Checks the derivatives at the present values by finite differences, and other properties (CheckProblem).
 
         Returns a list of faults, one line each.
         """
         return self._rows.problem.check()
 
-    def covariance(self, *selections, ambient=False):
+    def covariance(self, *selections: BlockArray | Selection, ambient: bool = False) -> Any:
         """The covariance of each selected block at the solution, if the residuals have variance 1.
 
         Returns one array (blocks, d, d) per selection; d is the size of the tangent space or, if ambient, of the block.
@@ -294,6 +302,6 @@ SO3, SE3, Sphere, Line = _vesta.QuaternionManifold, _vesta.Se3Manifold, _vesta.U
 Euclidean, Subset = _vesta.EuclideanManifold, _vesta.SubsetManifold
 
 
-def Product(*parts):
+def Product(*parts: _vesta.Manifold) -> _vesta.Manifold:
     """The product of manifolds, such as Product(SO3(), Euclidean(3))."""
     return _vesta.ProductManifold(list(parts))

@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images of splats, with derivatives."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from vesta import _vesta
+from vesta.splat import Splat
 
 _MODES = ("RGB", "RGB+D", "RGB+ED", "D", "ED")
 
@@ -17,28 +23,29 @@ class Rasterization:
         self._depth = self._alpha = None
 
     @property
-    def depth(self):
+    def depth(self) -> np.ndarray:
         if self._depth is None:
             self._depth = self._raster.depth(False)
         return self._depth
 
     @property
-    def alpha(self):
+    def alpha(self) -> np.ndarray:
         if self._alpha is None:
             self._alpha = self._raster.alpha()
         return self._alpha
 
-    def vjp(self, d_colors):
+    def vjp(self, d_colors: Any) -> dict[str, np.ndarray]:
         """The gradient of sum(d_colors * colors): a dictionary of arrays with the names and shapes of the splat's."""
         gradient = self._raster.vjp(np.asarray(d_colors, np.float32))
         return {name: gradient[name] for name in ("means", "quats", "log_scales", "opacity_logits", "sh")}
 
-    def jvp(self, directions):
+    def jvp(self, directions: Mapping[str, Any]) -> np.ndarray:
         """The derivative of colors along a change of the splat: a dictionary as from vjp; missing arrays are 0."""
         return self._raster.jvp({**self._zeros, **directions})
 
 
-def rasterization(splat, viewmats, Ks, width, height, render_mode="RGB", backgrounds=None, near_plane=0.01):
+def rasterization(splat: Splat, viewmats: Any, Ks: Any, width: int, height: int, render_mode: str = "RGB",
+                  backgrounds: Any = None, near_plane: float = 0.01) -> Rasterization:
     """Renders a splat in C views, with the arguments of gsplat's function of this name where both have them.
 
     viewmats (C, 4, 4), world to camera; Ks (C, 3, 3). render_mode: "RGB", or with "D" or "ED" for depth, which vesta
@@ -62,7 +69,8 @@ def rasterization(splat, viewmats, Ks, width, height, render_mode="RGB", backgro
         raise ValueError(f'render_mode is "{render_mode}"; the modes are {", ".join(_MODES)}')
     viewmats, Ks = np.atleast_3d(np.asarray(viewmats, float)), np.asarray(Ks, float)
     if viewmats.shape[1:] != (4, 4) or Ks.shape != (len(viewmats), 3, 3):
-        raise ValueError(f"viewmats and Ks have the shapes {viewmats.shape} and {Ks.shape}, not (C, 4, 4) and (C, 3, 3)")
+        raise ValueError(f"viewmats and Ks have the shapes {viewmats.shape} and {Ks.shape}; "
+                         "they need (C, 4, 4) and (C, 3, 3)")
     background = backgrounds if backgrounds is not None else splat.background or (0.0, 0.0, 0.0)
     if np.shape(background) != (3,):
         raise ValueError("backgrounds needs one colour (3,) for all views")

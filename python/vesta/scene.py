@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes: photographs with cameras, and trainings on them."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
 from vesta import _vesta
@@ -7,15 +12,15 @@ from vesta.splat import Splat
 
 
 class View:
-    """name; K (3, 3), pixels; viewmat (4, 4), world to camera (x right, y down, z forward); width, height; role: "train",
-    "test" or "held out"; image, float32 (height, width, 3) in 0..1, a copy."""
+    """name; K (3, 3), pixels; viewmat (4, 4), world to camera (x right, y down, z forward); width, height; role:
+    "train", "test" or "held out"; image, float32 (height, width, 3) in 0..1, a copy."""
 
     def __init__(self, scene, index, values):
         self._scene, self._index = scene, index
         self.__dict__.update(values)
 
     @property
-    def image(self):
+    def image(self) -> np.ndarray:
         return self._scene.photograph(self._index)
 
     def __repr__(self):
@@ -30,19 +35,21 @@ class Scene:
         self.views = [View(scene, k, values) for k, values in enumerate(scene.views)]
 
     @staticmethod
-    def load(path, downscale=1, test_every=None, image_folder="images", allow_missing=False, seed=0,
-             background=(0.0, 0.0, 0.0), eps2d=0.3, antialiased=False):
+    def load(path: Any, downscale: int = 1, test_every: int | None = None, image_folder: str = "images",
+             allow_missing: bool = False, seed: int = 0, background: Sequence[float] = (0.0, 0.0, 0.0),
+             eps2d: float = 0.3, antialiased: bool = False) -> Scene:
         """Loads a COLMAP or NeRF scene.
 
-        downscale: divides the image size. test_every: every n-th view by name becomes a test view (0: none; None: as the
-        scene says, otherwise every 8th). seed: for points where the scene has none. background: behind transparent
+        downscale: divides the image size. test_every: every n-th view by name becomes a test view (0: none; None: as
+        the scene says, otherwise every 8th). seed: for points where the scene has none. background: behind transparent
         pixels. eps2d, antialiased: the filter of splats that are trained on the scene.
         """
-        return Scene(_vesta.load_scene(str(path), int(downscale), test_every, image_folder, bool(allow_missing), int(seed),
-                                       tuple(background), float(eps2d), bool(antialiased)))
+        return Scene(_vesta.load_scene(str(path), int(downscale), test_every, image_folder, bool(allow_missing),
+                                       int(seed), tuple(background), float(eps2d), bool(antialiased)))
 
     @staticmethod
-    def from_arrays(images, Ks, world_to_cam, points, colors=None, names=None, test_every=8):
+    def from_arrays(images: Sequence[Any], Ks: Sequence[Any], world_to_cam: Sequence[Any], points: Any,
+                    colors: Any = None, names: Sequence[str] | None = None, test_every: int = 8) -> Scene:
         """A scene of images (height, width, 3), bytes or numbers in 0..1, with matrices K (3, 3) and world to camera
         (4, 4), and points (n, 3), n >= 1, with colours (n, 3) in 0..1 (default: grey)."""
         points = np.asarray(points, float)
@@ -61,23 +68,24 @@ class Scene:
             if image.ndim != 3 or image.shape[2] != 3:
                 raise ValueError(f"image {name} has the shape {image.shape}, not (height, width, 3)")
             pixels.append(image)
-        return Scene(_vesta.scene_of_arrays(pixels, [np.asarray(k, float) for k in Ks],
-                                            [np.asarray(m, float) for m in world_to_cam], names, points, colors, test_every))
+        viewmats = [np.asarray(m, float) for m in world_to_cam]
+        return Scene(_vesta.scene_of_arrays(pixels, [np.asarray(k, float) for k in Ks], viewmats, names, points, colors,
+                                            test_every))
 
     @property
-    def train(self):
+    def train(self) -> list[View]:
         return [view for view in self.views if view.role == "train"]
 
     @property
-    def test(self):
+    def test(self) -> list[View]:
         return [view for view in self.views if view.role == "test"]
 
     @property
-    def points(self):
+    def points(self) -> np.ndarray:
         return self._scene.points
 
     @property
-    def notes(self):
+    def notes(self) -> list[str]:
         return self._scene.notes
 
     def __repr__(self):
@@ -106,28 +114,38 @@ def _texts(options):
     return texts
 
 
-def train(scene, preset="balanced", seed=0, options=None, callback=None):
+def _run(scene, kind, arrays, preset, seed, options, callback):
+    texts = {"train.seed": str(seed), **_texts(options)}
+    return Run(*_vesta.train(scene._scene, kind, arrays, preset, texts, callback))
+
+
+def train(scene: Scene, preset: str = "balanced", seed: int = 0, options: Mapping[str, Any] | None = None,
+          callback: Callable[[dict], Any] | None = None) -> Run:
     """Trains a splat as `vesta train` does. The same scene, seed and options give the same bits.
 
     options: a dictionary of options by the names of `vesta config`, such as {"adam.iterations": 3000}. callback: called
     with each row of the history (a dictionary: iteration, test_psnr, ...); returning False stops the training. Ctrl-C
     raises KeyboardInterrupt.
     """
-    return Run(*_vesta.train(scene._scene, "train", None, preset, {"train.seed": str(seed), **_texts(options)}, callback))
+    return _run(scene, "train", None, preset, seed, options, callback)
 
 
-def refine(splat, scene, preset="balanced", seed=0, options=None, callback=None):
+def refine(splat: Splat, scene: Scene, preset: str = "balanced", seed: int = 0,
+           options: Mapping[str, Any] | None = None, callback: Callable[[dict], Any] | None = None) -> Run:
     """Trains a splat further, without new Gaussians, as `vesta refine` does."""
-    return Run(*_vesta.train(scene._scene, "refine", splat.arrays(), preset,
-                             {"train.seed": str(seed), **_texts(options)}, callback))
+    return _run(scene, "refine", splat.arrays(), preset, seed, options, callback)
 
 
-def prune(splat, scene, keep, preset="balanced", seed=0, options=None, callback=None):
-    """Prunes a splat gradually to the fraction `keep` of its Gaussians, and trains the others, as `vesta prune` does."""
+def prune(splat: Splat, scene: Scene, keep: float, preset: str = "balanced", seed: int = 0,
+          options: Mapping[str, Any] | None = None, callback: Callable[[dict], Any] | None = None) -> Run:
+    """Prunes a splat gradually to the fraction `keep` of its Gaussians, and trains the others.
+
+    `vesta prune` gives the same result.
+    """
     if not 0 < keep <= 1:
         raise ValueError(f"keep is {keep}; choose a fraction above 0, at most 1")
-    return Run(*_vesta.train(scene._scene, "prune", splat.arrays(), preset,
-                             {"train.seed": str(seed), **_texts(options), "pruning.keep_fraction": str(keep)}, callback))
+    options = {**(options or {}), "pruning.keep_fraction": float(keep)}
+    return _run(scene, "prune", splat.arrays(), preset, seed, options, callback)
 
 
 class Evaluation:
@@ -142,7 +160,7 @@ class Evaluation:
         return f"Evaluation({len(self.per_view)} views, PSNR {self.psnr:.2f} dB, SSIM {self.ssim:.4f})"
 
 
-def evaluate(splat, views):
+def evaluate(splat: Splat, views: Sequence[View]) -> Evaluation:
     """Compares renderings with photographs. views: of one scene, such as scene.test."""
     views = list(views)
     if not views:

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gaussian splats as numpy arrays."""
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 
 from vesta import _vesta
@@ -26,8 +30,9 @@ class Splat:
     antialiased: whether opacities are compensated for it; origin: the world point at means (0, 0, 0).
     """
 
-    def __init__(self, means, quats, log_scales, opacity_logits, sh, background=None, eps2d=0.3, antialiased=False,
-                 origin=(0.0, 0.0, 0.0)):
+    def __init__(self, means: Any, quats: Any, log_scales: Any, opacity_logits: Any, sh: Any,
+                 background: tuple[float, float, float] | None = None, eps2d: float = 0.3, antialiased: bool = False,
+                 origin: Any = (0.0, 0.0, 0.0)) -> None:
         n = len(means)
         self.sh = np.array(sh, np.float32)
         for name, value in zip(_ARRAYS, (means, quats, log_scales, opacity_logits)):
@@ -40,18 +45,18 @@ class Splat:
         self.background, self.eps2d, self.antialiased, self.origin = background, eps2d, antialiased, tuple(origin)
 
     @staticmethod
-    def load(path):
+    def load(path: Any) -> Splat:
         """Reads .ply, .compressed.ply, .spz, .sog, .splat or .ksplat. `notes` lists ignored Gaussians."""
         arrays, notes = _vesta.read_splat(str(path))
         splat = Splat(**arrays)
         splat.notes = notes
         return splat
 
-    def save(self, path):
+    def save(self, path: Any) -> list[str]:
         """Writes .ply, .compressed.ply, .spz, .sog, .splat or .glb. Returns notes about losses beyond rounding."""
         return _vesta.write_splat(str(path), self.arrays())
 
-    def arrays(self):
+    def arrays(self) -> dict[str, Any]:
         """The arguments of Splat as a dictionary."""
         result = {name: getattr(self, name) for name in _ARRAYS}
         result.update(eps2d=self.eps2d, antialiased=self.antialiased, origin=self.origin)
@@ -66,20 +71,20 @@ class Splat:
         return f"Splat({len(self)} Gaussians, SH degree {self.sh_degree})"
 
     @property
-    def sh_degree(self):
+    def sh_degree(self) -> int:
         return int(np.sqrt(self.sh.shape[1])) - 1
 
     @property
-    def opacity(self):
+    def opacity(self) -> np.ndarray:
         """Opacities in 0..1, shape (N,)."""
         return 1 / (1 + np.exp(-self.opacity_logits))
 
     @property
-    def scales(self):
+    def scales(self) -> np.ndarray:
         """Standard deviations along the principal axes, shape (N, 3)."""
         return np.exp(self.log_scales)
 
-    def __getitem__(self, index):
+    def __getitem__(self, index: Any) -> Splat:
         """A splat of the selected Gaussians (a mask, numbers or a slice); its arrays are copies."""
         index = np.atleast_1d(np.arange(len(self))[index])
         if not index.size:
@@ -88,12 +93,12 @@ class Splat:
         arrays.update({name: arrays[name][index] for name in _ARRAYS})
         return Splat(**arrays)
 
-    def crop(self, low, high):
+    def crop(self, low: Any, high: Any) -> Splat:
         """The Gaussians with means in the box from low to high, (x, y, z) in the world."""
         means = self.means + np.asarray(self.origin)
         return self[((means >= low) & (means <= high)).all(axis=1)]
 
-    def transform(self, rotation=np.eye(3), translation=(0, 0, 0), scale=1.0):
+    def transform(self, rotation: Any = np.eye(3), translation: Any = (0, 0, 0), scale: float = 1.0) -> Splat:
         """Moves every point p to scale * rotation @ p + translation, with the spherical harmonics."""
         rotation = np.asarray(rotation, float)
         if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) \
@@ -103,23 +108,14 @@ class Splat:
             raise ValueError("scale needs to be positive")
         arrays = self.arrays()
         means = self.means + np.asarray(self.origin)
-        # The quaternion of the rotation; the sign of each component follows from the largest one.
-        w = 0.5 * np.sqrt(np.maximum(0, 1 + np.array([np.trace(rotation), *(2 * np.diag(rotation) - np.trace(rotation))])))
-        r = rotation
-        products = np.array([[w[0] ** 2, *(0.25 * np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]))],
-                             [0.25 * (r[2, 1] - r[1, 2]), w[1] ** 2, 0.25 * (r[0, 1] + r[1, 0]), 0.25 * (r[0, 2] + r[2, 0])],
-                             [0.25 * (r[0, 2] - r[2, 0]), 0.25 * (r[0, 1] + r[1, 0]), w[2] ** 2, 0.25 * (r[1, 2] + r[2, 1])],
-                             [0.25 * (r[1, 0] - r[0, 1]), 0.25 * (r[0, 2] + r[2, 0]), 0.25 * (r[1, 2] + r[2, 1]), w[3] ** 2]])
-        k = int(np.argmax(w))
-        quaternion = products[k] / w[k]
         arrays.update(means=scale * means @ rotation.T + np.asarray(translation, float), origin=(0.0, 0.0, 0.0),
-                      quats=multiply_quaternions(quaternion[None], self.quats.astype(float)),
+                      quats=multiply_quaternions(_vesta.quaternion_of(rotation)[None], self.quats.astype(float)),
                       log_scales=self.log_scales + np.float32(np.log(scale)),
                       sh=np.einsum("kj,njc->nkc", _harmonics_rotation(rotation, self.sh.shape[1]), self.sh))
         return Splat(**arrays)
 
     @staticmethod
-    def merge(*splats):
+    def merge(*splats: Splat) -> Splat:
         """One splat of all Gaussians, with the background of the first. Filters and origins must be equal."""
         first = splats[0]
         for splat in splats[1:]:
