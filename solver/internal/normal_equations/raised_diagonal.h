@@ -37,7 +37,8 @@ void RaiseDiagonal(std::span<S> diagonal, double largest, std::span<S> scratch, 
   if (std::all_of(diagonal.begin(), diagonal.end(), is_positive)) return;
   const auto end = std::copy_if(diagonal.begin(), diagonal.end(), scratch.begin(), is_positive);
   const auto middle = scratch.begin() + (end - scratch.begin()) / 2;
-  std::nth_element(scratch.begin(), middle, end);
+  // With a comparison of its own type, the function is not shared with code for other instruction sets (isa.h).
+  std::nth_element(scratch.begin(), middle, end, [](S a, S b) { return a < b; });
   for (S& value : diagonal) value = is_positive(value) ? value : *middle;
 }
 
