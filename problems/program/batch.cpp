@@ -171,14 +171,12 @@ void ProgramBatch::RunChunks(const ProgramPlan& plan, const double* x, double* o
   for (Index chunk = begin; chunk < end; ++chunk) {
     const Index* const positions = positions_.data() + chunk * num_used * kChunk;
     for (int i = 0; i < num_used * kChunk; ++i) variables[i] = x[positions[i]];
+    // Programs do not write to inputs.
+    auto next = arrays.begin() + num_variables_;
     for (int d = 0; d < num_data_; ++d) {
-      // Programs do not write to inputs.
-      arrays[static_cast<std::size_t>(num_variables_ + d)] =
-          const_cast<double*>(data_.data()) + (chunk * num_data_ + d) * kChunk;
+      *next++ = const_cast<double*>(data_.data()) + (chunk * num_data_ + d) * kChunk;
     }
-    for (int o = 0; o < plan.num_outputs(); ++o) {
-      arrays[static_cast<std::size_t>(plan.num_inputs() + o)] = outputs + (chunk * plan.num_outputs() + o) * kChunk;
-    }
+    for (int o = 0; o < plan.num_outputs(); ++o) *next++ = outputs + (chunk * plan.num_outputs() + o) * kChunk;
     run(plan.steps(), arrays.data());
   }
 }

@@ -36,13 +36,14 @@ void RaiseFor(const Error& error) {
 
 PYBIND11_MODULE(_vesta, module) {
   module.doc() = "The compiled part of the package vesta.";
-  py::register_exception_translator([](std::exception_ptr thrown) {
-    try {
-      if (thrown) std::rethrow_exception(thrown);
-    } catch (const Error& error) {
-      RaiseFor(error);
-    }
-  });
+  py::register_exception_translator(
+      [](std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param): the type of pybind11
+        try {
+          if (thrown) std::rethrow_exception(thrown);
+        } catch (const Error& error) {
+          RaiseFor(error);
+        }
+      });
   module.def("set_num_threads", &SetNumThreads, py::arg("num_threads"),
              "Sets the number of threads; 0 means one per core.");
   module.def("num_threads", &NumThreads, "The number of threads.");

@@ -86,7 +86,7 @@ void AddCallback(program::BatchProblem& problem, py::function function, int num_
 }
 
 void AddLosses(py::module_& module) {
-  py::class_<Loss, std::shared_ptr<Loss>>(module, "Loss");
+  const py::class_<Loss, std::shared_ptr<Loss>> base(module, "Loss");
   const auto scaled = [&]<class L>(const char* name, const L*) {
     py::class_<L, Loss, std::shared_ptr<L>>(module, name).def(py::init<double>(), py::arg("a"));
   };

@@ -110,9 +110,9 @@ py::dict DictOf(const gs::Scene& scene, gs::View view) {
   const double k[] = {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1};
   std::copy_n(k, 9, K.mutable_data());
   std::fill_n(viewmat.mutable_data(), 16, 0.0);
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) viewmat.mutable_at(r, c) = view.rotation[static_cast<std::size_t>(3 * r + c)];
-    viewmat.mutable_at(r, 3) = view.translation[static_cast<std::size_t>(r)];
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) viewmat.mutable_at(r, c) = view.rotation[3 * r + c];
+    viewmat.mutable_at(r, 3) = view.translation[r];
   }
   viewmat.mutable_at(3, 3) = 1;
   result["K"] = K;

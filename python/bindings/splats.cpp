@@ -120,9 +120,9 @@ gs::View ToView(const py::array_t<double>& K, const py::array_t<double>& viewmat
   view.camera = {.width = width,
                  .height = height,
                  .lens = {.fx = K.at(0, 0), .fy = K.at(1, 1), .cx = K.at(0, 2), .cy = K.at(1, 2)}};
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) view.rotation[static_cast<std::size_t>(3 * r + c)] = viewmat.at(r, c);
-    view.translation[static_cast<std::size_t>(r)] = viewmat.at(r, 3);
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) view.rotation[3 * r + c] = viewmat.at(r, c);
+    view.translation[r] = viewmat.at(r, 3);
   }
   const auto& q = view.rotation;
   for (std::size_t r = 0; r < 3; ++r) {

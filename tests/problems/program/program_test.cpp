@@ -25,8 +25,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 std::vector<double> ValuesOf(const Program& program, const std::vector<double>& inputs, Isa isa = Isa::kBaseline) {
   const ProgramPlan plan(program);
   Buffer<double, Host> memory(Index{plan.num_arrays()} * kChunk);
-  std::vector<double*> arrays;
-  for (int i = 0; i < plan.num_arrays(); ++i) arrays.push_back(memory.data() + i * kChunk);
+  std::vector<double*> arrays(static_cast<std::size_t>(plan.num_arrays()));
+  for (std::size_t i = 0; i < arrays.size(); ++i) arrays[i] = memory.data() + i * kChunk;
   std::copy(inputs.begin(), inputs.end(), memory.data());
   for (std::size_t c = 0; c < plan.constants().size(); ++c) {
     std::fill_n(arrays[static_cast<std::size_t>(plan.num_inputs() + plan.num_outputs()) + c], kChunk,
