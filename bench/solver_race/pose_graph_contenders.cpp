@@ -16,7 +16,7 @@ constexpr pose_graph::EdgeError kError = pose_graph::EdgeError::kCeres;
 template <class Solve>
 Contender WithCeres(const std::string& name, const std::string& path, const Solve& solve) {
   return {name, [=] {
-            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
+            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path, {.clip_indefinite = true});
             std::vector<double> poses = graph.poses;
             ceres::Problem problem;
             BuildCeresPoseGraph(graph, nullptr, poses, problem);
@@ -29,7 +29,7 @@ Contender WithCeres(const std::string& name, const std::string& path, const Solv
 Contender NativePoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
                           const RaceOptions& race) {
   return {name, [=] {
-            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
+            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path, {.clip_indefinite = true});
             return SolveNatively([&] { return pose_graph::PoseGraphProblem(graph, {.error = kError}); },
                                  [](const auto& problem) { return std::span<const double>(problem.start()); }, lm,
                                  race);
@@ -41,7 +41,7 @@ namespace {
 // With vesta's own start.
 Contender WholePoseGraph(const std::string& name, const std::string& path, const RaceOptions& race) {
   return {name, [=] {
-            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
+            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path, {.clip_indefinite = true});
             SetNumThreads(race.threads);
             pose_graph::PoseGraphSolveOptions options;
             options.problem.error = kError;
