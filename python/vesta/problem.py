@@ -272,7 +272,8 @@ class Problem:
     def check(self) -> list[str]:
         """Checks the derivatives at the present values by finite differences, and other properties (CheckProblem).
 
-        Returns a list of faults, one line each.
+        Returns a list of faults, one line each. Check before a solve: where all residuals are nearly 0, finite
+        differences are lost in rounding, and correct derivatives may be listed as faults.
         """
         return self._rows.problem.check()
 
