@@ -65,11 +65,11 @@ class EachRows {
     const program::ProgramPlan& plan = work_.plan;
     const auto outputs = arrays_.begin() + plan.num_inputs();
     for (int chunk = 0; chunk < num_chunks_; ++chunk) {
-      for (int d = 0; d < num_data_; ++d) arrays_[static_cast<std::size_t>(N + d)] = Data(chunk, d);
+      for (int d = 0; d < num_data_; ++d) *(arrays_.begin() + N + d) = Data(chunk, d);
       RunStepsHere(plan.steps(), arrays_.data());
       const int first = chunk * kRowsPerChunk;
       for (int i = 0; i < std::min(kRowsPerChunk, num_rows_ - first); ++i) {
-        D& to = duals_[static_cast<std::size_t>(first + i)];
+        D& to = *(duals_.begin() + first + i);
         to.a.v = VectorAt(outputs[0], i);
         for (std::size_t e = 0; e < work_.entries.size(); ++e) {
           Derivative(to, work_.entries[e].variable).v = VectorAt(outputs[static_cast<std::ptrdiff_t>(e + 1)], i);
