@@ -67,12 +67,27 @@ Result Solve(const Flags& flags, const pose_graph::PoseGraphSolveOptions& option
   return result;
 }
 
+struct Counts {
+  Index poses, landmarks, priors;
+};
+
+Counts CountsOf(const pose_graph::PoseGraph& graph) {
+  const auto landmarks = static_cast<Index>(graph.landmarks.size());
+  const Index priors = graph.world < 0 ? 0
+                                       : std::count_if(graph.edges.begin(), graph.edges.end(),
+                                                       [&](const auto& edge) { return edge.from == graph.world; });
+  return {graph.num_poses() - landmarks - (graph.world < 0 ? 0 : 1), landmarks, priors};
+}
+
 std::string ToJson(const Flags& flags, const Result& result, const pose_graph::PoseGraph& graph,
                    const std::optional<pose_graph::Certificate>& certificate) {
   const pose_graph::PoseGraphSolution& solution = result.solution;
   const LmSummary& summary = solution.summary;
-  nlohmann::ordered_json json = {{"poses", graph.num_poses()},
-                                 {"edges", graph.num_edges()},
+  const Counts counts = CountsOf(graph);
+  nlohmann::ordered_json json = {{"poses", counts.poses},
+                                 {"landmarks", counts.landmarks},
+                                 {"priors", counts.priors},
+                                 {"edges", graph.num_edges() - counts.priors},
                                  {"status", ToString(summary.status)},
                                  {"start", solution.starts_chordal ? "chordal" : "given"},
                                  {"initial_cost", summary.initial_cost},
@@ -104,7 +119,11 @@ void PrintResult(const Flags& flags, const Result& result, const pose_graph::Pos
                  const std::optional<pose_graph::Certificate>& certificate) {
   const pose_graph::PoseGraphSolution& solution = result.solution;
   for (const std::string& note : graph.notes) Print("{}\n", note);
-  Print("{} poses, {} edges, from {} poses\n{}\n", graph.num_poses(), graph.num_edges(),
+  const Counts counts = CountsOf(graph);
+  std::string more;
+  if (counts.landmarks > 0) more += fmt::format("{} landmarks, ", counts.landmarks);
+  if (counts.priors > 0) more += fmt::format("{} priors, ", counts.priors);
+  Print("{} poses, {}{} edges, from {} poses\n{}\n", counts.poses, more, graph.num_edges() - counts.priors,
         solution.starts_chordal ? "chordal" : "the given", solution.summary.BriefReport());
   if (flags.robust) PrintRejected(result);
   if (certificate && certificate->is_optimal()) {
@@ -125,14 +144,20 @@ int RunPoseGraph(const CommandLine& line) {
   options.problem.error = ErrorOf(flags);
   options.problem.loss = LossOf(flags);
   options.initialize = flags.initialize;
-  options.lm.max_iterations = 100;
+  options.lm.max_iterations = flags.robust ? 1000 : 100;
   // The lower bound of a certificate is close only at the minimum itself.
   if (flags.certify) options.lm.function_tolerance = 1e-12;
   SetLimits(flags, options.lm);
   CheckOutputs(line);
   pose_graph::PoseGraph graph = pose_graph::ReadG2o(file, {.clip_indefinite = true});
+  const bool has_priors = graph.world >= 0, has_landmarks = !graph.landmarks.empty();
+  if (flags.robust && (has_priors || has_landmarks))
+    Fail(kUnsupported, "{}: has {}, which --robust does not check; leave --robust out", file,
+         has_priors ? "priors" : "landmarks");
+  if (flags.certify && has_landmarks) Fail(kUnsupported, "{}: has landmarks; leave --certify out", file);
   if (flags.certify && graph.fixed.size() > 1)
-    Fail(kUnsupported, "{}: fixes {} poses, but --certify needs a graph with at most one", file, graph.fixed.size());
+    Fail(kUnsupported, "{}: fixes {}, but --certify needs a graph with at most one fixed pose", file,
+         has_priors ? "poses, and has priors" : fmt::format("{} poses", graph.fixed.size()));
   CatchInterrupts();
   const Result result = Solve(flags, options, graph);
   const pose_graph::PoseGraphSolution& solution = result.solution;

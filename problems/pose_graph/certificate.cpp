@@ -155,6 +155,7 @@ double Certificate::gap() const { return cost > 0 ? (cost - lower_bound) / cost 
 Certificate Certify(const PoseGraph& graph, const std::vector<double>& poses, double max_factor_gib) {
   VESTA_CHECK(poses.size() == graph.poses.size(), "{} values of poses for a graph with {}", poses.size(),
               graph.poses.size());
+  if (!graph.landmarks.empty()) Fail(kUnsupported, "pose graph: a certificate needs a graph without landmarks");
   const std::vector<bool> held = HeldPoses(graph);
   const auto first = std::find(held.begin(), held.end(), true);
   if (first == held.end()) Fail(kBadArgument, "pose graph: there are no poses to certify");

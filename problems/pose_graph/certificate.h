@@ -28,7 +28,8 @@ struct Certificate {
 //
 // poses: as PoseGraph::poses, a minimum of the cost with EdgeError::kIsotropic without robust loss. (Other poses give a
 // valid but useless bound.) Throws Error if more than one pose is fixed or the graph is not connected, because the
-// bound would then be too low; or if the factor would take more than max_factor_gib.
+// bound would then be too low; if there are landmarks, whose rotations have no weight; or if the factor would take more
+// than max_factor_gib.
 Certificate Certify(const PoseGraph& graph, const std::vector<double>& poses, double max_factor_gib = 4);
 
 }  // namespace vesta::pose_graph

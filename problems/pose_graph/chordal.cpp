@@ -116,9 +116,26 @@ class LinearPoses {
   std::shared_ptr<const BlockPattern> pattern_;
 };
 
+// The poses that the components of these edges keep. uses(e): whether edge e joins its poses.
+template <class Uses>
+std::vector<bool> HeldPosesOf(const PoseGraph& graph, const Uses& uses) {
+  std::vector<bool> held(At(graph.num_poses()), false), has_fixed(held);
+  std::vector<Index> parent(held.size());
+  std::iota(parent.begin(), parent.end(), Index{0});
+  for (Index e = 0; e < graph.num_edges(); ++e) {
+    const PoseGraph::Edge& edge = graph.edges[At(e)];
+    if (uses(e)) parent[At(Root(parent, edge.to))] = Root(parent, edge.from);
+  }
+  for (const Index i : graph.fixed) held[At(i)] = has_fixed[At(Root(parent, i))] = true;
+  for (Index i = 0; i < graph.num_poses(); ++i) {
+    const std::size_t root = At(Root(parent, i));
+    if (!has_fixed[root]) held[At(i)] = has_fixed[root] = true;
+  }
+  return held;
+}
+
 template <int D>
 std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_bytes) {
-  const std::vector<bool> held = HeldPoses(graph);
   const int size = PoseSize(graph.space);
   std::vector<double> poses = graph.poses;
   std::vector<IsotropicWeights> weights;
@@ -136,7 +153,9 @@ std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_by
   const auto rotation_edge = [&](Index e) {
     return RotationEdge{weights[At(e)].rotation, RotationOf<D>(measurement(e)), Rotations::Value::Zero()};
   };
-  if (!Rotations(graph, held).Solve(rotation_edge, max_bytes, transposed)) return std::nullopt;
+  // Edges without information of the rotation, such as those of landmarks, join no rotations.
+  const std::vector<bool> held_rotations = HeldPosesOf(graph, [&](Index e) { return weights[At(e)].rotation > 0; });
+  if (!Rotations(graph, held_rotations).Solve(rotation_edge, max_bytes, transposed)) return std::nullopt;
   std::vector<Rotation<D>> rotations(transposed.size());
   ParallelFor(graph.num_poses(), 64,
               [&](Index i) { rotations[At(i)] = NearestRotation<D>(transposed[At(i)].transpose()); });
@@ -156,6 +175,7 @@ std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_by
     return PositionEdge{weights[At(e)].translation, Positions::Block::Identity(),
                         (rotations[At(graph.edges[At(e)].from)] * moved).transpose()};
   };
+  const std::vector<bool> held = HeldPoses(graph);
   if (!Positions(graph, held).Solve(position_edge, max_bytes, positions)) return std::nullopt;
 
   for (Index i = 0; i < graph.num_poses(); ++i) {
@@ -176,16 +196,7 @@ IsotropicWeights IsotropicWeightsOf(const PoseGraph& graph, Index edge) {
 }
 
 std::vector<bool> HeldPoses(const PoseGraph& graph) {
-  std::vector<bool> held(At(graph.num_poses()), false), has_fixed(held);
-  std::vector<Index> parent(held.size());
-  std::iota(parent.begin(), parent.end(), Index{0});
-  for (const PoseGraph::Edge& edge : graph.edges) parent[At(Root(parent, edge.to))] = Root(parent, edge.from);
-  for (const Index i : graph.fixed) held[At(i)] = has_fixed[At(Root(parent, i))] = true;
-  for (Index i = 0; i < graph.num_poses(); ++i) {
-    const std::size_t root = At(Root(parent, i));
-    if (!has_fixed[root]) held[At(i)] = has_fixed[root] = true;
-  }
-  return held;
+  return HeldPosesOf(graph, [](Index) { return true; });
 }
 
 std::optional<std::vector<double>> ChordalPoses(const PoseGraph& graph, double max_factor_gib) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pose graph: poses, and relative measurements between pairs of them.
+// A pose graph: poses and landmarks, and relative measurements between pairs of them.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,13 @@ enum class PoseSpace { kSe2, kSe3 };
 constexpr int PoseSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 3 : 7; }
 // Dimension of a step of one pose, and of an edge's residual.
 constexpr int TangentSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 3 : 6; }
+// Dimension of a position.
+constexpr int PositionSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 2 : 3; }
 // Values per information matrix: its upper triangle, row by row.
 constexpr int InformationSize(PoseSpace space) { return space == PoseSpace::kSe2 ? 6 : 21; }
 
 struct PoseGraph {
-  // A measurement of pose `to` relative to pose `from`; indices of poses.
+  // A measurement of pose `to` relative to pose `from`; indices of poses. A landmark is only `to`.
   struct Edge {
     Index from = 0, to = 0;
   };
@@ -30,14 +33,20 @@ struct PoseGraph {
   std::vector<double> poses = {};  // PoseSize values per pose, in the world frame
   bool has_poses = true;           // false: the file had edges alone, and all poses are the identity
   std::vector<Index> fixed = {};   // indices of the fixed poses, ascending, unique
+  // Indices of the landmarks, ascending, unique. A landmark is a pose whose rotation is the identity and stays so.
+  std::vector<Index> landmarks = {};
+  // Index of the pose of the world's frame, the identity and fixed; -1 if there is none. Edges from it are priors.
+  Index world = -1;
   std::vector<Edge> edges = {};
   std::vector<double> measurements = {};  // PoseSize values per edge: pose `to` in the frame of pose `from`
-  std::vector<double> information =
-      {};  // InformationSize values per edge: inverse covariance of the residual, in its order
+  // InformationSize values per edge: inverse covariance of the residual, in its order. For a landmark, entries of the
+  // rotation are 0.
+  std::vector<double> information = {};
   std::vector<std::string> notes = {};  // remarks of the file reader, one line each
 
   Index num_poses() const { return static_cast<Index>(ids.size()); }
   Index num_edges() const { return static_cast<Index>(edges.size()); }
+  bool IsLandmark(Index pose) const { return std::binary_search(landmarks.begin(), landmarks.end(), pose); }
 };
 
 }  // namespace vesta::pose_graph

@@ -33,12 +33,13 @@ struct Edge {
         to(x + terms.edges[static_cast<std::size_t>(e)].to * Space::kPose),
         measurement(terms.measurements.data() + e * Space::kPose),
         whitening(terms.whitening.data() + e * D * D),
-        has_chord(D == 3 && terms.has_chords) {}
+        has_chord(D == 3 && terms.has_chords),
+        to_landmark(terms.to_landmark[static_cast<std::size_t>(e)] != 0) {}
 
   // Computes the whitened residual and returns its squared norm.
   double Residual(double* whitened) const {
     double plain[D];
-    Space::Residual(from, to, measurement, plain);
+    PlainResidual(plain);
     if (has_chord) plain[2] = 2 * std::sin(plain[2] / 2);
     Whiten<D, 1>(whitening, plain, whitened);
     double square = 0;
@@ -48,16 +49,36 @@ struct Edge {
   void Jacobian(double* whitened) const {
     double plain[2 * D * D];
     Space::Jacobian(from, to, measurement, plain);
+    if (to_landmark) {
+      double own[2 * D * D];
+      Space::Jacobian(kIdentity, to, kIdentity, own);
+      for (int i = kPosition; i < D; ++i) {
+        std::fill_n(plain + 2 * D * i, D, 0.0);
+        std::copy_n(own + 2 * D * i + D, D, plain + 2 * D * i + D);
+      }
+    }
     if (has_chord) {
       double residual[D];
-      Space::Residual(from, to, measurement, residual);
+      PlainResidual(residual);
       for (int k = 0; k < 2 * D; ++k) plain[2 * 2 * D + k] *= std::cos(residual[2] / 2);
     }
     Whiten<D, 2 * D>(whitening, plain, whitened);
   }
 
   const double *from, *to, *measurement, *whitening;
-  bool has_chord;
+  bool has_chord, to_landmark;
+
+ private:
+  static constexpr int kPosition = D == 3 ? 2 : 3;
+  static constexpr double kIdentity[7] = {0, 0, 0, D == 3 ? 0.0 : 1.0, 0, 0, 0};
+
+  void PlainResidual(double* plain) const {
+    Space::Residual(from, to, measurement, plain);
+    if (!to_landmark) return;
+    double own[D];
+    Space::Residual(kIdentity, to, kIdentity, own);
+    std::copy_n(own + kPosition, D - kPosition, plain + kPosition);
+  }
 };
 
 template <class Space>

@@ -22,6 +22,9 @@ struct EdgeTerms {
   std::vector<PoseGraph::Edge> edges;
   std::vector<double> measurements;  // as PoseGraph::measurements
   std::vector<double> whitening;     // row-major TangentSize x TangentSize per edge
+  // Per edge: 1 if `to` is a landmark. Its rotation residual is then the landmark's own rotation, so that it stays the
+  // identity.
+  std::vector<char> to_landmark;
   std::shared_ptr<const Loss> loss;  // null: plain least squares
   // In 2D, the third residual is the chord 2 sin(yaw error / 2) instead of the yaw error. In 3D it is a chord anyway.
   bool has_chords = false;

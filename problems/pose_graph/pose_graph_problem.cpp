@@ -11,7 +11,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/math/quaternion.h"
 #include "problems/pose_graph/chordal.h"
-#include "problems/pose_graph/g2o_file.h"
+#include "problems/pose_graph/information.h"
 #include "problems/pose_graph/pose_graph_linearization.h"
 #include "problems/pose_graph/poses.h"
 #include "solver/internal/sparse_cholesky/block_cholesky.h"
@@ -46,6 +46,48 @@ void CheckSizes(const PoseGraph& graph) {
   }
 }
 
+void CheckLandmarks(const PoseGraph& graph) {
+  if (graph.landmarks.empty()) return;
+  const int size = PoseSize(graph.space), num_positions = PositionSize(graph.space);
+  for (const Index pose : graph.landmarks) {
+    if (pose < 0 || pose >= graph.num_poses())
+      Fail(kBadArgument, "pose graph: landmark {} is out of range: there are {} poses", pose, graph.num_poses());
+    const double* rotation = graph.poses.data() + pose * size + num_positions;
+    const bool is_identity =
+        graph.space == PoseSpace::kSe2
+            ? rotation[0] == 0
+            : rotation[0] == 1 && std::all_of(rotation + 1, rotation + 4, [](double q) { return q == 0; });
+    if (!is_identity) Fail(kBadArgument, "pose graph: landmark {} has a rotation; it must be the identity", pose);
+  }
+  for (Index e = 0; e < graph.num_edges(); ++e) {
+    const auto [from, to] = graph.edges[static_cast<std::size_t>(e)];
+    if (graph.IsLandmark(from))
+      Fail(kBadArgument, "pose graph: edge {} starts at landmark {}; a landmark must be its second end", e, from);
+    if (!graph.IsLandmark(to)) continue;
+    if (from == graph.world) Fail(kUnsupported, "pose graph: edge {} is a prior of a landmark; fix it instead", e);
+    const double* information = graph.information.data() + e * InformationSize(graph.space);
+    double block[6], expected[21];
+    PositionBlock(graph.space, information, block);
+    FromPositionBlock(graph.space, block, expected);
+    if (!std::equal(expected, expected + InformationSize(graph.space), information))
+      Fail(kBadArgument, "pose graph: edge {} to landmark {} has information of a rotation; it must be 0", e, to);
+  }
+}
+
+// FactorInformation of an edge. For a landmark, the factor of the rotation, which has no information, is the identity.
+bool FactorOf(const PoseGraph& graph, Index e, double* root) {
+  const int d = TangentSize(graph.space), n = PositionSize(graph.space);
+  const double* information = graph.information.data() + e * InformationSize(graph.space);
+  if (!graph.IsLandmark(graph.edges[static_cast<std::size_t>(e)].to)) return FactorInformation(information, d, root);
+  double block[6], small[9];
+  PositionBlock(graph.space, information, block);
+  const bool is_definite = FactorInformation(block, n, small);
+  std::fill_n(root, d * d, 0.0);
+  for (int i = 0; i < n; ++i) std::copy_n(small + n * i, n, root + d * i);
+  for (int i = n; i < d; ++i) root[i * (d + 1)] = 1;
+  return is_definite;
+}
+
 // Replaces L by L^T M, where M r is g2o's error for the residual r of poses.h. With q_d = q_a^-1 q_b, the rotation
 // errors are vec(q_m^-1 q_d) and vec(q_m q_d^-1) = -R_m vec(q_m^-1 q_d), so M = diag(R_m^T, -R_m^T / 2). In 2D,
 // M = diag(R_m^T, 1).
@@ -78,26 +120,29 @@ void UseErrorOfG2o(PoseSpace space, const double* m, double* root) {
 }
 
 EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphProblemOptions& options) {
-  const int d = TangentSize(graph.space), num_positions = graph.space == PoseSpace::kSe2 ? 2 : 3;
+  const int d = TangentSize(graph.space), num_positions = PositionSize(graph.space);
   EdgeTerms terms{.space = graph.space,
                   .edges = graph.edges,
                   .measurements = graph.measurements,
                   .whitening = std::vector<double>(graph.edges.size() * static_cast<std::size_t>(d * d)),
+                  .to_landmark = std::vector<char>(graph.edges.size(), 0),
                   .loss = options.loss,
                   .has_chords = options.error == EdgeError::kIsotropic};
   for (Index e = 0; e < graph.num_edges(); ++e) {
     double* root = terms.whitening.data() + e * d * d;
+    const bool to_landmark = graph.IsLandmark(graph.edges[static_cast<std::size_t>(e)].to);
+    terms.to_landmark[static_cast<std::size_t>(e)] = to_landmark ? 1 : 0;
     if (options.error == EdgeError::kIsotropic) {
       const IsotropicWeights weights = IsotropicWeightsOf(graph, e);
       // |R_b - R_a R_m|^2 is 2 (2 sin(angle / 2))^2; the residual has 2 sin(angle / 2).
       for (int i = 0; i < d; ++i) {
-        root[i * (d + 1)] = std::sqrt(i < num_positions ? weights.translation : 2 * weights.rotation);
+        const double of_rotation = to_landmark ? 1 : 2 * weights.rotation;
+        root[i * (d + 1)] = std::sqrt(i < num_positions ? weights.translation : of_rotation);
       }
       continue;
     }
-    const double* information = graph.information.data() + e * InformationSize(graph.space);
-    if (!FactorInformation(information, d, root)) {
-      const Spectrum spectrum = SpectrumOf(information, d);
+    if (!FactorOf(graph, e, root)) {
+      const Spectrum spectrum = SpectrumOf(graph.information.data() + e * InformationSize(graph.space), d);
       if (!spectrum.semidefinite) {
         Fail(kBadArgument,
              "pose graph: the information matrix of edge {} is indefinite: eigenvalues from {:.3g} to {:.3g}", e,
@@ -113,6 +158,7 @@ EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphProblemOptions& optio
 
 PoseGraphLayout LayOut(const PoseGraph& graph, const PoseGraphProblemOptions& options) {
   CheckSizes(graph);
+  CheckLandmarks(graph);
   std::vector<Index> held = graph.fixed;
   if (held.empty() && options.hold_first && graph.num_poses() > 0) held.push_back(0);
   return MakeLayout(MakeTerms(graph, options), graph.num_poses(), held);

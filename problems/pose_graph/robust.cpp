@@ -36,10 +36,21 @@ double MeanSquare(const PoseGraph& graph, const std::vector<double>& squares, co
   return degrees > 0 ? sum / degrees : 1.0;
 }
 
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
 class TruncatedSolver {
  public:
-  TruncatedSolver(const PoseGraph& graph, const RobustSolveOptions& options, const LmCallback& callback)
-      : graph_(graph), options_(options), callback_(callback), all_edges_(graph, options.solve.problem) {
+  // begin: the time from which max_seconds counts.
+  TruncatedSolver(const PoseGraph& graph, const RobustSolveOptions& options, const LmCallback& callback,
+                  Clock::time_point begin)
+      : graph_(graph),
+        options_(options),
+        callback_(callback),
+        begin_(begin),
+        iterations_left_(options.solve.lm.max_iterations),
+        all_edges_(graph, options.solve.problem) {
     for (Index e = 0; e < graph.num_edges(); ++e) is_closure_.push_back(!IsOdometry(graph, e));
     quantile_ = ChiSquareQuantile(TangentSize(graph.space),
                                   options.significance / static_cast<double>(std::max<Index>(1, num_closures())));
@@ -55,6 +66,8 @@ class TruncatedSolver {
     PoseGraph start = graph_;
     PoseGraphSolveOptions options = options_.solve;
     while (true) {
+      options.lm.max_iterations = iterations_left_;
+      options.lm.max_seconds = std::max(0.0, options_.solve.lm.max_seconds - SecondsSince(begin_));
       PoseGraphSolution next = SolvePoseGraph(WithEdges(start, robust.kept), options, callback_);
       if (robust.num_solves++ == 0) {
         robust.solution = std::move(next);
@@ -62,6 +75,8 @@ class TruncatedSolver {
         robust.solution.poses = std::move(next.poses);
         robust.solution.summary = std::move(next.summary);
       }
+      iterations_left_ =
+          std::max(0, iterations_left_ - robust.solution.summary.num_accepted - robust.solution.summary.num_rejected);
       const std::vector<double> squares = SquaredResiduals(all_edges_, robust.solution.poses);
       robust.information_scale = std::max(1.0, MeanSquare(graph_, squares, robust.kept));
       std::vector<bool> below(squares.size());
@@ -78,9 +93,11 @@ class TruncatedSolver {
     return robust;
   }
 
-  static bool MustEnd(const RobustSolution& robust) {
+  // Whether a limit, a failure or the callback ends all solves.
+  bool MustEnd(const RobustSolution& robust) const {
     const LmStatus status = robust.solution.summary.status;
-    return IsFailure(status) || status == LmStatus::kStoppedByCallback || status == LmStatus::kTimeLimit;
+    return iterations_left_ == 0 || IsFailure(status) || status == LmStatus::kStoppedByCallback ||
+           status == LmStatus::kTimeLimit;
   }
 
   // Whether `a` has a lower truncated cost than `b`. The threshold is the quantile times the smaller of their
@@ -101,6 +118,8 @@ class TruncatedSolver {
   const PoseGraph& graph_;
   const RobustSolveOptions& options_;
   const LmCallback& callback_;
+  Clock::time_point begin_;
+  int iterations_left_;
   PoseGraphProblem all_edges_;
   std::vector<bool> is_closure_;
   double quantile_ = 0;
@@ -111,18 +130,19 @@ class TruncatedSolver {
 RobustSolution SolveRobustPoseGraph(const PoseGraph& graph, const RobustSolveOptions& options,
                                     const LmCallback& callback) {
   if (options.solve.problem.loss) Fail(kBadArgument, "pose graph: a robust solve needs a problem without loss");
-  const auto begin = std::chrono::steady_clock::now();
+  if (graph.world >= 0 || !graph.landmarks.empty())
+    Fail(kUnsupported, "pose graph: a robust solve needs a graph without landmarks and priors");
+  const Clock::time_point begin = Clock::now();
   const ClosureCheck check = CheckClosures(graph, options.significance);
-  TruncatedSolver solver(graph, options, callback);
+  TruncatedSolver solver(graph, options, callback, begin);
   RobustSolution best = solver.Solve(check.supported);
-  if (check.likely != check.supported && check.likely != best.kept && !TruncatedSolver::MustEnd(best)) {
+  if (check.likely != check.supported && check.likely != best.kept && !solver.MustEnd(best)) {
     RobustSolution other = solver.Solve(check.likely);
     const int num_solves = best.num_solves + other.num_solves;
     if (solver.IsBetter(other, best)) best = std::move(other);
     best.num_solves = num_solves;
   }
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  best.solution.initialize_seconds = std::max(0.0, seconds - best.solution.summary.total_seconds);
+  best.solution.initialize_seconds = std::max(0.0, SecondsSince(begin) - best.solution.summary.total_seconds);
   return best;
 }
 

@@ -39,8 +39,9 @@ struct RobustSolution {
 // If other closures are likely (closure_check.h), it does the same from these, and returns the result with the lower
 // truncated cost. This comparison uses the smaller mean square of the two results instead of information_scale.
 //
-// callback: see SolveLm; it receives the iterations of all solves. If it stops one, that is the last. Throws Error
-// as PoseGraphProblem does, and for options out of range.
+// solve.lm.max_iterations and solve.lm.max_seconds limit all solves together. callback: see SolveLm; it receives the
+// iterations of all solves. If it stops one, that is the last. Throws Error as PoseGraphProblem does, for options out
+// of range, and for landmarks and priors (PoseGraph::world), which are not checked.
 RobustSolution SolveRobustPoseGraph(const PoseGraph& graph, const RobustSolveOptions& options = RobustSolveOptions(),
                                     const LmCallback& callback = {});
 

@@ -91,6 +91,27 @@ TEST_F(PoseGraphCommand, SolvesEdgesAloneWithARobustLoss) {
   EXPECT_EQ(Numbers()["start"], "chordal");
 }
 
+TEST_F(PoseGraphCommand, SolvesLandmarksAndPriors) {
+  pose_graph::PoseGraph graph = RingGraph<pose_graph::Se2>(30, 0.1, 1);
+  AddLandmarksAndPriors<pose_graph::Se2>(graph, 2);
+  graph.ids.back() = -1;
+  WriteG2o(graph, in_);
+  const ProgramOutput output = Solve({});
+  EXPECT_EQ(output.status, 0) << output.err;
+  const auto numbers = Numbers();
+  EXPECT_EQ(numbers["poses"], 30);
+  EXPECT_EQ(numbers["landmarks"], 3);
+  EXPECT_EQ(numbers["priors"], 2);
+  EXPECT_EQ(numbers["edges"], graph.num_edges() - 2);
+  const pose_graph::PoseGraph solved = pose_graph::ReadG2o(out_);
+  EXPECT_EQ(solved.ids, graph.ids);
+  EXPECT_EQ(solved.landmarks, graph.landmarks);
+  EXPECT_EQ(solved.information, graph.information);
+  EXPECT_NE(solved.poses, graph.poses);
+  EXPECT_EQ(Solve({"--certify"}).status, kFailed);
+  EXPECT_EQ(Solve({"--robust"}).status, kFailed);
+}
+
 TEST_F(PoseGraphCommand, BadInputIsOneLineAndLeavesNothing) {
   const auto refused = [&](const std::vector<std::string>& flags, int status, const std::vector<std::string>& tokens) {
     std::vector<std::string> words = {"pose_graph", in_};

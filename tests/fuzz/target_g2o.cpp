@@ -38,8 +38,9 @@ bool Same(const PoseGraph& a, const PoseGraph& b) {
     return std::equal(x.begin(), x.end(), y.begin(), y.end(),
                       [](double p, double q) { return std::abs(p - q) <= 1e-15 * (1 + std::abs(p)); });
   };
-  return a.space == b.space && a.ids == b.ids && a.fixed == b.fixed && a.num_edges() == b.num_edges() &&
-         near(a.poses, b.poses) && near(a.measurements, b.measurements) && a.information == b.information;
+  return a.space == b.space && a.ids == b.ids && a.fixed == b.fixed && a.landmarks == b.landmarks &&
+         a.world == b.world && a.num_edges() == b.num_edges() && near(a.poses, b.poses) &&
+         near(a.measurements, b.measurements) && a.information == b.information;
 }
 
 // Solves a small graph from both starts, and certifies the result. A refusal is an Error; the certificate is a valid

@@ -22,6 +22,20 @@ constexpr const char* kInSpace =
     "VERTEX_SE3:QUAT 1 4 5 6 0 0 0 1\n"
     "EDGE_SE3:QUAT 0 1 1 2 3 0 0 2 0 1 0 0 0 0 0 2 0 0 0 0 3 0 0 0 4 0 0 5 0 6";
 
+// A landmark and both kinds of priors.
+constexpr const char* kLandmarks =
+    "VERTEX_SE2 0 1 2 3\n"
+    "VERTEX_XY 1 4 5\n"
+    "EDGE_SE2_XY 0 1 6 7 8 9 11\n"
+    "EDGE_PRIOR_SE2 0 1 2 0.5 4 1 0.5 5 0.25 6\n"
+    "EDGE_PRIOR_SE2_XY 0 1 2 4 1 5\n";
+constexpr const char* kLandmarksInSpace =
+    "PARAMS_SE3OFFSET 5 0 0 0 0 0 0 1\n"
+    "VERTEX_TRACKXYZ 8 1 2 3\n"
+    "VERTEX_SE3:QUAT 9 4 5 6 0 0 0 1\n"
+    "EDGE_SE3_TRACKXYZ 9 8 5 1 2 3 2 0 1 3 0 4\n"
+    "EDGE_SE3_PRIOR 9 5 1 2 3 0 0 0 1 2 0 1 0 0 0 2 0 0 0 0 3 0 0 0 4 0 0 5 0 6\n";
+
 class G2oFile : public testing::Test {
  protected:
   std::string Write(const std::string& text) {
@@ -72,16 +86,64 @@ TEST_F(G2oFile, EdgesAloneDefineTheirVertices) {
   EXPECT_EQ(space.poses, (std::vector<double>{0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0}));
 }
 
+TEST_F(G2oFile, ReadsLandmarksAndPriors) {
+  const PoseGraph graph = Read(kLandmarks);
+  EXPECT_EQ(graph.ids, (std::vector<Index>{0, 1, -1}));
+  EXPECT_EQ(graph.poses, (std::vector<double>{1, 2, 3, 4, 5, 0, 0, 0, 0}));
+  EXPECT_EQ(graph.landmarks, std::vector<Index>{1});
+  EXPECT_EQ(graph.world, 2);
+  EXPECT_EQ(graph.fixed, std::vector<Index>{2});
+  ASSERT_EQ(graph.num_edges(), 3);
+  const Index ends[3][2] = {{0, 1}, {2, 0}, {2, 0}};
+  for (std::size_t e = 0; e < 3; ++e) {
+    EXPECT_EQ(graph.edges[e].from, ends[e][0]);
+    EXPECT_EQ(graph.edges[e].to, ends[e][1]);
+  }
+  EXPECT_EQ(graph.measurements, (std::vector<double>{6, 7, 0, 1, 2, 0.5, 1, 2, 0}));
+  EXPECT_EQ(graph.information, (std::vector<double>{8, 9, 0, 11, 0, 0, 4, 1, 0.5, 5, 0.25, 6, 4, 1, 0, 5, 0, 0}));
+  EXPECT_TRUE(graph.notes.empty());
+  const PoseGraph space = Read(kLandmarksInSpace);
+  EXPECT_EQ(space.landmarks, std::vector<Index>{0});
+  EXPECT_EQ(space.poses, (std::vector<double>{1, 2, 3, 1, 0, 0, 0, 4, 5, 6, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0}));
+  EXPECT_EQ(space.edges[0].to, 0);
+  EXPECT_EQ(space.edges[1].from, space.world);
+  EXPECT_EQ((std::vector<double>(space.information.begin(), space.information.begin() + 21)),
+            (std::vector<double>{2, 0, 1, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  const PoseGraph edges = Read("EDGE_SE2_XY 4 -1 6 7 8 9 11\nEDGE_PRIOR_SE2_XY 4 1 2 4 1 5\n");
+  EXPECT_FALSE(edges.has_poses);
+  EXPECT_EQ(edges.ids, (std::vector<Index>{4, -1, -2}));
+  EXPECT_EQ(edges.landmarks, std::vector<Index>{1});
+}
+
+TEST_F(G2oFile, RefusesLandmarksThatDoNotFit) {
+  Refuses("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 0 0 0\nEDGE_SE2_XY 0 1 6 7 8 0 10\n", "3", "1");
+  Refuses("VERTEX_SE2 0 0 0 0\nVERTEX_XY 1 0 0\nEDGE_SE2_XY 1 0 6 7 8 0 10\n", "3", "1");
+  Refuses("VERTEX_SE2 0 0 0 0\nVERTEX_XY 1 0 0\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n", "3", "1");
+  Refuses("VERTEX_XY 1 0 0\nEDGE_PRIOR_SE2_XY 1 6 7 8 0 10\n", "2", "1");
+  Refuses("EDGE_PRIOR_SE2_XY 1 6 7 8 9 1\n", "1", "indefinite");
+  Refuses("VERTEX_SE2 0 0 0 0\nEDGE_PRIOR_SE2_XY 7 6 7 8 0 10\n", "2", "7");
+  const std::string vertices = "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_TRACKXYZ 1 0 0 0\n";
+  Refuses(vertices + "EDGE_SE3_TRACKXYZ 0 1 6 1 2 3 2 0 1 3 0 4\n", "3", "6");
+  Refuses(vertices + "PARAMS_SE3OFFSET 6 0 0 1 0 0 0 1\n", "3", "", kUnsupported);
+}
+
 TEST_F(G2oFile, WhatIsWrittenIsReadBack) {
-  for (const PoseGraph& graph : {test::RingGraph<Se2>(10, 0.1, 1), test::RingGraph<Se3>(10, 0.1, 2)}) {
-    PoseGraph written = graph;
-    written.fixed = {0, 4};
+  const PoseGraph plane = test::RingGraph<Se2>(10, 0.1, 1), space = test::RingGraph<Se3>(10, 0.1, 2);
+  std::vector<PoseGraph> graphs = {plane, space, plane, space};
+  for (PoseGraph& graph : graphs) graph.fixed = {0, 4};
+  test::AddLandmarksAndPriors<Se2>(graphs[2], 1);
+  test::AddLandmarksAndPriors<Se3>(graphs[3], 2);
+  for (PoseGraph& graph : graphs) {
+    if (graph.world >= 0) graph.ids.back() = -1;  // the first unused id
+    const PoseGraph& written = graph;
     const std::string path = folder_ / "out.g2o";
     WriteG2o(written, path);
     const PoseGraph read = ReadG2o(path);
     EXPECT_EQ(read.space, written.space);
     EXPECT_EQ(read.ids, written.ids);
     EXPECT_EQ(read.fixed, written.fixed);
+    EXPECT_EQ(read.landmarks, written.landmarks);
+    EXPECT_EQ(read.world, written.world);
     EXPECT_EQ(read.information, written.information);
     ASSERT_EQ(read.num_edges(), written.num_edges());
     for (std::size_t e = 0; e < read.edges.size(); ++e) {
@@ -125,7 +187,7 @@ TEST_F(G2oFile, SemidefiniteInformationIsKeptAndIndefiniteClippedOnRequest) {
 TEST_F(G2oFile, RefusesWithTheLine) {
   const std::string two = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 0 0 0\n";
   for (const auto& [line, token] :
-       std::vector<std::pair<const char*, const char*>>{{"VERTEX_XY 2 0 0", "VERTEX_XY"},
+       std::vector<std::pair<const char*, const char*>>{{"VERTEX_CAM 2 0 0", "VERTEX_CAM"},
                                                         {"EDGE_SE3_QUAT 0 1", "EDGE_SE3_QUAT"},
                                                         {"VERTEX_SE2 1 0 0 0", "1"},
                                                         {"VERTEX_SE2 2 0 0", ""},
@@ -151,7 +213,7 @@ TEST_F(G2oFile, RefusesWithTheLine) {
 }
 
 TEST_F(G2oFile, EveryTruncationIsReadOrRefused) {
-  for (const std::string text : {kTwoPoses, kInSpace}) {
+  for (const std::string text : {kTwoPoses, kInSpace, kLandmarks, kLandmarksInSpace}) {
     int read = 0;
     for (std::size_t length = 0; length < text.size(); ++length) {
       const std::string path = Write(text.substr(0, length));

@@ -27,6 +27,9 @@ class PoseGraphDerivatives : public testing::Test {
   void Check(const PoseGraphProblemOptions& options, std::vector<Index> fixed) {
     PoseGraph graph = test::RingGraph<Space>(14, 0.2, 1);
     graph.fixed = std::move(fixed);
+    CheckGraph(options, graph);
+  }
+  void CheckGraph(const PoseGraphProblemOptions& options, const PoseGraph& graph) {
     PoseGraphProblem problem(graph, options);
     const Index held = std::max<Index>(1, static_cast<Index>(graph.fixed.size()));
     EXPECT_EQ(problem.num_tangent(), (graph.num_poses() - held) * Space::kTangent);
@@ -60,6 +63,13 @@ TYPED_TEST(PoseGraphDerivatives, ErrorOfCeres) { this->Check({.error = EdgeError
 TYPED_TEST(PoseGraphDerivatives, IsotropicError) { this->Check({.error = EdgeError::kIsotropic}, {}); }
 TYPED_TEST(PoseGraphDerivatives, RobustLoss) { this->Check({.loss = std::make_shared<HuberLoss>(0.5)}, {}); }
 TYPED_TEST(PoseGraphDerivatives, FixedPoses) { this->Check({}, {2, 3, 13}); }
+TYPED_TEST(PoseGraphDerivatives, LandmarksAndPriors) {
+  for (const EdgeError error : {EdgeError::kG2o, EdgeError::kCeres, EdgeError::kIsotropic}) {
+    PoseGraph graph = test::RingGraph<TypeParam>(14, 0.2, 1);
+    test::AddLandmarksAndPriors<TypeParam>(graph, 5);
+    this->CheckGraph({.error = error}, graph);
+  }
+}
 
 template <class Space>
 Eigen::Isometry3d AsIsometry(const double* pose) {

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "problems/pose_graph/information.h"
 #include "problems/pose_graph/pose_graph_problem.h"
 #include "problems/pose_graph/poses.h"
 #include "tests/support/random.h"
@@ -97,6 +98,48 @@ inline void AddEdge(pose_graph::PoseGraph& graph, Index from, Index to, const st
   const std::vector<double> information(graph.information.begin(),
                                         graph.information.begin() + InformationSize(graph.space));
   graph.information.insert(graph.information.end(), information.begin(), information.end());
+}
+
+// Adds three landmarks, each measured from four poses, and priors of two poses. The measurements are exact for
+// graph.poses.
+template <class Space>
+void AddLandmarksAndPriors(pose_graph::PoseGraph& graph, std::uint64_t seed) {
+  constexpr auto kPose = static_cast<std::size_t>(Space::kPose);
+  constexpr int kPosition =
+      pose_graph::PositionSize(Space::kPose == 7 ? pose_graph::PoseSpace::kSe3 : pose_graph::PoseSpace::kSe2);
+  Random random(seed);
+  const Index num_poses = graph.num_poses();
+  const auto add_pose = [&](const std::vector<double>& position) {
+    std::vector<double> pose(kPose, 0.0);
+    if (kPose == 7) pose[3] = 1;
+    std::copy(position.begin(), position.end(), pose.begin());
+    graph.poses.insert(graph.poses.end(), pose.begin(), pose.end());
+    graph.ids.push_back(-1 - graph.num_poses());
+    return graph.num_poses() - 1;
+  };
+  const auto join = [&](Index from, Index to, bool measures_position) {
+    const double* poses = graph.poses.data();
+    std::vector<double> exact = ExactMeasurement<Space>(poses + from * Space::kPose, poses + to * Space::kPose);
+    std::vector<double> information(static_cast<std::size_t>(InformationSize(graph.space)));
+    if (measures_position) {
+      std::fill(exact.begin() + kPosition, exact.end(), 0.0);
+      if (kPose == 7) exact[3] = 1;
+      FromPositionBlock(graph.space, RandomInformation(kPosition, &random).data(), information.data());
+    } else {
+      information = RandomInformation(Space::kTangent, &random);
+    }
+    graph.edges.push_back({from, to});
+    graph.measurements.insert(graph.measurements.end(), exact.begin(), exact.end());
+    graph.information.insert(graph.information.end(), information.begin(), information.end());
+  };
+  for (int k = 0; k < 3; ++k) {
+    graph.landmarks.push_back(add_pose(random.NormalVector<double>(static_cast<std::size_t>(kPosition))));
+    for (Index i = 0; i < 4; ++i) join((3 * i + k) % num_poses, graph.landmarks.back(), true);
+  }
+  graph.world = add_pose({});
+  graph.fixed.push_back(graph.world);
+  join(graph.world, 0, false);
+  join(graph.world, num_poses / 2, Space::kPose == 3);
 }
 
 inline CpuBackend<double>::Vector Start(const pose_graph::PoseGraphProblem& problem) {

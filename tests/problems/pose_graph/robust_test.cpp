@@ -109,6 +109,28 @@ TYPED_TEST(RobustPoseGraph, KeepsAClosureThatAloneJoinsTwoParts) {
   EXPECT_EQ(robust.num_rejected, 0);
 }
 
+TYPED_TEST(RobustPoseGraph, LimitsHoldForAllSolvesTogether) {
+  const PoseGraph graph = this->WithWrongClosures(test::RingGraph<TypeParam>(60, 0.05, 1, 1), 6, 2);
+  const RobustSolution whole = SolveRobustPoseGraph(graph);
+  ASSERT_GT(whole.num_solves, 1);
+  int num_iterations = 0;
+  const LmCallback count = [&](const LmIteration& row) {
+    num_iterations += row.iteration > 0 ? 1 : 0;
+    return CallbackResult::kContinue;
+  };
+  RobustSolveOptions options;
+  options.solve.lm.max_iterations = 2;
+  SolveRobustPoseGraph(graph, options, count);
+  EXPECT_EQ(num_iterations, 2);
+  options.solve.lm = PoseGraphOptions();
+  options.solve.lm.max_seconds = 0;
+  num_iterations = 0;
+  const RobustSolution none = SolveRobustPoseGraph(graph, options, count);
+  EXPECT_EQ(none.solution.summary.status, LmStatus::kTimeLimit);
+  EXPECT_EQ(none.num_solves, 1);
+  EXPECT_EQ(num_iterations, 0);
+}
+
 TEST(RobustPoseGraphOptions, BadValuesThrow) {
   const PoseGraph graph = test::RingGraph<Se2>(10, 0.01, 1, 1);
   RobustSolveOptions options;
