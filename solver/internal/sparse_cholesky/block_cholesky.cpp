@@ -48,6 +48,7 @@ inline void AddRuns(const double* from, Index from_stride, Index count, Index co
 
 // Takes the smallest buffer that is large enough, or else the largest one.
 HostBuffer<double> BlockCholesky::Pool::Acquire(Index size) {
+  const std::lock_guard lock(mutex_);
   auto best = free_.end();
   for (auto it = free_.begin(); it != free_.end(); ++it) {
     const bool fits = it->capacity() >= size;
@@ -65,6 +66,11 @@ HostBuffer<double> BlockCholesky::Pool::Acquire(Index size) {
   return values;
 }
 
+void BlockCholesky::Pool::Release(HostBuffer<double> values) {
+  const std::lock_guard lock(mutex_);
+  free_.push_back(std::move(values));
+}
+
 BlockCholesky::BlockCholesky(std::shared_ptr<const EliminationPlan> plan)
     : plan_(std::move(plan)), kernels_(FrontKernelsFor(ActiveIsa())) {
   Index total = 0, largest = 0;
@@ -75,20 +81,7 @@ BlockCholesky::BlockCholesky(std::shared_ptr<const EliminationPlan> plan)
   }
   values_.ResizeForOverwrite(total);  // Assemble clears it
   updates_.resize(plan_->fronts.size());
-  pool_of_front_.resize(plan_->fronts.size());
   assembled_.resize(plan_->fronts.size());
-  std::size_t pools = 0;
-  for (const EliminationWave& wave : plan_->waves) {
-    for (Index t = wave.begin; t < wave.end; ++t) {
-      const EliminationSubtree& subtree = plan_->subtrees[At(t)];
-      for (Index f = subtree.begin; f < subtree.end; ++f) pool_of_front_[At(f)] = At(t - wave.begin);
-    }
-    pools = std::max(pools, At(wave.end - wave.begin));
-  }
-  for (const auto& level : plan_->levels) {
-    for (const Index f : level) pool_of_front_[At(f)] = pools++;
-  }
-  pools_.resize(pools);
   least_.Resize(plan_->num_scalars);
   permuted_.Resize(plan_->num_scalars);
   local_.Resize(largest);
@@ -176,7 +169,7 @@ void BlockCholesky::Assemble(Index f, const Input& input) {
   }
   const Index below = panel.rows - panel.pivots, stride = PaddedRows(below);
   if (below == 0) return;
-  updates_[At(f)] = pools_[pool_of_front_[At(f)]].Acquire(stride * below);
+  updates_[At(f)] = pool_.Acquire(stride * below);
   // Without children, FactorizeFront writes the first values.
   if (!front.children.empty()) ClearLower(updates_[At(f)].data(), stride, below);
 }
@@ -238,7 +231,7 @@ void BlockCholesky::AddToParent(Index f, const Input& input) {
       }
     }
   }
-  pools_[pool_of_front_[At(f)]].Release(std::move(waiting));
+  pool_.Release(std::move(waiting));
 }
 
 void BlockCholesky::Solve(HostSpan<const double> x, HostSpan<double> y) {

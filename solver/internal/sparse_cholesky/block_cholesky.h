@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -30,14 +31,15 @@ class BlockCholesky {
   void Solve(HostSpan<const double> x, HostSpan<double> y);
 
  private:
-  // Buffers for update matrices, reused by later fronts.
+  // Buffers for update matrices, reused by later fronts. Threads may share a pool.
   class Pool {
    public:
-    // Returns at least `size` values with arbitrary contents.
+    // Returns `size` values with arbitrary contents.
     HostBuffer<double> Acquire(Index size);
-    void Release(HostBuffer<double> values) { free_.push_back(std::move(values)); }
+    void Release(HostBuffer<double> values);
 
    private:
+    std::mutex mutex_;
     std::vector<HostBuffer<double>> free_;
   };
 
@@ -66,8 +68,7 @@ class BlockCholesky {
   const FrontKernels& kernels_;
   std::vector<Index> first_value_;  // per front: position of its panel in values_
   HostBuffer<double> values_;       // the panels of all fronts: their columns of L
-  std::vector<Pool> pools_;         // one per subtree of a wave, and one per front outside of subtrees
-  std::vector<std::size_t> pool_of_front_;
+  Pool pool_;
   std::vector<HostBuffer<double>> updates_;  // per front, until it is added to the parent
   std::vector<char> assembled_;              // per front: 1 after Assemble
   HostBuffer<double> least_;                 // smallest allowed value per pivot, in elimination order
