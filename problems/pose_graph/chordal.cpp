@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "kernels/core/parallel.h"
+#include "problems/pose_graph/pose_graph_linearization.h"
 #include "problems/pose_graph/pose_rotation.h"
 #include "solver/internal/sparse_cholesky/factored_matrix.h"
 
@@ -56,12 +57,14 @@ class LinearPoses {
     pattern_ = std::make_shared<BlockPattern>(std::vector<int>(At(rows_), N), pairs);
   }
 
-  // edge(e) returns {w, M, t}. values: X of each pose; those of held poses are given, the others are set. False if the
-  // factor is too large.
+  // edge(e) returns {w, M, t}. values: X of each pose; those of held poses are given, the others are set. planned: as
+  // in ChordalPoses. False if the factor is too large.
   template <class EdgeOf>
-  bool Solve(const EdgeOf& edge, double max_bytes, std::vector<Value>& values) {
+  bool Solve(const EdgeOf& edge, double max_bytes, const PlannedPattern* planned, std::vector<Value>& values) {
     if (rows_ == 0) return true;
-    const std::shared_ptr<SparseCholesky> cholesky = SparseCholesky::Plan(*pattern_, max_bytes);
+    std::shared_ptr<SparseCholesky> cholesky;
+    if (planned && planned->cholesky) cholesky = planned->cholesky->ForPattern(*planned->pattern, *pattern_);
+    if (!cholesky) cholesky = SparseCholesky::Plan(*pattern_, max_bytes);
     if (!cholesky) return false;
     FactoredMatrix factored(pattern_, *cholesky);
     std::vector<Value> right(At(rows_), Value::Zero());
@@ -135,7 +138,7 @@ std::vector<bool> HeldPosesOf(const PoseGraph& graph, const Uses& uses) {
 }
 
 template <int D>
-std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_bytes) {
+std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_bytes, const PlannedPattern* planned) {
   const int size = PoseSize(graph.space);
   std::vector<double> poses = graph.poses;
   std::vector<IsotropicWeights> weights;
@@ -155,7 +158,7 @@ std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_by
   };
   // Edges without information of the rotation, such as those of landmarks, join no rotations.
   const std::vector<bool> held_rotations = HeldPosesOf(graph, [&](Index e) { return weights[At(e)].rotation > 0; });
-  if (!Rotations(graph, held_rotations).Solve(rotation_edge, max_bytes, transposed)) return std::nullopt;
+  if (!Rotations(graph, held_rotations).Solve(rotation_edge, max_bytes, planned, transposed)) return std::nullopt;
   std::vector<Rotation<D>> rotations(transposed.size());
   ParallelFor(graph.num_poses(), 64,
               [&](Index i) { rotations[At(i)] = NearestRotation<D>(transposed[At(i)].transpose()); });
@@ -176,7 +179,7 @@ std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_by
                         (rotations[At(graph.edges[At(e)].from)] * moved).transpose()};
   };
   const std::vector<bool> held = HeldPoses(graph);
-  if (!Positions(graph, held).Solve(position_edge, max_bytes, positions)) return std::nullopt;
+  if (!Positions(graph, held).Solve(position_edge, max_bytes, planned, positions)) return std::nullopt;
 
   for (Index i = 0; i < graph.num_poses(); ++i) {
     if (held[At(i)]) continue;
@@ -199,9 +202,10 @@ std::vector<bool> HeldPoses(const PoseGraph& graph) {
   return HeldPosesOf(graph, [](Index) { return true; });
 }
 
-std::optional<std::vector<double>> ChordalPoses(const PoseGraph& graph, double max_factor_gib) {
+std::optional<std::vector<double>> ChordalPoses(const PoseGraph& graph, double max_factor_gib,
+                                                const PlannedPattern* planned) {
   const double max_bytes = max_factor_gib * 0x1p30;
-  return graph.space == PoseSpace::kSe2 ? Chordal<2>(graph, max_bytes) : Chordal<3>(graph, max_bytes);
+  return graph.space == PoseSpace::kSe2 ? Chordal<2>(graph, max_bytes, planned) : Chordal<3>(graph, max_bytes, planned);
 }
 
 }  // namespace vesta::pose_graph

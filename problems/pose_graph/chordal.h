@@ -9,6 +9,8 @@
 
 namespace vesta::pose_graph {
 
+struct PlannedPattern;
+
 // Weights of an edge for the isotropic errors kappa |R_b - R_a R_m|^2 (Frobenius norm) and tau |p_b - p_a - R_a p_m|^2,
 // from its information matrix. tau is the harmonic mean of the eigenvalues of the position block. kappa is half the
 // harmonic mean for the rotation block, because the square of the norm is about twice the square of the angle. In 3D,
@@ -27,7 +29,9 @@ std::vector<bool> HeldPoses(const PoseGraph& graph);
 // reconstruction"): matrices X minimise the sum of kappa |X_b - X_a R_m|^2 and are then projected to the nearest
 // rotations; with these, positions minimise the sum of tau |p_b - p_a - R_a p_m|^2. Held poses (HeldPoses) keep
 // graph.poses. The result has the form of graph.poses and does not depend on the others. Returns nothing if a factor
-// would take more than max_factor_gib.
-std::optional<std::vector<double>> ChordalPoses(const PoseGraph& graph, double max_factor_gib = 4);
+// would take more than max_factor_gib. planned: PoseGraphProblem::Planned of this graph, which saves planning the
+// factors; null: no plan.
+std::optional<std::vector<double>> ChordalPoses(const PoseGraph& graph, double max_factor_gib = 4,
+                                                const PlannedPattern* planned = nullptr);
 
 }  // namespace vesta::pose_graph

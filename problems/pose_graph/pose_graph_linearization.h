@@ -74,6 +74,12 @@ struct PoseGraphLayout {
   }
 };
 
+// The pattern of H and the plan of its factor; null if the factor would be too large.
+struct PlannedPattern {
+  std::shared_ptr<const BlockPattern> pattern;
+  std::shared_ptr<const SparseCholesky> cholesky;
+};
+
 // fixed: indices of the fixed poses.
 PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Index> fixed);
 

@@ -283,6 +283,8 @@ std::string PoseGraphProblem::DescribeDegenerate(ConstVectorView x) {
 
 const std::vector<double>& PoseGraphProblem::start() const { return impl_->start; }
 
+PlannedPattern PoseGraphProblem::Planned() const { return {impl_->layout.pattern, impl_->Cholesky()}; }
+
 LmOptions PoseGraphOptions() {
   LmOptions options;
   options.column_scaling = ColumnScaling::kOnePlusInverse;

@@ -13,6 +13,8 @@
 
 namespace vesta::pose_graph {
 
+struct PlannedPattern;
+
 // The residual of an edge from pose a to pose b with measurement m and information matrix Lambda. Lambda = L L^T, where
 // L is the lower Cholesky factor, or the symmetric square root if Lambda is singular.
 enum class EdgeError {
@@ -77,6 +79,8 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>>,
 
   // PoseGraph::poses, the starting point for the solver.
   const std::vector<double>& start() const;
+  // The plan of the Cholesky factor, for other solves of the same graph (ChordalPoses).
+  PlannedPattern Planned() const;
 
  private:
   class Impl;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "problems/pose_graph/chordal.h"
+#include "problems/pose_graph/pose_graph_linearization.h"
 
 namespace vesta::pose_graph {
 namespace {
@@ -31,7 +32,8 @@ PoseGraphSolution SolvePoseGraph(const PoseGraph& graph, const PoseGraphSolveOpt
   const bool uses_given = graph.has_poses && options.initialize != Initialize::kChordal;
   if (uses_given) solution.given_cost = CostOf(problem, graph.poses);
   if (options.initialize != Initialize::kGiven) {
-    std::optional<std::vector<double>> chordal = ChordalPoses(graph, options.problem.max_factor_gib);
+    const PlannedPattern planned = problem.Planned();
+    std::optional<std::vector<double>> chordal = ChordalPoses(graph, options.problem.max_factor_gib, &planned);
     if (chordal) {
       solution.chordal_cost = CostOf(problem, *chordal);
       solution.starts_chordal =

@@ -283,6 +283,13 @@ std::shared_ptr<SparseCholesky> SparseCholesky::Plan(const BlockPattern& pattern
   return std::shared_ptr<SparseCholesky>(new SparseCholesky(std::move(*plan)));
 }
 
+std::shared_ptr<SparseCholesky> SparseCholesky::ForPattern(const BlockPattern& planned,
+                                                           const BlockPattern& other) const {
+  const int from = planned.uniform_size(), to = other.uniform_size();
+  if (from == 0 || to == 0 || !planned.HasSamePlaces(other)) return nullptr;
+  return std::shared_ptr<SparseCholesky>(new SparseCholesky(Resized(*plan_, from, to)));
+}
+
 std::string SparseCholesky::description() const {
   return fmt::format("{} of {:.1f} MiB", ToString(PreconditionerKind::kSparseCholesky), bytes() / 0x1p20);
 }

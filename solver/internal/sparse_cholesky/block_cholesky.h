@@ -93,6 +93,10 @@ class SparseCholesky {
                                               double max_multiplications = std::numeric_limits<double>::infinity(),
                                               ExceededLimit* exceeded = nullptr);
 
+  // The same plan for another pattern, whose blocks have another size; takes less time than Plan. planned: the pattern
+  // of this plan. Null if the patterns do not have the same blocks, or not one size each.
+  std::shared_ptr<SparseCholesky> ForPattern(const BlockPattern& planned, const BlockPattern& other) const;
+
   const EliminationPlan& plan() const { return *plan_; }
   double bytes() const { return BlockCholesky::Bytes(*plan_); }
   // Text for reports, such as "sparse Cholesky of 1.5 MiB".

@@ -73,6 +73,10 @@ BlockPattern::BlockPattern(std::span<const int> sizes, std::span<const Pair> pai
   }
 }
 
+bool BlockPattern::HasSamePlaces(const BlockPattern& other) const {
+  return first_ == other.first_ && neighbors_ == other.neighbors_;
+}
+
 BlockMatrix::BlockMatrix(std::shared_ptr<const BlockPattern> pattern)
     : pattern_(std::move(pattern)),
       diagonal_(pattern_->diagonal_value(pattern_->num_rows())),

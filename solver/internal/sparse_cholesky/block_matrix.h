@@ -36,6 +36,7 @@ class BlockPattern {
   // An off-diagonal block of a given row: its other row (column), and its index.
   struct Neighbor {
     Index row, block;
+    bool operator==(const Neighbor&) const = default;
   };
 
   // sizes: scalars per row, >= 1. pairs: the off-diagonal blocks; 0 <= a, b < the number of rows.
@@ -54,6 +55,8 @@ class BlockPattern {
   std::span<const Neighbor> neighbors(Index row) const {
     return std::span(neighbors_).subspan(first_[At(row)], first_[At(row) + 1] - first_[At(row)]);
   }
+  // Whether the other pattern has the same blocks, of any sizes.
+  bool HasSamePlaces(const BlockPattern& other) const;
   // For each of the constructor's pairs, the index of its block.
   const std::vector<Index>& block_of_pair() const { return block_of_pair_; }
   // Position of the first value of a diagonal or off-diagonal block; for num_rows() or num_blocks(), the number of

@@ -301,6 +301,22 @@ void ChooseSubtrees(EliminationPlan* plan) {
   }
 }
 
+// Counts the work, and chooses subtrees, waves and levels.
+void ScheduleFronts(EliminationPlan* plan) {
+  plan->factor_values = plan->update_values = plan->multiplications = 0;
+  for (const EliminationFront& front : plan->fronts) {
+    plan->factor_values += PanelValues(front.pivot_scalars, front.scalars);
+    const auto below = static_cast<double>(front.scalars - front.pivot_scalars);
+    plan->update_values += below * below;
+    plan->multiplications += Multiplications(front);
+  }
+  plan->subtrees.clear();
+  plan->waves.clear();
+  plan->levels.clear();
+  ChooseSubtrees(plan);
+  ChooseWaves(plan);
+}
+
 }  // namespace
 
 std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits,
@@ -319,14 +335,32 @@ std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, cons
   const FrontPlaces places(plan.order, plan.fronts);
   LinkFronts(plan.order, places, &plan.fronts);
   PlaceEntries(pattern, Inverse(order), plan.order, places, &plan.fronts);
-  for (const EliminationFront& front : plan.fronts) {
-    plan.factor_values += PanelValues(front.pivot_scalars, front.scalars);
-    const auto below = static_cast<double>(front.scalars - front.pivot_scalars);
-    plan.update_values += below * below;
-    plan.multiplications += Multiplications(front);
+  ScheduleFronts(&plan);
+  return plan;
+}
+
+EliminationPlan Resized(EliminationPlan plan, int from, int to) {
+  const auto resize = [&](Index& scalars) { scalars = scalars / from * to; };
+  resize(plan.num_scalars);
+  for (EliminationPlan::Row& row : plan.order) {
+    resize(row.source);
+    resize(row.position);
+    row.size = to;
   }
-  ChooseSubtrees(&plan);
-  ChooseWaves(&plan);
+  for (EliminationFront& front : plan.fronts) {
+    for (Index* scalars : {&front.first_scalar, &front.pivot_scalars, &front.scalars}) resize(*scalars);
+    for (std::vector<EliminationFront::Run>* runs : {&front.runs_in_order, &front.runs_in_parent}) {
+      for (EliminationFront::Run& run : *runs) {
+        for (Index* scalars : {&run.begin, &run.end, &run.to}) resize(*scalars);
+      }
+    }
+    for (EliminationFront::Entry& entry : front.entries) {
+      resize(entry.row);
+      resize(entry.col);
+      entry.rows = entry.cols = to;
+    }
+  }
+  ScheduleFronts(&plan);
   return plan;
 }
 

@@ -88,4 +88,7 @@ enum class ExceededLimit { kNone, kFactorValues, kMultiplications };
 std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, const EliminationLimits& limits = {},
                                                ExceededLimit* exceeded = nullptr);
 
+// The same plan for blocks of another size. All rows of `plan` have size `from`, all rows of the result size `to`.
+EliminationPlan Resized(EliminationPlan plan, int from, int to);
+
 }  // namespace vesta

@@ -65,6 +65,26 @@ INSTANTIATE_TEST_SUITE_P(Sizes, BlockCholeskyOf,
                            return name;
                          });
 
+// A plan for blocks of 3 also factorises matrices with other blocks at the same places.
+TEST(SparseCholesky, ItsPlanFitsBlocksOfAnotherSize) {
+  test::Random random(4);
+  const BlockMatrix planned = test::GridMatrix(16, {3}, &random);
+  const auto cholesky = SparseCholesky::Plan(planned.pattern(), 1e9);
+  for (const int size : {1, 2, 3, 6}) {
+    test::Random same(4);
+    const BlockMatrix matrix = test::GridMatrix(16, {size}, &same);
+    const auto resized = cholesky->ForPattern(planned.pattern(), matrix.pattern());
+    ASSERT_NE(resized, nullptr) << size;
+    EXPECT_EQ(resized->plan().num_scalars, matrix.size());
+    EXPECT_LE(WorstResidual(matrix, resized->Factor().get(), &random), 1e-13) << size;
+  }
+  const auto fits = [&](const BlockMatrix& other) {
+    return cholesky->ForPattern(planned.pattern(), other.pattern()) != nullptr;
+  };
+  EXPECT_FALSE(fits(test::GridMatrix(15, {3}, &random)));
+  EXPECT_FALSE(fits(test::GridMatrix(16, {3, 6}, &random)));
+}
+
 TEST(BlockCholesky, TakesUpTheUpdatesOfAStarInWaves) {
   // Many leaves that all touch the same few rows: the updates of all leaves at once would take 90 MiB.
   constexpr Index kLeaves = 1500, kHubs = 12;
