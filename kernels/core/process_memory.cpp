@@ -38,8 +38,10 @@ double NumberNamed(const std::string& name, const char* path, double otherwise) 
 
 void ReturnFreedMemoryToSystem() {
 #ifdef __GLIBC__
-  // Setting the threshold stops glibc from raising it by itself.
+  // Setting a threshold stops glibc from raising both of them by itself. Without the second one, it would return the
+  // end of the heap, from 128 KiB, at each deallocation, and the system would clear these pages again at the next use.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_TRIM_THRESHOLD, 16 << 20);
 #endif
 }
 

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "kernels/core/block_diagonal.h"
 #include "kernels/core/buffer.h"
 #include "kernels/core/parallel.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
@@ -19,7 +21,7 @@ class ReducedCholeskyPlan;
 
 using Cpu = CpuBackend<double>;
 
-// Arrays of one linearization (kernels.h). ArrayPool keeps these large arrays for the next linearization.
+// Arrays of one linearization (kernels.h).
 template <class S>
 struct LinearizationArrays {
   HostBuffer<S> records;
@@ -28,27 +30,34 @@ struct LinearizationArrays {
   HostBuffer<double> point_gram;   // entry k of point i at k * num_points + i, as in BlockDiagonal
 };
 
-// Arrays of destroyed linearizations, for reuse.
-template <class S>
+// Arrays of one reduced system (reduced.h).
+struct ReducedArrays {
+  std::optional<BlockDiagonal<Cpu>> point_blocks;
+  HostBuffer<double> inverse;  // inverse of the damped block of each point, kPointGramSize entries
+  HostBuffer<double> blocks;   // blocks of the matrix, in the order of the pattern
+};
+
+// Large arrays that are no longer in use, for the next linearization or reduced system.
+template <class Arrays>
 class ArrayPool {
  public:
-  std::unique_ptr<LinearizationArrays<S>> Get() {
-    if (free_.empty()) return std::make_unique<LinearizationArrays<S>>();
+  std::unique_ptr<Arrays> Get() {
+    if (free_.empty()) return std::make_unique<Arrays>();
     auto arrays = std::move(free_.back());
     free_.pop_back();
     return arrays;
   }
-  void Return(std::unique_ptr<LinearizationArrays<S>> arrays) { free_.push_back(std::move(arrays)); }
+  void Return(std::unique_ptr<Arrays> arrays) { free_.push_back(std::move(arrays)); }
 
  private:
-  std::vector<std::unique_ptr<LinearizationArrays<S>>> free_;
+  std::vector<std::unique_ptr<Arrays>> free_;
 };
 
 struct BundleContext {
   BundleContext(const BundleData& data, BundleProblemOptions given);
 
   template <class S>
-  ArrayPool<S>& pool() {
+  ArrayPool<LinearizationArrays<S>>& pool() {
     if constexpr (sizeof(S) == sizeof(float)) {
       return float_pool;
     } else {
@@ -61,8 +70,9 @@ struct BundleContext {
   // The blocks of the reduced matrix to form: all, or only the diagonal ones for the preconditioner.
   ReducedPattern pattern;
   std::shared_ptr<ReducedCholeskyPlan> cholesky;  // null: the preconditioner is the diagonal blocks
-  ArrayPool<float> float_pool;
-  ArrayPool<double> double_pool;
+  ArrayPool<LinearizationArrays<float>> float_pool;
+  ArrayPool<LinearizationArrays<double>> double_pool;
+  ArrayPool<ReducedArrays> reduced_pool;
 };
 
 // Prepares the cameras of x for projection.

@@ -19,12 +19,6 @@ void CorrectForLoss(const Loss& loss, double* lanes) {
   }
 }
 
-// The contents are undefined afterwards.
-template <class T>
-void Size(HostBuffer<T>& buffer, Index size) {
-  if (buffer.size() != size) buffer.Resize(size);
-}
-
 template <class S>
 class BundleLinearization final : public Linearization<Cpu>,
                                   public WithGradient<Cpu>,
@@ -39,13 +33,13 @@ class BundleLinearization final : public Linearization<Cpu>,
         arrays_(context.pool<S>().Get()),
         padded_(structure_.num_cameras() * kRowSize),
         camera_sums_(structure_.num_cameras(), structure_.num_chunks()) {
-    Size(arrays_->records, kRecordSize * structure_.num_observations());
-    Size(arrays_->residuals, num_residuals());
-    Size(arrays_->gradient, num_parameters());
-    Size(arrays_->camera_gram, kCameraGramSize * structure_.num_cameras());
-    Size(arrays_->point_gram, kPointGramSize * structure_.num_points());
+    arrays_->records.ResizeForOverwrite(kRecordSize * structure_.num_observations());
+    arrays_->residuals.ResizeForOverwrite(num_residuals());
+    arrays_->gradient.ResizeForOverwrite(num_parameters());
+    arrays_->camera_gram.ResizeForOverwrite(kCameraGramSize * structure_.num_cameras());
+    arrays_->point_gram.ResizeForOverwrite(kPointGramSize * structure_.num_points());
     // A float Jacobian would give a gradient of float precision, so each Jp' r is stored in double.
-    if (kRounded) Size(arrays_->point_products, kPointSize * structure_.num_observations());
+    if (kRounded) arrays_->point_products.ResizeForOverwrite(kPointSize * structure_.num_observations());
     order_ = {structure_.track_first(), structure_.track_point(), structure_.camera(), arrays_->records.data()};
     LinearizeCameras(x);
     SumOverPoints();

@@ -58,18 +58,22 @@ std::shared_ptr<ReducedCholeskyPlan> ReducedCholeskyPlan::Make(const ReducedPatt
 }
 
 template <class S>
-BundleReducedSystem<S>::BundleReducedSystem(const BundleContext& context, const LinearizationArrays<S>& arrays)
+BundleReducedSystem<S>::BundleReducedSystem(BundleContext& context, const LinearizationArrays<S>& arrays)
     : context_(context),
       structure_(context.structure),
       arrays_(arrays),
       kernels_(KernelsFor<S>(context.options.isa)),
       order_{structure_.track_first(), structure_.track_point(), structure_.camera(), arrays.records.data()},
-      point_blocks_(kPointSize * structure_.num_points(), PointBlocks(structure_.num_points())),
-      inverse_(kPointGramSize * structure_.num_points()),
+      own_(context.reduced_pool.Get()),
       damping_(structure_.num_camera_parameters()),
       padded_(kRowSize * structure_.num_cameras()),
       scratch_(2 * structure_.longest_track() * structure_.num_chunks()),
       camera_sums_(structure_.num_cameras(), structure_.num_chunks()) {
+  if (!own_->point_blocks) {
+    own_->point_blocks.emplace(kPointSize * structure_.num_points(), PointBlocks(structure_.num_points()));
+  }
+  own_->inverse.ResizeForOverwrite(kPointGramSize * structure_.num_points());
+  own_->blocks.ResizeForOverwrite(kBlockSize * context_.pattern.column.size());
   if (!explicit_form()) return;
   const HostBuffer<Index>& first = context_.pattern.row_first;
   const Index rows = structure_.num_cameras(), count = first[rows];
@@ -93,16 +97,17 @@ void BundleReducedSystem<S>::SetDamping(double lambda, ConstVectorView metric) {
 template <class S>
 void BundleReducedSystem<S>::InvertPointBlocks(double lambda, ConstVectorView metric) {
   const Index n = structure_.num_points();
-  std::copy(arrays_.point_gram.begin(), arrays_.point_gram.end(), point_blocks_.all_values().begin());
-  point_blocks_.AddToDiagonal(lambda, metric);
-  point_blocks_.Factorize();
+  BlockDiagonal<Cpu>& point_blocks = *own_->point_blocks;
+  std::copy(arrays_.point_gram.begin(), arrays_.point_gram.end(), point_blocks.all_values().begin());
+  point_blocks.AddToDiagonal(lambda, metric);
+  point_blocks.Factorize();
   ParallelFor(n, kPointsPerTask, [&](Index p) {
-    const double* factor = point_blocks_.all_values().data() + p;
+    const double* factor = point_blocks.all_values().data() + p;
     // M = L^-1; the diagonal of the factor holds reciprocals.
     const double m00 = factor[0], m11 = factor[2 * n], m22 = factor[5 * n];
     const double m10 = -m11 * factor[n] * m00, m21 = -m22 * factor[4 * n] * m11;
     const double m20 = -m22 * (factor[3 * n] * m00 + factor[4 * n] * m10);
-    double* inverse = inverse_.data() + kPointGramSize * p;
+    double* inverse = own_->inverse.data() + kPointGramSize * p;
     inverse[0] = m00 * m00 + m10 * m10 + m20 * m20;
     inverse[1] = m11 * m10 + m21 * m20;
     inverse[2] = m11 * m11 + m21 * m21;
@@ -118,7 +123,7 @@ void BundleReducedSystem<S>::Reduce(const double* cameras, const double* b, cons
   camera_sums_.Run(
       [&](Index k, double* sums) {
         double* scratch = scratch_.data() + 2 * structure_.longest_track() * k;
-        kernels_.reduce(order_, Begin(k), End(k), inverse_.data(), cameras, b, scratch, sums);
+        kernels_.reduce(order_, Begin(k), End(k), own_->inverse.data(), cameras, b, scratch, sums);
       },
       finish);
 }
@@ -147,7 +152,7 @@ void BundleReducedSystem<S>::Apply(ConstVectorView x, VectorView y) {
   row_sums_->Run(
       [&](Index chunk, double* sums) {
         const auto k = static_cast<std::size_t>(chunk);
-        product(context_.pattern.row_first.data(), context_.pattern.column.data(), blocks_.data(), row_chunks_[k],
+        product(context_.pattern.row_first.data(), context_.pattern.column.data(), own_->blocks.data(), row_chunks_[k],
                 row_chunks_[k + 1], padded_.data(), sums);
       },
       [&](Index i, const double* sums) { std::copy_n(sums, kCameraSize, y.data() + kCameraSize * i); });
@@ -157,7 +162,7 @@ template <class S>
 void BundleReducedSystem<S>::BackSubstitute(ConstVectorView rhs, VectorView step) {
   PadCameras(structure_.num_cameras(), step.data(), padded_.data());
   ParallelFor(structure_.num_chunks(), 1, [&](Index k) {
-    kernels_.back_substitute(order_, Begin(k), End(k), inverse_.data(), padded_.data(), rhs.data() + size(),
+    kernels_.back_substitute(order_, Begin(k), End(k), own_->inverse.data(), padded_.data(), rhs.data() + size(),
                              step.data() + size());
   });
 }
@@ -177,20 +182,19 @@ template <class S>
 void BundleReducedSystem<S>::FormBlocks() {
   if (std::exchange(formed_, true)) return;
   const ReducedPattern& pattern = context_.pattern;
-  if (blocks_.empty()) blocks_.Resize(kBlockSize * pattern.column.size());
   ParallelForChunks(structure_.num_cameras(), 1, [&](Index begin, Index end) {
     std::vector<Index> pair_first;
     std::vector<ObservationPair> pairs;
     std::vector<double> scratch;
     for (Index i = begin; i < end; ++i) {
       const Index first = pattern.row_first[i], count = pattern.row_first[i + 1] - first;
-      double* blocks = blocks_.data() + kBlockSize * first;
+      double* blocks = own_->blocks.data() + kBlockSize * first;
       std::fill_n(blocks, kBlockSize * count, 0.0);
       StartDiagonalBlock(i, blocks);
       structure_.ListPairs(i, pattern, pair_first, pairs);
       const CameraSlice own = structure_.camera_observations(i);
       scratch.resize(static_cast<std::size_t>(8 * own.count));
-      kernels_.reduced_row(order_, own, inverse_.data(), count, pair_first.data(), pairs.data(), scratch.data(),
+      kernels_.reduced_row(order_, own, own_->inverse.data(), count, pair_first.data(), pairs.data(), scratch.data(),
                            blocks);
     }
   });
@@ -202,7 +206,7 @@ void BundleReducedSystem<S>::DiagonalBlocks(BlockDiagonal<Cpu>& blocks) {
   const Index cameras = structure_.num_cameras();
   typename Cpu::VectorView values = blocks.values(0);
   for (Index i = 0; i < cameras; ++i) {
-    const double* block = blocks_.data() + kBlockSize * context_.pattern.row_first[i];
+    const double* block = own_->blocks.data() + kBlockSize * context_.pattern.row_first[i];
     for (int r = 0; r < kCameraSize; ++r) {
       for (int c = 0; c <= r; ++c) values[PackedLower(r, c) * cameras + i] = block[kRowSize * r + kPointSize + c];
     }
@@ -214,7 +218,7 @@ LinearOperator<Cpu>* BundleReducedSystem<S>::Factorize() {
   if (!context_.cholesky) return nullptr;
   FormBlocks();
   if (!factor_) factor_.emplace(context_.cholesky->MakeMatrix());
-  CopyBlocks(context_.pattern, blocks_.data(), factor_->matrix());
+  CopyBlocks(context_.pattern, own_->blocks.data(), factor_->matrix());
   factor_->Factorize();
   return &*factor_;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "problems/bundle_adjustment/context.h"
@@ -43,7 +44,8 @@ inline BlockGroup CameraBlocks(const Structure& structure) {
 template <class S>
 class BundleReducedSystem final : public ReducedSystem<Cpu> {
  public:
-  BundleReducedSystem(const BundleContext& context, const LinearizationArrays<S>& arrays);
+  BundleReducedSystem(BundleContext& context, const LinearizationArrays<S>& arrays);
+  ~BundleReducedSystem() override { context_.reduced_pool.Return(std::move(own_)); }
 
   Index size() const override { return structure_.num_camera_parameters(); }
   void SetDamping(double lambda, ConstVectorView metric) override;
@@ -68,21 +70,19 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   void StartDiagonalBlock(Index i, double* block) const;
   void FormBlocks();
 
-  const BundleContext& context_;
+  BundleContext& context_;
   const Structure& structure_;
   const LinearizationArrays<S>& arrays_;
   const Kernels<S>& kernels_;
   TrackOrder<S> order_;
-  BlockDiagonal<Cpu> point_blocks_;
-  HostBuffer<double> inverse_;  // inverse of the damped block of each point, kPointGramSize entries
+  std::unique_ptr<ReducedArrays> own_;
   HostBuffer<double> damping_;  // lambda D for the camera parameters
   HostBuffer<double> padded_, scratch_;
   CameraSums camera_sums_;
-  HostBuffer<double> blocks_;  // blocks of the matrix, in the order of the pattern
   std::vector<Index> row_chunks_;
   std::optional<CameraSums> row_sums_;
   std::optional<FactoredMatrix> factor_;
-  bool formed_ = false;  // true if blocks_ is valid for the current damping
+  bool formed_ = false;  // true if own_->blocks is valid for the current damping
 };
 
 }  // namespace vesta::bundle::internal
