@@ -180,7 +180,7 @@ const std::vector<FlagRow>& ProgramFlags() {
       {kQuality,
        kSolves,
        {"iterations", &O::iterations, kCount,
-        "stop after N Levenberg-Marquardt iterations; auto: 50 (bundle_adjust) or 100 (pose_graph)"}},
+        "stop after N Levenberg-Marquardt iterations; auto: 50 (bundle_adjust), 100 (pose_graph), 1000 (--robust)"}},
       {kQuality,
        kBundleAdjust,
        {"pcg_iterations",
