@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,9 +16,8 @@
 #include "apps/training/train_and_write.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
-#include "splatting/adam/adam_options.h"
 #include "splatting/io/splats/ply.h"
-#include "splatting/pruning/prune.h"
+#include "splatting/train/prune_at_start.h"
 #include "splatting/train/trainer.h"
 
 namespace vesta::app {
@@ -57,28 +55,6 @@ std::string GoalText(const Flags& flags, double keep) {
   if (flags.max_loss) return fmt::format("--max_loss={}", *flags.max_loss);
   if (flags.size_mib) return fmt::format("--size_mib={}", *flags.size_mib);
   return fmt::format("--keep={}", keep);
-}
-
-// For --max_loss, or if the training is too short to prune gradually: prunes at once and turns off pruning during the
-// training. Returns a line for the user; empty if it did nothing.
-std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedModel& posed) {
-  constexpr int kFewIterations = 20;
-  const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
-  if (!line.flags.max_loss && !is_short) return "";
-  const Index before = posed.model.count;
-  gs::PruneOptions prune{.goal = {}, .prune_unseen = options.pruning.shrink_unseen};
-  if (line.flags.max_loss) {
-    prune.goal.max_rise = line.flags.max_loss;
-  } else {
-    const double kept = std::floor(options.pruning.keep_fraction * static_cast<double>(before));
-    prune.goal.count = std::max<Index>(1, static_cast<Index>(kept));
-  }
-  gs::PruneResult result =
-      gs::Prune(std::move(posed.model), gs::TrainingViewsOf(posed.scene, options.background), prune);
-  posed.model = std::move(result.model);
-  options.pruning.keep_fraction = 1;
-  return fmt::format("pruned from {} to {} Gaussians in {} rounds; training loss {:.3f} times its former value", before,
-                     posed.model.count, result.rounds, result.cost_after / result.cost_before);
 }
 
 // Applies `change` to options and splat, then trains. `change` returns a line for the user; may be empty.
@@ -136,7 +112,7 @@ int RunPrune(const CommandLine& line) {
   return RefineChanged(line, [&](gs::TrainOptions& options, PosedModel& posed) {
     if (line.flags.size_mib) options.pruning.keep_fraction = PartIn(*line.flags.size_mib, posed.model);
     const std::string goal = GoalText(line.flags, options.pruning.keep_fraction);
-    const std::string now = PruneNow(line, options, posed);
+    const std::string now = gs::PruneAtStart(posed.scene, line.flags.max_loss, options, posed.model);
     return now.empty() ? fmt::format("pruned gradually from {} Gaussians, for {}", posed.model.count, goal)
                        : fmt::format("{}, for {}", now, goal);
   });

@@ -15,7 +15,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "python/bindings/bindings.h"
 #include "python/bindings/splats.h"
-#include "splatting/render/surface.h"
+#include "splatting/render/look.h"
 
 namespace vesta::python {
 
@@ -49,30 +49,25 @@ class Rasterization {
     });
     return result;
   }
-  // Depth along the optical axis, (views, height, width); 0 where the opacity is below one half.
-  Floats Depth(bool median) {
-    Floats result(Shape(0));
+  // Sums over the Gaussians at each pixel, with the weights that blend the colours: of the depths of their centres
+  // along the optical axis, and of the weights themselves, which is the opacity. Each (views, height, width).
+  py::tuple DepthAndAlpha() {
+    Floats depth(Shape(0)), alpha(Shape(0));
     ForEachView([&](std::size_t v) {
-      const gs::DepthImage depth =
-          gs::DepthOf(splats_, kernel_model_, workspace_, median ? gs::DepthKind::kMedian : gs::DepthKind::kMean);
-      std::ranges::copy(depth.depth, result.mutable_data() + v * Values() / 3);
+      const splat::PosedCamera& camera = cameras_[v];
+      const std::vector<float> sums = gs::Blend(splats_, workspace_, [&](Index i) {
+        double z = 0;
+        for (int c = 0; c < 3; ++c) {
+          const double mean = static_cast<double>(kernel_model_.x[(splat::kMean + c) * kernel_model_.count + i]);
+          z += static_cast<double>(camera.R[6 + c]) * (mean - static_cast<double>(camera.centre[c]));
+        }
+        return std::array<float, 3>{static_cast<float>(z), 1, 0};
+      });
+      const auto pixels = static_cast<std::ptrdiff_t>(Values() / 3);
+      std::copy_n(sums.begin(), pixels, depth.mutable_data() + static_cast<std::ptrdiff_t>(v) * pixels);
+      std::copy_n(sums.begin() + pixels, pixels, alpha.mutable_data() + static_cast<std::ptrdiff_t>(v) * pixels);
     });
-    return result;
-  }
-  // 1 - transmittance, (views, height, width): what a white background adds to a black one.
-  Floats Alpha() {
-    Floats result(Shape(0));
-    std::vector<float> black(cameras_.empty() ? 0 : Values());
-    ForEachView([&](std::size_t v) {
-      const double zeros[] = {0, 0, 0}, ones[] = {1, 1, 1};
-      splats_.Build(kernel_model_, cameras_[v], zeros, workspace_);
-      splats_.Render(black.data());
-      splats_.Build(kernel_model_, cameras_[v], ones, workspace_);
-      splats_.Render(planes_.data());
-      float* const to = result.mutable_data() + v * Values() / 3;
-      for (std::size_t i = 0; i < Values() / 3; ++i) to[i] = 1 - (planes_[i] - black[i]);
-    });
-    return result;
+    return py::make_tuple(depth, alpha);
   }
   // J^T of all views: arrays like the splat's.
   py::dict Vjp(const Floats& d_colors) {
@@ -155,8 +150,7 @@ void AddRasterization(py::module_& module) {
       .def(py::init<const py::dict&, const std::vector<Doubles>&, const std::vector<Doubles>&, int, int, double,
                     const std::array<double, 3>&>())
       .def("colors", &Rasterization::Colors)
-      .def("depth", &Rasterization::Depth, py::arg("median"))
-      .def("alpha", &Rasterization::Alpha)
+      .def("depth_and_alpha", &Rasterization::DepthAndAlpha)
       .def("vjp", &Rasterization::Vjp)
       .def("jvp", &Rasterization::Jvp);
 }

@@ -17,12 +17,14 @@
 #include <vector>
 
 #include "kernels/core/error.h"
+#include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "python/bindings/bindings.h"
 #include "python/bindings/splats.h"
 #include "splatting/evaluate/evaluation.h"
 #include "splatting/io/scenes/load_scene.h"
+#include "splatting/train/prune_at_start.h"
 #include "splatting/train/settings/train_options.h"
 #include "splatting/train/trainer.h"
 
@@ -50,12 +52,15 @@ gs::TrainOptions OptionsOf(const std::string& kind, const std::string& preset, c
 }
 
 std::shared_ptr<gs::Scene> LoadScene(const std::string& path, int downscale, std::optional<int> test_every,
-                                     const std::string& image_folder, bool allow_missing, std::uint64_t seed,
+                                     const std::string& test_list, bool hold_out, const std::string& image_folder,
+                                     bool allow_missing, std::optional<double> photographs_mib, std::uint64_t seed,
                                      const std::array<float, 3>& background, double eps2d, bool antialiased) {
   const py::gil_scoped_release release;
   gs::LoadSceneOptions options;
   options.downscale = downscale;
-  options.test_views.every = test_every;
+  options.test_views = {.every = test_every, .list = test_list};
+  options.hold_out = hold_out;
+  options.photographs_bytes = photographs_mib.value_or(0.5 * AvailableMemoryMib()) * 0x1p20;
   options.image_folder = image_folder;
   options.allow_missing = allow_missing;
   options.random_points.seed = seed;
@@ -98,7 +103,10 @@ std::shared_ptr<gs::Scene> SceneOfArrays(const std::vector<py::array_t<float>>& 
   return scene;
 }
 
-py::dict DictOf(const gs::Scene& scene, gs::View view) {
+py::dict DictOf(const gs::Scene& scene, const gs::View& given) {
+  gs::View view;  // without the photograph
+  view.name = given.name, view.role = given.role, view.camera = given.camera;
+  view.rotation = given.rotation, view.translation = given.translation;
   gs::MoveToWorld(scene, &view);
   py::dict result;
   result["name"] = view.name;
@@ -120,14 +128,19 @@ py::dict DictOf(const gs::Scene& scene, gs::View view) {
   return result;
 }
 
-// Copy of the photograph, (height, width, 3).
-py::array_t<float> PhotographOf(const gs::Scene& scene, std::size_t index) {
-  const std::shared_ptr<const gs::Image> image = scene.views.at(index).Photograph();
-  py::array_t<float> result({image->height, image->width, 3});
-  float* to = result.mutable_data();
-  for (std::size_t i = 0; i < image->num_pixels(); ++i) {
-    for (int c = 0; c < 3; ++c) *to++ = image->plane(c)[i];
-  }
+// The photograph, (height, width, 3): read-only and without a copy. It keeps the scene alive.
+py::array_t<float> PhotographOf(const std::shared_ptr<gs::Scene>& scene, std::size_t index) {
+  struct Owner {
+    std::shared_ptr<gs::Scene> scene;
+    std::shared_ptr<const gs::Image> image;
+  };
+  auto owner = std::make_unique<Owner>(Owner{scene, scene->views.at(index).Photograph()});
+  const gs::Image& image = *owner->image;
+  const py::capsule holder(owner.release(), [](void* p) { delete static_cast<Owner*>(p); });
+  const py::ssize_t value = sizeof(float), row = value * image.width, plane = row * image.height;
+  const std::vector<py::ssize_t> shape = {image.height, image.width, 3}, strides = {row, value, plane};
+  py::array_t<float> result(shape, strides, image.rgb.data(), holder);
+  result.attr("setflags")(py::arg("write") = false);
   return result;
 }
 
@@ -179,9 +192,10 @@ class Stopping {
   std::optional<py::error_already_set> error_;
 };
 
-// splat: the arrays to refine or prune; None to train from the scene's points.
+// splat: the arrays to refine or prune; None to train from the scene's points. max_loss: as in PruneAtStart.
 py::tuple Train(const std::shared_ptr<gs::Scene>& scene, const std::string& kind, const py::object& splat,
-                const std::string& preset, const Texts& given, const py::object& callback) {
+                const std::string& preset, const Texts& given, std::optional<double> max_loss,
+                const py::object& callback) {
   gs::TrainOptions options = OptionsOf(kind, preset, given);
   gs::SplatModel model;
   if (!splat.is_none()) {
@@ -193,8 +207,10 @@ py::tuple Train(const std::shared_ptr<gs::Scene>& scene, const std::string& kind
   Stopping stopping(callback);
   const gs::TrainCallbacks callbacks = stopping.Callbacks();
   gs::TrainResult result;
+  std::string pruned;
   {
     const py::gil_scoped_release release;
+    if (kind == "prune") pruned = gs::PruneAtStart(*scene, max_loss, options, model);
     result = splat.is_none() ? gs::Train(*scene, options, {}, callbacks)
                              : gs::Refine(*scene, std::move(model), options, {}, callbacks);
     gs::MoveToWorld(*scene, &result.model);
@@ -203,6 +219,7 @@ py::tuple Train(const std::shared_ptr<gs::Scene>& scene, const std::string& kind
   py::list history;
   for (const gs::HistoryRow& row : result.history) history.append(DictOf(row));
   std::vector<std::string> notes = result.notes;
+  if (!pruned.empty()) notes.push_back(pruned);
   if (!result.lm_left_out.empty()) notes.push_back(result.lm_left_out);
   return py::make_tuple(ToArrays(result.model), history, result.stopped, notes);
 }
@@ -245,10 +262,7 @@ void AddScene(py::module_& module) {
       .def_property_readonly("views",
                              [](const gs::Scene& scene) {
                                py::list views;
-                               for (gs::View view : scene.views) {
-                                 view.image = {};
-                                 views.append(DictOf(scene, std::move(view)));
-                               }
+                               for (const gs::View& view : scene.views) views.append(DictOf(scene, view));
                                return views;
                              })
       .def("photograph", &PhotographOf)
@@ -265,11 +279,12 @@ void AddScene(py::module_& module) {
                              })
       .def_readonly("notes", &gs::Scene::notes);
   module.def("load_scene", &LoadScene, py::arg("path"), py::arg("downscale"), py::arg("test_every").none(true),
-             py::arg("image_folder"), py::arg("allow_missing"), py::arg("seed"), py::arg("background"),
-             py::arg("eps2d"), py::arg("antialiased"));
+             py::arg("test_list"), py::arg("hold_out"), py::arg("image_folder"), py::arg("allow_missing"),
+             py::arg("photographs_mib").none(true), py::arg("seed"), py::arg("background"), py::arg("eps2d"),
+             py::arg("antialiased"));
   module.def("scene_of_arrays", &SceneOfArrays);
   module.def("train", &Train, py::arg("scene"), py::arg("kind"), py::arg("splat").none(true), py::arg("preset"),
-             py::arg("options"), py::arg("callback").none(true));
+             py::arg("options"), py::arg("max_loss").none(true), py::arg("callback").none(true));
   module.def("evaluate", &Evaluate);
 }
 

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-import hashlib
+import gc
 import importlib.util
-import os
 import pickle
 import signal
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
@@ -13,7 +11,6 @@ import numpy as np
 
 import vesta
 
-PROGRAM = Path(os.environ.get("VESTA_PROGRAM", Path(__file__).resolve().parents[2] / "build/release/vesta"))
 NAMES = ("means", "quats", "log_scales", "opacity_logits", "sh")
 
 
@@ -97,6 +94,17 @@ class Splats(unittest.TestCase):
             colors = vesta.rasterization(moved, [of_moved @ inverse], [K], 48, 48, near_plane=0.017).colors
             np.testing.assert_allclose(colors, expected, atol=2e-4)
 
+    def test_a_moved_origin_keeps_the_digits_of_means(self):
+        splat = random_splat()
+        splat.origin = (4.5e6, 5e5, 0.0)
+        turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+        moved = splat.transform(turn, (10.0, 20, 30), 2.0)
+        self.assertEqual(moved.origin, (-1e6 + 10, 9e6 + 20, 30))
+        np.testing.assert_array_equal(moved.means, np.float32(2) * splat.means @ turn.T.astype(np.float32))
+        back = moved.transform(turn.T, -turn.T @ [5.0, 10, 15], 0.5)
+        self.assertEqual(back.origin, splat.origin)
+        np.testing.assert_array_equal(back.means, splat.means)
+
 
 class Rasterizations(unittest.TestCase):
     def setUp(self):
@@ -142,6 +150,21 @@ class Rasterizations(unittest.TestCase):
         self.assertAlmostEqual(float(out.depth[0, 24, 24]), 4, places=3)
         self.assertAlmostEqual(float(out.alpha[0, 24, 24]), 1 / (1 + np.exp(-3)), places=3)
         np.testing.assert_allclose(out.colors[0, 24, 24], [0.5 + 0.5 * 0.0474, 0.4763, 0.4763], atol=2e-3)
+
+    def test_depth_modes(self):
+        # Two faint walls at depths 3 and 5, in front of nothing.
+        weights = np.array([0.25, 0.75 * 0.2])
+        logits = np.log([0.25 / 0.75, 0.2 / 0.8])
+        walls = vesta.Splat(means=[[0, 0, -1], [0, 0, 1]], quats=[[1, 0, 0, 0]] * 2, log_scales=[[2, 2, -5]] * 2,
+                            opacity_logits=logits, sh=np.zeros((2, 1, 3)), origin=(100.0, 0.0, 0.0))
+        viewmat, K = camera(0.0)
+        viewmat[0, 3] = -100
+        for mode, depth in (("D", weights @ [3, 5]), ("ED", weights @ [3, 5] / weights.sum())):
+            for colors in ("", "RGB+"):
+                out = vesta.rasterization(walls, [viewmat], [K], 48, 48, render_mode=colors + mode)
+                self.assertEqual(out.colors is None, colors == "")
+                self.assertAlmostEqual(float(out.depth[0, 24, 24]), depth, places=2)
+                self.assertAlmostEqual(float(out.alpha[0, 24, 24]), weights.sum(), places=3)
 
     def test_wrong_arguments(self):
         with self.assertRaisesRegex(ValueError, "render_mode"):
@@ -227,17 +250,28 @@ class Trainings(unittest.TestCase):
         with self.assertRaises(ValueError):
             vesta.Scene.from_arrays([np.zeros((4, 4, 3))], [np.eye(3)], [np.eye(4)], np.zeros((0, 3)))
 
-    @unittest.skipUnless(PROGRAM.exists() and os.environ.get("VESTA_DATA"), "needs the program and VESTA_DATA")
-    def test_bits_of_the_program(self):
-        path = Path(os.environ["VESTA_DATA"]) / "scenes" / "llff-fern-tiny"
-        with tempfile.TemporaryDirectory() as folder:
-            subprocess.run([PROGRAM, "train", path, f"--out={folder}/program", "--iterations=100", "--seed=3", "--quiet"],
-                           check=True, stdout=subprocess.DEVNULL)
-            scene = vesta.Scene.load(path, seed=3)
-            vesta.train(scene, seed=3, options={"adam.iterations": 100}).splat.save(f"{folder}/python.ply")
-            hashes = [hashlib.sha256(Path(folder, name).read_bytes()).hexdigest()
-                      for name in ("program/point_cloud.ply", "python.ply")]
-            self.assertEqual(*hashes)
+    def test_photographs_are_not_copied(self):
+        scene = small_scene(3)
+        view = scene.views[1]
+        image = view.image
+        self.assertEqual(image.shape, (48, 48, 3))
+        self.assertTrue(np.shares_memory(image, view.image))
+        with self.assertRaises(ValueError):
+            image[0, 0, 0] = 1
+        expected = image.copy()
+        del scene, view
+        gc.collect()
+        np.testing.assert_array_equal(image, expected)
+
+    def test_prune_within_a_loss(self):
+        scene = small_scene()
+        run = vesta.train(scene, options=self.OPTIONS)
+        pruned = vesta.prune(run.splat, scene, max_loss=0.05, options={"adam.iterations": 0})
+        self.assertLess(len(pruned.splat), len(run.splat))
+        self.assertTrue(any("pruned from" in note for note in pruned.notes))
+        for goals in ({}, {"keep": 0.5, "max_loss": 0.1}, {"keep": 0}, {"max_loss": 0}):
+            with self.assertRaises(ValueError):
+                vesta.prune(run.splat, scene, **goals)
 
     def test_memory_stays_level(self):
         import resource

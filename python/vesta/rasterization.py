@@ -14,25 +14,28 @@ _MODES = ("RGB", "RGB+D", "RGB+ED", "D", "ED")
 
 
 class Rasterization:
-    """colors (C, height, width, 3), float32; depth (C, height, width) along the optical axis, 0 where the opacity is
-    below one half; alpha (C, height, width), the opacity. depth and alpha are computed when they are first read."""
+    """colors (C, height, width, 3), float32, or None without "RGB" in the mode; depth (C, height, width), with "D" in
+    the mode the sum of the Gaussians' depths along the optical axis with their blending weights, otherwise divided by
+    alpha; alpha (C, height, width), the opacity. depth and alpha are computed when they are first read."""
 
-    def __init__(self, raster, renders_colors):
-        self._raster = raster
-        self.colors = raster.colors() if renders_colors else None
-        self._depth = self._alpha = None
+    def __init__(self, raster, render_mode):
+        self._raster, self._is_sum = raster, render_mode in ("D", "RGB+D")
+        self.colors = raster.colors() if "RGB" in render_mode else None
+        self._sums = None
+
+    def _depth_and_alpha(self):
+        if self._sums is None:
+            self._sums = self._raster.depth_and_alpha()
+        return self._sums
 
     @property
     def depth(self) -> np.ndarray:
-        if self._depth is None:
-            self._depth = self._raster.depth(False)
-        return self._depth
+        depth, alpha = self._depth_and_alpha()
+        return depth if self._is_sum else depth / np.maximum(alpha, np.float32(1e-10))
 
     @property
     def alpha(self) -> np.ndarray:
-        if self._alpha is None:
-            self._alpha = self._raster.alpha()
-        return self._alpha
+        return self._depth_and_alpha()[1]
 
     def vjp(self, d_colors: Any) -> dict[str, np.ndarray]:
         """The gradient of sum(d_colors * colors): a dictionary of arrays with the names and shapes of the splat's."""
@@ -48,8 +51,8 @@ def rasterization(splat: Splat, viewmats: Any, Ks: Any, width: int, height: int,
                   backgrounds: Any = None, near_plane: float = 0.01) -> Rasterization:
     """Renders a splat in C views, with the arguments of gsplat's function of this name where both have them.
 
-    viewmats (C, 4, 4), world to camera; Ks (C, 3, 3). render_mode: "RGB", or with "D" or "ED" for depth, which vesta
-    gives separately. backgrounds: one colour (3,) for all views; None: the splat's, else black.
+    viewmats (C, 4, 4), world to camera; Ks (C, 3, 3). render_mode: "RGB", "D" (accumulated depth) or "ED" (expected
+    depth), or "RGB+D", "RGB+ED"; vesta gives colours and depth separately. backgrounds: one colour (3,) for all views; None: the splat's, else black.
 
     A torch.autograd.Function is a few lines:
 
@@ -77,7 +80,7 @@ def rasterization(splat: Splat, viewmats: Any, Ks: Any, width: int, height: int,
     arrays = splat.arrays()
     raster = _vesta.Rasterization(arrays, list(viewmats), list(Ks), int(width), int(height), float(near_plane),
                                   tuple(float(b) for b in background))
-    result = Rasterization(raster, "RGB" in render_mode)
+    result = Rasterization(raster, render_mode)
     result._zeros = {name: np.zeros_like(arrays[name])
                      for name in ("means", "quats", "log_scales", "opacity_logits", "sh")}
     return result

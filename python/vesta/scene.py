@@ -13,7 +13,7 @@ from vesta.splat import Splat
 
 class View:
     """name; K (3, 3), pixels; viewmat (4, 4), world to camera (x right, y down, z forward); width, height; role:
-    "train", "test" or "held out"; image, float32 (height, width, 3) in 0..1, a copy."""
+    "train", "test" or "held out"; image, float32 (height, width, 3) in 0..1, read-only."""
 
     def __init__(self, scene, index, values):
         self._scene, self._index = scene, index
@@ -35,17 +35,21 @@ class Scene:
         self.views = [View(scene, k, values) for k, values in enumerate(scene.views)]
 
     @staticmethod
-    def load(path: Any, downscale: int = 1, test_every: int | None = None, image_folder: str = "images",
-             allow_missing: bool = False, seed: int = 0, background: Sequence[float] = (0.0, 0.0, 0.0),
-             eps2d: float = 0.3, antialiased: bool = False) -> Scene:
+    def load(path: Any, downscale: int = 1, test_every: int | None = None, test_list: Any = "", hold_out: bool = False,
+             image_folder: str = "images", allow_missing: bool = False, photographs_mib: float | None = None,
+             seed: int = 0, background: Sequence[float] = (0.0, 0.0, 0.0), eps2d: float = 0.3,
+             antialiased: bool = False) -> Scene:
         """Loads a COLMAP or NeRF scene.
 
         downscale: divides the image size. test_every: every n-th view by name becomes a test view (0: none; None: as
-        the scene says, otherwise every 8th). seed: for points where the scene has none. background: behind transparent
+        the scene says, otherwise every 8th). test_list: a file with the names of the test views instead. hold_out: set
+        some training views aside, whose PSNR a training with train.target_psnr watches. photographs_mib: memory for
+        decoded photographs; others are decoded when needed (None: half of the free memory). seed: for points where the scene has none. background: behind transparent
         pixels. eps2d, antialiased: the filter of splats that are trained on the scene.
         """
-        return Scene(_vesta.load_scene(str(path), int(downscale), test_every, image_folder, bool(allow_missing),
-                                       int(seed), tuple(background), float(eps2d), bool(antialiased)))
+        return Scene(_vesta.load_scene(str(path), int(downscale), test_every, str(test_list), bool(hold_out),
+                                       image_folder, bool(allow_missing), photographs_mib, int(seed),
+                                       tuple(background), float(eps2d), bool(antialiased)))
 
     @staticmethod
     def from_arrays(images: Sequence[Any], Ks: Sequence[Any], world_to_cam: Sequence[Any], points: Any,
@@ -114,9 +118,9 @@ def _texts(options):
     return texts
 
 
-def _run(scene, kind, arrays, preset, seed, options, callback):
+def _run(scene, kind, arrays, preset, seed, options, callback, max_loss=None):
     texts = {"train.seed": str(seed), **_texts(options)}
-    return Run(*_vesta.train(scene._scene, kind, arrays, preset, texts, callback))
+    return Run(*_vesta.train(scene._scene, kind, arrays, preset, texts, max_loss, callback))
 
 
 def train(scene: Scene, preset: str = "balanced", seed: int = 0, options: Mapping[str, Any] | None = None,
@@ -136,16 +140,23 @@ def refine(splat: Splat, scene: Scene, preset: str = "balanced", seed: int = 0,
     return _run(scene, "refine", splat.arrays(), preset, seed, options, callback)
 
 
-def prune(splat: Splat, scene: Scene, keep: float, preset: str = "balanced", seed: int = 0,
-          options: Mapping[str, Any] | None = None, callback: Callable[[dict], Any] | None = None) -> Run:
-    """Prunes a splat gradually to the fraction `keep` of its Gaussians, and trains the others.
+def prune(splat: Splat, scene: Scene, keep: float | None = None, max_loss: float | None = None,
+          preset: str = "balanced", seed: int = 0, options: Mapping[str, Any] | None = None,
+          callback: Callable[[dict], Any] | None = None) -> Run:
+    """Prunes a splat and trains the remaining Gaussians, as `vesta prune` does.
 
-    `vesta prune` gives the same result.
+    Give one of keep, the fraction of the Gaussians to keep, and max_loss: removes as many as possible while the
+    training loss rises by at most this fraction.
     """
-    if not 0 < keep <= 1:
+    if (keep is None) == (max_loss is None):
+        raise ValueError("give either keep or max_loss")
+    if keep is not None and not 0 < keep <= 1:
         raise ValueError(f"keep is {keep}; choose a fraction above 0, at most 1")
-    options = {**(options or {}), "pruning.keep_fraction": float(keep)}
-    return _run(scene, "prune", splat.arrays(), preset, seed, options, callback)
+    if max_loss is not None and not max_loss > 0:
+        raise ValueError(f"max_loss is {max_loss}; choose a positive number")
+    options = {**(options or {}), **({} if keep is None else {"pruning.keep_fraction": float(keep)})}
+    return _run(scene, "prune", splat.arrays(), preset, seed, options, callback,
+                None if max_loss is None else float(max_loss))
 
 
 class Evaluation:

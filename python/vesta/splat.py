@@ -99,7 +99,10 @@ class Splat:
         return self[((means >= low) & (means <= high)).all(axis=1)]
 
     def transform(self, rotation: Any = np.eye(3), translation: Any = (0, 0, 0), scale: float = 1.0) -> Splat:
-        """Moves every point p to scale * rotation @ p + translation, with the spherical harmonics."""
+        """Moves every point p to scale * rotation @ p + translation, with the spherical harmonics.
+
+        A splat with an origin other than 0 moves its origin, so that its means keep their digits.
+        """
         rotation = np.asarray(rotation, float)
         if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) \
                 or np.linalg.det(rotation) < 0:
@@ -107,8 +110,11 @@ class Splat:
         if not scale > 0:
             raise ValueError("scale needs to be positive")
         arrays = self.arrays()
-        means = self.means + np.asarray(self.origin)
-        arrays.update(means=scale * means @ rotation.T + np.asarray(translation, float), origin=(0.0, 0.0, 0.0),
+        origin = scale * rotation @ np.asarray(self.origin, float) + np.asarray(translation, float)
+        means = scale * self.means.astype(float) @ rotation.T
+        if not any(self.origin):
+            means, origin = means + origin, np.zeros(3)
+        arrays.update(means=means, origin=tuple(origin),
                       quats=multiply_quaternions(_vesta.quaternion_of(rotation)[None], self.quats.astype(float)),
                       log_scales=self.log_scales + np.float32(np.log(scale)),
                       sh=np.einsum("kj,njc->nkc", _harmonics_rotation(rotation, self.sh.shape[1]), self.sh))
