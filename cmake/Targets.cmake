@@ -1,17 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
 include(GNUInstallDirs)
 
+# The libraries that cmake --install installs. BUILD_SHARED_LIBS makes them shared; all others are static.
+set(VESTA_INSTALLED_LIBRARIES
+  core ranks solver distributed toy bundle_adjustment pose_graph ceres_bridge mpi)
+
 # vesta_library(name SOURCES a.cpp ... [LINK targets ...])
 # Adds a library vesta_<name> with the alias vesta::<name>. LINK is PUBLIC: the links are the dependencies in
-# docs/architecture.md.
+# docs/architecture.md. Before version 1.0, a minor version may change the binary interface, so it is part of the
+# SOVERSION.
 function(vesta_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
-  add_library(vesta_${name} STATIC ${ARG_SOURCES})
+  set(type STATIC)
+  if(BUILD_SHARED_LIBS AND name IN_LIST VESTA_INSTALLED_LIBRARIES)
+    set(type SHARED)
+  endif()
+  add_library(vesta_${name} ${type} ${ARG_SOURCES})
   add_library(vesta::${name} ALIAS vesta_${name})
   target_include_directories(vesta_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/vesta>)
   target_compile_features(vesta_${name} PUBLIC cxx_std_20)
-  set_target_properties(vesta_${name} PROPERTIES EXPORT_NAME ${name})
+  set_target_properties(vesta_${name} PROPERTIES
+    EXPORT_NAME ${name}
+    VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} INSTALL_RPATH "$ORIGIN")
   target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK})
 endfunction()
 

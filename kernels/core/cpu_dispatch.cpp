@@ -32,7 +32,7 @@ Isa Choose() {
       if (!IsaAvailable(isa)) Fail(kUnavailable, "VESTA_SIMD={}: this CPU does not have it; unset VESTA_SIMD", name);
       return isa;
     }
-    Fail(kBadArgument, "VESTA_SIMD={}: not one of sse2, avx2, avx512", name);
+    Fail(kBadArgument, "VESTA_SIMD={}: not one of {}, avx2, avx512", name, IsaName(Isa::kBaseline));
   }
   return IsaAvailable(Isa::kAvx512) ? Isa::kAvx512 : IsaAvailable(Isa::kAvx2) ? Isa::kAvx2 : Isa::kBaseline;
 }
@@ -51,7 +51,13 @@ const char* IsaName(Isa isa) {
     case Isa::kAvx512:
       return "avx512";
     default:
+#if defined(__x86_64__)
       return "sse2";
+#elif defined(__aarch64__)
+      return "neon";
+#else
+      return "baseline";
+#endif
   }
 }
 
