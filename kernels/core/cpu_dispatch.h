@@ -7,8 +7,8 @@ namespace vesta {
 enum class Isa { kBaseline, kAvx2, kAvx512 };
 
 // The best instruction set that this CPU supports and vesta was compiled for. The environment variable
-// VESTA_SIMD=sse2|avx2|avx512 overrides this choice. Throws Error if its value is unknown or the CPU lacks that set.
-// The choice is made once per process.
+// VESTA_SIMD=sse2|avx2|avx512 (on ARM: neon) overrides this choice. Throws Error if its value is unknown or the CPU
+// lacks that set. The choice is made once per process.
 Isa ActiveIsa();
 // Whether this CPU supports the instruction set.
 bool IsaAvailable(Isa isa);

@@ -4,9 +4,9 @@
 
 namespace vesta {
 
-// Makes glibc return each buffer of 1 MiB or more to the system as soon as it is freed, and keep up to 16 MiB of smaller
-// ones. By default, glibc keeps more and more freed buffers while the sizes grow. Programs call this function at their
-// start. No effect without glibc.
+// Makes glibc return each buffer of 1 MiB or more to the system as soon as it is freed, and keep up to 16 MiB of the
+// smaller ones. By default, glibc keeps more and more freed buffers while the sizes grow. Programs call this function
+// at their start. No effect without glibc.
 void ReturnFreedMemoryToSystem();
 
 // Peak resident memory so far, MiB.

@@ -72,6 +72,16 @@ VESTA_HD inline T Square(const T& x) {
   return x * x;
 }
 
+// e^x: Elementary<T>::Exp if that exists, else exp of the type's own namespace or of std.
+template <class T>
+VESTA_HD inline T Exp(const T& x) {
+  if constexpr (requires { Elementary<T>::Exp(x); }) {
+    return Elementary<T>::Exp(x);
+  } else {
+    using std::exp;
+    return exp(x);
+  }
+}
 // 2^x where mask is set, else 0.
 template <class Mask, class T>
 VESTA_HD inline T MaskedExp2(const Mask& mask, const T& x) {

@@ -58,7 +58,7 @@ constexpr EdgeTag kEdgeTags[] = {
 
 constexpr const char* kOffsetTag = "PARAMS_SE3OFFSET";
 
-// The entry of `tags` with this name; null if there is none.
+// The entry of `tags` with this name, or null.
 template <class Tag, std::size_t N>
 const Tag* Find(const Tag (&tags)[N], std::string_view name) {
   const Tag* found = std::find_if(tags, tags + N, [&](const Tag& tag) { return tag.name == name; });

@@ -11,8 +11,7 @@ inline namespace VESTA_ISA {
 
 template <class T>
 VESTA_HD inline T Sigmoid(const T& logit) {
-  using std::exp;
-  return T(1) / (T(1) + exp(-logit));
+  return T(1) / (T(1) + Exp(-logit));
 }
 
 // Unit direction from the camera centre to the mean. Returns the reciprocal of the distance.

@@ -98,7 +98,6 @@ struct SplatShape {
 template <class S, class L, class T>
 VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const T mean[3], const T log_scale[3],
                                       const T quaternion[4], ProjectionState<L, T>& state) {
-  using std::exp;
   using std::sqrt;
   T R[9];
   RotationFromQuaternion(quaternion, R);
@@ -106,7 +105,7 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
     const T W0(camera.R[3 * i]), W1(camera.R[3 * i + 1]), W2(camera.R[3 * i + 2]);
     state.t[i] = Fma(W0, mean[0], Fma(W1, mean[1], Fma(W2, mean[2], T(camera.T[i]))));
     for (int k = 0; k < 3; ++k) state.A[3 * i + k] = Fma(W0, R[k], Fma(W1, R[3 + k], W2 * R[6 + k]));
-    state.scale[i] = exp(log_scale[i]);
+    state.scale[i] = Exp(log_scale[i]);
   }
   SplatShape<T> shape;
   camera.lens.Project(state.t, shape.u, shape.v, state.at);

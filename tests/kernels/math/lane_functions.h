@@ -10,6 +10,8 @@ struct LaneFunctions {
   int width;
   // y[i] = MaskedExp2(mask[i], x[i]); counts are multiples of 16.
   void (*masked_exp2)(const float* x, const bool* mask, float* y, int count);
+  // y[i] = Exp(x[i]).
+  void (*exp)(const float* x, float* y, int count);
   // y[i] = Reciprocal(x[i]).
   void (*reciprocal)(const float* x, float* y, int count);
   // y[i] = MaskedSquareRoot(x[i] > 0, x[i]).

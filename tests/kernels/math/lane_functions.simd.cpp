@@ -13,6 +13,10 @@ void MaskedExp2Array(const float* x, const bool* mask, float* y, int count) {
   for (int i = 0; i < count; i += L::kWidth) L::Store(y + i, MaskedExp2(L::LoadMask(mask + i), L::Load(x + i)));
 }
 
+void ExpArray(const float* x, float* y, int count) {
+  for (int i = 0; i < count; i += L::kWidth) L::Store(y + i, Exp(L::Load(x + i)));
+}
+
 void ReciprocalArray(const float* x, float* y, int count) {
   for (int i = 0; i < count; i += L::kWidth) L::Store(y + i, Reciprocal(L::Load(x + i)));
 }
@@ -55,7 +59,8 @@ std::uint32_t PositiveBits(const float* x) { return L::Bits(L::Load(x) > FloatLa
 }  // namespace
 
 LaneFunctions CompiledLaneFunctions() {
-  return {L::kWidth, MaskedExp2Array, ReciprocalArray, SquareRootArray, AppendSetBits, SumEachArray, PositiveBits};
+  return {L::kWidth,       MaskedExp2Array, ExpArray,     ReciprocalArray,
+          SquareRootArray, AppendSetBits,   SumEachArray, PositiveBits};
 }
 
 }  // namespace VESTA_ISA

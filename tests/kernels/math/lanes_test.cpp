@@ -60,6 +60,29 @@ TEST(Lanes, Exp2IsOneAtZeroAndZeroWhereMasked) {
   }
 }
 
+TEST(Lanes, ExpAgreesWithTheStandardLibrary) {
+  for (const Isa isa : test::CpuIsas()) {
+    SCOPED_TRACE(IsaName(isa));
+    constexpr int kCount = 1 << 20;
+    std::vector<float> x(kCount), y(kCount);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<float>(-86 + 174 * static_cast<double>(i) / kCount);
+    LaneFunctionsFor(isa).exp(x.data(), y.data(), kCount);
+    double worst = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      worst = std::max(worst, std::abs(y[i] / std::exp(static_cast<double>(x[i])) - 1));
+    }
+    EXPECT_LE(worst, 2e-7);
+    const float ends[16] = {0.0f, -0.0f, -110.0f, -1e30f, -HUGE_VALF, 90.0f, 1e30f, HUGE_VALF, NAN, 88.0f};
+    float of_ends[16];
+    LaneFunctionsFor(isa).exp(ends, of_ends, 16);
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(of_ends[i], 1);
+    for (int i = 2; i < 5; ++i) EXPECT_EQ(of_ends[i], 0) << ends[i];
+    for (int i = 5; i < 8; ++i) EXPECT_EQ(of_ends[i], HUGE_VALF) << ends[i];
+    EXPECT_TRUE(std::isnan(of_ends[8]));
+    EXPECT_NEAR(of_ends[9] / std::exp(88.0), 1, 2e-7);
+  }
+}
+
 TEST(Lanes, ReciprocalAgreesWithDivisionOverItsRange) {
   for (const Isa isa : test::CpuIsas()) {
     SCOPED_TRACE(IsaName(isa));
