@@ -26,22 +26,12 @@ struct Elementary<DoubleLanes> {
   static DoubleLanes Select(const Mask& m, const DoubleLanes& a, const DoubleLanes& b) {
     return xsimd::select(m, a, b);
   }
-#if defined(__AVX512F__)
-  // xsimd 8.1 uses separate multiply and add instructions at this width, later versions do not.
-  static DoubleLanes Fma(const DoubleLanes& a, const DoubleLanes& b, const DoubleLanes& c) {
-    return _mm512_fmadd_pd(a, b, c);
-  }
-  static DoubleLanes Fnma(const DoubleLanes& a, const DoubleLanes& b, const DoubleLanes& c) {
-    return _mm512_fnmadd_pd(a, b, c);
-  }
-#else
   static DoubleLanes Fma(const DoubleLanes& a, const DoubleLanes& b, const DoubleLanes& c) {
     return xsimd::fma(a, b, c);
   }
   static DoubleLanes Fnma(const DoubleLanes& a, const DoubleLanes& b, const DoubleLanes& c) {
     return xsimd::fnma(a, b, c);
   }
-#endif
   static DoubleLanes Max(const DoubleLanes& a, const DoubleLanes& b) { return xsimd::max(a, b); }
   static DoubleLanes Min(const DoubleLanes& a, const DoubleLanes& b) { return xsimd::min(a, b); }
 };

@@ -119,7 +119,7 @@ class LinearPoses {
   std::shared_ptr<const BlockPattern> pattern_;
 };
 
-// The poses that the components of these edges keep. uses(e): whether edge e joins its poses.
+// HeldPoses of the graph that has only the edges e with uses(e).
 template <class Uses>
 std::vector<bool> HeldPosesOf(const PoseGraph& graph, const Uses& uses) {
   std::vector<bool> held(At(graph.num_poses()), false), has_fixed(held);
@@ -156,7 +156,7 @@ std::optional<std::vector<double>> Chordal(const PoseGraph& graph, double max_by
   const auto rotation_edge = [&](Index e) {
     return RotationEdge{weights[At(e)].rotation, RotationOf<D>(measurement(e)), Rotations::Value::Zero()};
   };
-  // Edges without information of the rotation, such as those of landmarks, join no rotations.
+  // Edges without information about the rotation, such as measurements of landmarks, do not connect rotations.
   const std::vector<bool> held_rotations = HeldPosesOf(graph, [&](Index e) { return weights[At(e)].rotation > 0; });
   if (!Rotations(graph, held_rotations).Solve(rotation_edge, max_bytes, planned, transposed)) return std::nullopt;
   std::vector<Rotation<D>> rotations(transposed.size());

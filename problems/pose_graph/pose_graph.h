@@ -35,7 +35,7 @@ struct PoseGraph {
   std::vector<Index> fixed = {};   // indices of the fixed poses, ascending, unique
   // Indices of the landmarks, ascending, unique. A landmark is a pose whose rotation is the identity and stays so.
   std::vector<Index> landmarks = {};
-  // Index of the pose of the world's frame, the identity and fixed; -1 if there is none. Edges from it are priors.
+  // Index of the pose of the world's frame, the identity and fixed; -1 without priors. Edges from it are priors.
   Index world = -1;
   std::vector<Edge> edges = {};
   std::vector<double> measurements = {};  // PoseSize values per edge: pose `to` in the frame of pose `from`

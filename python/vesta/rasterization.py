@@ -52,7 +52,8 @@ def rasterization(splat: Splat, viewmats: Any, Ks: Any, width: int, height: int,
     """Renders a splat in C views, with the arguments of gsplat's function of this name where both have them.
 
     viewmats (C, 4, 4), world to camera; Ks (C, 3, 3). render_mode: "RGB", "D" (accumulated depth) or "ED" (expected
-    depth), or "RGB+D", "RGB+ED"; vesta gives colours and depth separately. backgrounds: one colour (3,) for all views; None: the splat's, else black.
+    depth), or "RGB+D", "RGB+ED"; vesta gives colours and depth separately. backgrounds: one colour (3,)
+    for all views; None: the splat's, else black.
 
     A torch.autograd.Function is a few lines:
 

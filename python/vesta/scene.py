@@ -44,7 +44,8 @@ class Scene:
         downscale: divides the image size. test_every: every n-th view by name becomes a test view (0: none; None: as
         the scene says, otherwise every 8th). test_list: a file with the names of the test views instead. hold_out: set
         some training views aside, whose PSNR a training with train.target_psnr watches. photographs_mib: memory for
-        decoded photographs; others are decoded when needed (None: half of the free memory). seed: for points where the scene has none. background: behind transparent
+        decoded photographs; others are decoded when needed (None: half of the free memory). seed: for points
+        where the scene has none. background: behind transparent
         pixels. eps2d, antialiased: the filter of splats that are trained on the scene.
         """
         return Scene(_vesta.load_scene(str(path), int(downscale), test_every, str(test_list), bool(hold_out),
