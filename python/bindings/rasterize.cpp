@@ -49,8 +49,8 @@ class Rasterization {
     });
     return result;
   }
-  // Sums over the Gaussians at each pixel, with the weights that blend the colours: of the depths of their centres
-  // along the optical axis, and of the weights themselves, which is the opacity. Each (views, height, width).
+  // Per pixel, with the weights that blend the colours: the weighted sum of the depths of the Gaussians' centres along
+  // the optical axis, and the opacity, which is the sum of the weights. Each (views, height, width).
   py::tuple DepthAndAlpha() {
     Floats depth(Shape(0)), alpha(Shape(0));
     ForEachView([&](std::size_t v) {
